@@ -136,7 +136,7 @@ test-slow: $(VENV)/installed-dev
 # test and test-slow
 test-all: test test-slow
 
-# the lowest and the newest versions, other Pythons, the sdist, the wheel (10 minutes)
+# the lowest and the newest versions, other Pythons, the sdist beside other programs, the wheel (a quarter of an hour)
 environments: | $(BIN)/python
 	PYTHON=$(abspath $(BIN)/python) .ci/environments
 

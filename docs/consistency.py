@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 import toppling as tp
+from toppling.fragility import rates_by_measure
 from toppling.motions import Scenario
 from toppling.studies.plots import axes
 
@@ -47,6 +49,8 @@ POOL = [
 EACH = 80
 A_CANDIDATE = 3
 """Motions of each simulated earthquake where all candidates are scaled."""
+OTHERS = {"PGV": "pgv", "average Sa": tp.motions.AvgSa([0.3, 0.5, 0.75, 1.0, 1.5, 2.0])}
+"""Further measures that the motions are selected at levels of."""
 ONE = POOL[7]
 """The single earthquake whose motions are scaled to all levels in the usual way."""
 
@@ -88,10 +92,13 @@ class Hazard(NamedTuple):
     spectral: list[tp.motions.Mixture]
 
 
-def hazard_of(site: Site) -> Hazard:
-    """Return the hazard of a site: lognormal motions of every earthquake."""
-    on = [tp.motions.expected_target(one, GIVEN, [GIVEN]) for one in site.scenarios]
-    medians, sigmas = (np.array([getattr(one, name)[0] for one in on]) for name in ("medians", "sigmas"))
+def hazard_of(site: Site, given: str | tp.motions.Measure = GIVEN) -> Hazard:
+    """Return the hazard of a site by a measure: lognormal motions of every earthquake."""
+    on = [tp.motions.expected_target(one, given, [*SPECTRUM, "pgv"]) for one in site.scenarios]
+    # (epsilon is linear in the logarithm of the level)
+    at_one, at_e = (np.array([one.at(level).epsilon for one in on]) for level in (1.0, math.e))
+    sigmas = 1.0 / (at_e - at_one)
+    medians = np.exp(-at_one * sigmas)
 
     def exceeded(levels: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(ndtr(np.log(medians / levels[:, None]) / sigmas) @ site.rates)
@@ -102,8 +109,8 @@ def hazard_of(site: Site) -> Hazard:
     for level in levels:
         density = np.exp(-0.5 * (np.log(level / medians) / sigmas) ** 2) / sigmas * site.rates
         for measures, found in (([*SPECTRUM, "pgv", "d5_95"], wide), (SPECTRUM, spectral)):
-            found.append(tp.motions.expected_target(site.scenarios, GIVEN, measures, weights=density))
-    return Hazard(tp.HazardCurve(grid.tolist(), exceeded(grid).tolist(), GIVEN), levels, wide, spectral)
+            found.append(tp.motions.expected_target(site.scenarios, given, measures, weights=density))
+    return Hazard(tp.HazardCurve(grid.tolist(), exceeded(grid).tolist(), given), levels, wide, spectral)
 
 
 def pool() -> tp.motions.Candidates:
@@ -111,10 +118,12 @@ def pool() -> tp.motions.Candidates:
     return tp.motions.Candidates([one.sample(EACH, seed=SEED + i) for i, one in enumerate(POOL)])
 
 
-def scaled(selection: tp.motions.Selection, level: float) -> list[xr.DataArray]:
+def scaled(
+    selection: tp.motions.Selection, level: float, given: str | tp.motions.Measure = GIVEN
+) -> list[xr.DataArray]:
     """Return the motions of a selection at its level."""
     arrays = selection.motions if isinstance(selection.motions, list) else [selection.motions]
-    return [tp.motions.scale_to(one, level, GIVEN) for one in arrays]
+    return [tp.motions.scale_to(one, level, given) for one in arrays]
 
 
 def chosen(
@@ -193,6 +202,40 @@ def choices(candidates: tp.motions.Candidates, hazard: Hazard) -> dict[str, Rate
 
 def _pairs(selections: list[tp.motions.Selection], hazard: Hazard) -> list[tuple[tp.motions.Selection, float]]:
     return list(zip(selections, hazard.levels.tolist(), strict=True))
+
+
+def by_measure(site: Site, candidates: tp.motions.Candidates) -> xr.Dataset:
+    """Return the rates of a site from stripes at levels of each measure; `stripes`: how many agree and are used."""
+    runs, curves, kept = [], [], []
+    for given in (GIVEN, *OTHERS.values()):
+        hazard = hazard_of(site, given)
+        agree = [(one, level) for one, level in _pairs(chosen(candidates, hazard), hazard) if one.consistent]
+        sets = [scaled(one, level, given) for one, level in agree]
+        levels = [level for _, level in agree]
+        runs.append(tp.stripes(list(PIECES), LAW, sets, levels, given, ("overturned",), scale=False, screen=False))
+        curves.append(hazard.curve)
+        kept.append(len(agree))
+    found = rates_by_measure(runs, curves, replicates=REPLICATES).squeeze("model", drop=True)
+    return found.assign(stripes=("measure", np.array(kept)))
+
+
+def measures_table(found: xr.Dataset) -> str:
+    """Return the table of a site: the rate by levels of GIVEN, and the ratios of those by other measures to it."""
+    lines = [f"| piece | {GIVEN}: 1/1000 years | {' | '.join(OTHERS)} |", "|---|" + "---|" * (len(OTHERS) + 1)]
+    for i, piece in enumerate(PIECES):
+        own = found.isel(block=i)
+        rate, low, high = (1e3 * float(own[f"rate{end}"][0]) for end in ("", "_lower", "_upper"))
+        cells = [f"{rate:.3g} ({low:.2g}–{high:.2g})"]
+        for k in range(1, len(OTHERS) + 1):
+            value, low, high = (float(own[f"ratio{end}"][k]) for end in ("", "_lower", "_upper"))
+            cells.append(f"{value:.2f} ({low:.2f}–{high:.2f})" if np.isfinite(value) else "no fall in the runs")
+        lines.append(f"| {piece.label} | {' | '.join(cells)} |")
+    kept = ", ".join(f"{name} {n}" for name, n in zip((GIVEN, *OTHERS), found["stripes"].values, strict=True))
+    above = ", ".join(
+        f"{name} {100.0 * float(share):.0f} %"
+        for name, share in zip((GIVEN, *OTHERS), found["share_above"].max("block").values, strict=True)
+    )
+    return "\n".join([*lines, "", f"Stripes used: {kept}. Greatest share of a rate from above them: {above}."])
 
 
 STOREYS, PERIOD = 5, 0.8
@@ -299,12 +342,13 @@ def main() -> None:
     folder = HERE / "consistency"
     folder.mkdir(exist_ok=True)
     candidates = pool()
-    by_site, agrees = {}, []
+    by_site, agrees, measures = {}, [], {}
     for site in SITES:
         hazard = hazard_of(site)
         selections = chosen(candidates, hazard)
         agrees.append(f"- *{site.name}*: {agreement(selections)} agree.")
         by_site[site.name] = choices(candidates, hazard)
+        measures[site.name] = by_measure(site, candidates)
         if site is FURTHER:
             sets = [scaled(one, level) for one, level in _pairs(selections, hazard)]
             roof, ductility = on_roof(sets, hazard)
@@ -314,6 +358,9 @@ def main() -> None:
         name: np.concatenate([rates[name].values / rates["selected"].values for rates in by_site.values()])
         for name in ("spectra alone", "one earthquake", "all candidates")
     }
+    pairs = [one.isel(measure=slice(1, None)) for one in measures.values()]
+    known = sum(int(np.isfinite(one["ratio"]).sum()) for one in pairs)
+    agree = sum(int(((one["ratio_lower"] <= 1.0) & (one["ratio_upper"] >= 1.0)).sum()) for one in pairs)
     spans = {name.replace(" ", "_"): f"{np.nanmin(one):.2f} to {np.nanmax(one):.2f}" for name, one in every.items()}
     weak = [roof[name].values / roof["elastic"].values for name in roof if name != "elastic"]
     isolated = {name: tops[name].values / tops["ground"].values for name in TOPS}
@@ -327,6 +374,9 @@ def main() -> None:
         ),
         agrees="\n".join(agrees),
         tables="\n\n".join(f"**{name}**\n\n{table(found, 'selected')}" for name, found in by_site.items()),
+        measures="\n\n".join(f"**{name}**\n\n{measures_table(one)}" for name, one in measures.items()),
+        known=known,
+        agree=agree,
         strong=f"{np.nanmin(weak[0]):.2f} to {np.nanmax(weak[0]):.2f}",
         weak=f"{np.nanmin(weak[1]):.2f} to {np.nanmax(weak[1]):.2f}",
         roof_table=table(roof, "elastic"),

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .hazard.reading import HazardError
     from .numerics.proportions import binomial_interval, wilson_interval
     from .risk.annual_rate import annual_rate, rate_share_above
+    from .risk.conditioning import rates_by_measure
     from .risk.epistemic import Branch, epistemic_rates
     from .risk.inversion import Design, design_for_rate, size_for_rate
     from .risk.modelling import with_modelling
@@ -94,6 +95,7 @@ __all__ = [
     "rank_measures",
     "rate_from_probability",
     "rate_share_above",
+    "rates_by_measure",
     "reached",
     "read_curve_csv",
     "read_hazard",
@@ -154,6 +156,7 @@ __getattr__, __dir__ = face(
         "hazard.reading": ("HazardError",),
         "numerics.proportions": ("binomial_interval", "wilson_interval"),
         "risk.annual_rate": ("annual_rate", "rate_share_above"),
+        "risk.conditioning": ("rates_by_measure",),
         "risk.epistemic": ("Branch", "epistemic_rates"),
         "risk.inversion": ("Design", "design_for_rate", "size_for_rate"),
         "risk.modelling": ("with_modelling",),

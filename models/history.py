@@ -10,6 +10,7 @@ import xarray as xr
 
 from .. import checks
 from ..aliases import Array
+from ..labelled import spare_dask
 from ..units import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
@@ -28,6 +29,8 @@ from .restraint_force import held_by, largest_force
 from .runs import Trace, leaves_floor, trace
 from .sliding.history import slide_history
 from .sliding.law import Sliding
+
+spare_dask()
 
 MAX_FREE_SAMPLES = 10_000_000
 

@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..aliases import Array, Flags
+from ..labelled import spare_dask
 from ..units import ACCELERATION, METRE, RADIAN, SECOND
+
+spare_dask()
 
 RECORDED = {"units": "1", "long_name": "whether the motion was read from a file, and not generated"}
 OWN_AMPLITUDE = {"units": "1", "long_name": "whether the amplitude is the motion's own and no parameter"}
@@ -224,6 +227,8 @@ def _records_of(array: xr.DataArray) -> list[Record]:
     columns = [{name: _values_by_motion(piece, name, n) for name in _RECORD_COORDINATES} for piece, _ in pieces]
     waves = [piece.values for piece, _ in pieces]
     found = []
+    # (motions share their time axis, which is checked once)
+    steps: dict[tuple[int, float | None], float] = {}
     for i in range(n):
         for (_, floor), column, wave in zip(pieces, columns, waves, strict=True):
             one = {name: values[i] for name, values in column.items() if values is not None}
@@ -231,8 +236,10 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             values = checks.acceleration(f"motion {label!r}", wave[i])
             if values.size < 2:
                 raise ValueError(f"motion {label!r} must have at least 2 samples, got {values.size}")
-            step = float(one["dt"]) if "dt" in one else None
-            dt = checks.time_step(f"motion {label!r}", one.get("time"), step)
+            time, step = one.get("time"), float(one["dt"]) if "dt" in one else None
+            if (id(time), step) not in steps:
+                steps[id(time), step] = checks.time_step(f"motion {label!r}", time, step)
+            dt = steps[id(time), step]
             own = bool(one.get("own_amplitude", True))
             source = str(one.get("source", "array"))
             read = bool(one.get("recorded", False))

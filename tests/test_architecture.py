@@ -183,6 +183,7 @@ class TestImports:
             "distributions",
             "doubts",
             "faces",
+            "labelled",
             "machine_code",
             "streams",
             "units",

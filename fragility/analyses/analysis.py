@@ -10,7 +10,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import dask.array as da
 import xarray as xr
 
 from ...doubts import Doubt, warn
@@ -126,6 +125,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         outputs = output_variables(request, runs, specimens.blocks, work, sizes)
         known = {"skipped": json.dumps(runs.skipped)}
     else:
+        import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
+
         x, *rest = (output_arrays(one, plan_even(one), list(sizes.values())) for one in both or (work,))
         arrays = of_both(work.outputs, x, rest[0], da) if rest else x
         outputs = lazy_outputs(request, arrays, specimens.blocks, work, sizes)

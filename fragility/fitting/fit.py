@@ -244,18 +244,7 @@ def fit_fragility(
     if options.resamples and trials.clusters:
         options = replace(options, weights=draw_motions(trials.strata, options.replicates, options.seed))
 
-    def columns_of(i: int) -> Columns:
-        sample = trials.samples[i]
-        return chosen.fit(sample, options, ResampledData.of(sample, options, i) if options.resamples else None)
-
-    columns = []
-    # (a caller's own fit may not be safe in threads)
-    each = map if isinstance(chosen, CustomForm) else shared
-    for one in each(columns_of, range(len(trials.samples))):
-        columns.append(one)
-        if progress is not None:
-            progress(len(columns), len(trials.samples))
-    curves = label_curves(columns, trials, options.fractiles, level, options.replicates)
+    curves = fitted_curves(trials, chosen, options, progress)
     resampling = {"replicates": options.replicates, "seed": options.seed} if options.resamples else {}
     curves = curves.assign_attrs(
         {
@@ -270,6 +259,25 @@ def fit_fragility(
         }
     )
     return _with_shift(curves, data, trials, state) if method == FIRST else curves
+
+
+def fitted_curves(
+    trials: Trials, form: Form, options: Options, progress: Callable[[int, int], None] | None = None
+) -> xr.Dataset:
+    """Return the curves of all data, labelled, with their replicates where the options keep these."""
+
+    def columns_of(i: int) -> Columns:
+        sample = trials.samples[i]
+        return form.fit(sample, options, ResampledData.of(sample, options, i) if options.resamples else None)
+
+    columns = []
+    # (a caller's own fit may not be safe in threads)
+    each = map if isinstance(form, CustomForm) else shared
+    for one in each(columns_of, range(len(trials.samples))):
+        columns.append(one)
+        if progress is not None:
+            progress(len(columns), len(trials.samples))
+    return label_curves(columns, trials, options.fractiles, options.confidence, options.replicates)
 
 
 def _with_shift(curves: xr.Dataset, data: xr.Dataset, trials: Trials, state: State) -> xr.Dataset:

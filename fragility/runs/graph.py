@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
-import dask.array as da
 import numpy as np
-from dask.highlevelgraph import HighLevelGraph
 from dask.typing import Key
 from numpy.typing import NDArray
 
 from ...models.runs import engine_identity
 from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Grid, Work, run_chunk, run_part
+
+if TYPE_CHECKING:
+    import dask.array as da
 
 Graph = dict[Key, Any]
 """Tasks by their keys: a function with its arguments, keys and lists of them standing for what these tasks return."""
@@ -87,6 +88,9 @@ def output_arrays(work: Work, grid: Grid, dims: Sequence[int]) -> dict[str, da.A
     dict of str to dask.array.Array
         One for each output of the work, all of the same tasks.
     """
+    import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
+    from dask.highlevelgraph import HighLevelGraph  # noqa: PLC0415
+
     name = f"chunk-{uuid4().hex}"
     tasks = chunk_graph(work, [chunk for cell in grid.chunks for chunk in cell], name)
     numbers = iter(range(len(tasks)))

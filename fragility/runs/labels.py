@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import dask.array as da
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -29,6 +28,9 @@ from .plan import Chunk, Work
 from .provenance import BED, EDGE, SCENE
 from .request import DERIVED, Request, Runs
 from .scaling import Scaling
+
+if TYPE_CHECKING:
+    import dask.array as da
 
 VARIABLES: dict[str, tuple[str, str]] = {
     "overturned": (DIMENSIONLESS, "whether the block overturned"),
@@ -78,6 +80,8 @@ def lazy_outputs(
     request: Request, arrays: Mapping[str, da.Array], blocks: Sequence[Block], work: Work, sizes: Mapping[str, int]
 ) -> dict[str, xr.Variable]:
     """Return the outputs of runs that are still to be computed, of arrays on the dimensions of `sizes`."""
+    import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
+
     dims = [size for dim, size in sizes.items() if dim not in ("level", "motion")]
     each = math.prod(dims) // len(blocks)
 

@@ -218,12 +218,17 @@ def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | Non
     return floors, [np.flatnonzero([one == label for one in of_motion]) for label in labels]
 
 
-def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
-    """Return the number of each motion's ground motion, which its floors, stripes and polarities share."""
+def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
+    """Return the name of each motion's ground motion, which its floors, stripes and polarities share."""
     floors = floor_of_each_motion(runs)
     # (numbers stand in for missing labels; in stripes a motion that is repeated has another label)
     labels = [str(one) for one in runs[RECORD if RECORD in runs.coords else "motion"].values]
-    names = [one.removesuffix(f" floor {floor}") if floor else one for one, floor in zip(labels, floors, strict=True)]
+    return [one.removesuffix(f" floor {floor}") if floor else one for one, floor in zip(labels, floors, strict=True)]
+
+
+def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
+    """Return the number of each motion's ground motion, in the order in which these come first."""
+    names = ground_names(runs)
     known = {name: i for i, name in enumerate(dict.fromkeys(names))}
     return np.array([known[name] for name in names], dtype=np.int64)
 
@@ -299,7 +304,7 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
     polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
     if "stripe" not in runs.coords:
         known = {one.label: one for one in records_under(motions, polarity)}  # type: ignore[arg-type]
-        return [_same(runs, i, known.get(str(label))) for i, label in enumerate(runs["motion"].values)]
+        return _same(runs, [known.get(str(label)) for label in runs["motion"].values])
     sets: list[Any] = [] if isinstance(motions, xr.DataArray) else list(motions)
     stripe = runs["stripe"].values.tolist()
     keys = list(zip(stripe, map(str, runs[RECORD].values), as_given(runs).tolist(), strict=True))
@@ -310,17 +315,20 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
         for k, own in enumerate(sets, start=1)
         for one in records_under(own, polarity)
     }
-    return [_same(runs, i, found.get(key)) for i, key in enumerate(keys)]
+    return _same(runs, [found.get(key) for key in keys])
 
 
-def _same(runs: xr.Dataset, i: int, record: Record | None) -> Record:
-    name = str(runs["motion"].values[i])
-    if record is None:
-        raise ValueError(f"motions must hold motion {name!r} of the runs, got none")
-    pga = float(np.abs(record.acceleration).max())
-    if "pga" in runs.coords and not np.isclose(pga, float(runs["pga"].values[i]), rtol=1e-9, atol=0.0):
-        raise ValueError(
-            f"motion {name!r} must be the one of the runs, with a pga of {float(runs['pga'].values[i]):g} m/s², "
-            f"got one of {pga:g} m/s²"
-        )
-    return record
+def _same(runs: xr.Dataset, records: Sequence[Record | None]) -> list[Record]:
+    """Return the records of the motions of runs; ValueError where there is none, or one with another PGA."""
+    stored = runs["pga"].values.tolist() if "pga" in runs.coords else [None] * len(records)
+    found = []
+    for name, record, pga in zip(runs["motion"].values, records, stored, strict=True):
+        if record is None:
+            raise ValueError(f"motions must hold motion {str(name)!r} of the runs, got none")
+        own = float(np.abs(record.acceleration).max())
+        if pga is not None and not math.isclose(own, pga, rel_tol=1e-9):
+            raise ValueError(
+                f"motion {str(name)!r} must be the one of the runs, with a pga of {pga:g} m/s², got one of {own:g} m/s²"
+            )
+        found.append(record)
+    return found

@@ -8,7 +8,6 @@ from itertools import accumulate, pairwise, product
 from typing import Any, NamedTuple
 from uuid import uuid4
 
-import dask.array as da
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -61,6 +60,8 @@ def with_lazy_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characterist
         The variables with a value for every run, and the shares over runs, are dask arrays in the chunks of the runs;
         the others are computed here.
     """
+    import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
+
     bounds = Bounds()
     # (of one level, because what is on level is on motion as well, and is only a pattern here)
     first = given.part({"level": slice(0, 1), "motion": slice(0, 1)})
@@ -96,6 +97,8 @@ def _outside(
     given: ScreenInput, graph: dict[Any, Any], name: str, blocks: tuple[int, ...], motions: int
 ) -> xr.Variable:
     """Return the shares of the runs for which each reason holds, of the counts of all parts."""
+    import dask.array as da  # noqa: PLC0415 - loaded already
+
     shares = Shares(given.sizes)
     template = shares.outside(None)
     rest = tuple((size,) for size in template.shape[1:])

@@ -60,7 +60,7 @@ class Variability(NamedTuple):
         if self.freedom < 1:
             return False
         # (freedom s²/sigma² has the distribution chi²)
-        over = math.sqrt(self.freedom / float(scipy.stats.chi2.ppf(1.0 - CONFIDENCE, self.freedom)))
+        over = math.sqrt(self.freedom / float(scipy.special.chdtri(self.freedom, CONFIDENCE)))
         return over * self.velocity < LEAST_VELOCITY or over * self.shape < LEAST_SHAPE
 
     @property

@@ -28,6 +28,10 @@ _OWN, _OF_RUPTURES = ("measure", "unit", "median", "sigma"), ("rupture", "weight
 _OPENQUAKE = ("poe", "stat", "period", "mea", "std")
 
 
+MOST_PGA = 10.0
+"""Greatest ratio of a peak acceleration to the largest spectral one beside it that is believed (judgement)."""
+
+
 class TargetError(ValueError):
     """A file that holds no target; the message names the file, the line and the value."""
 
@@ -72,7 +76,8 @@ def read_target(
       the natural logarithm, both given the rupture, not the level.  With the columns ``rupture,weight`` in front there
       is a block of rows for each rupture, and its weight in each of its rows.
     - **OpenQuake**, ``conditional-spectrum-….csv``: ``poe,stat,period,mea,std``, medians in g, standard deviations of
-      logarithms, period 0 for the PGA; a spectrum for each probability, that is each level.
+      logarithms, period 0 for the PGA; a spectrum for each probability, that is each level.  A job with PGV among its
+      measures writes that, too, as period 0: what is over ten times the largest Sa there is refused.
     """
     measure = measure_named(given, "given")
     file = Path(path)
@@ -183,6 +188,7 @@ def _conditional_spectra(
     periods = sorted(next(iter(spectra.values())))
     if any(sorted(one) != periods for one in spectra.values()):
         raise TargetError(f"{file}: the spectra must have the same periods at each probability")
+    _refuse_velocity(file, spectra)
     measures: list[Measure] = [MEASURES["pga"] if period == 0.0 else Sa(period) for period in periods]
     if given not in measures:
         raise TargetError(f"{file}: holds no {given.label}, only {', '.join(one.label for one in measures)}"[:200])
@@ -192,6 +198,18 @@ def _conditional_spectra(
         return Stated(measures, medians, sigmas, given, correlations)
     except ValueError as error:
         raise TargetError(f"{file}: {error}") from None
+
+
+def _refuse_velocity(file: Path, spectra: dict[float, dict[float, tuple[float, float]]]) -> None:
+    """Raise TargetError where what stands at period 0 cannot be a peak acceleration beside the spectral ones."""
+    for own in spectra.values():
+        greatest = max((median for period, (median, _) in own.items() if period > 0.0), default=math.inf)
+        at_zero = own[0.0][0] if 0.0 in own else 0.0
+        if at_zero > MOST_PGA * greatest:
+            raise TargetError(
+                f"{file}: gives {at_zero / STANDARD_GRAVITY:g} at period 0, {at_zero / greatest:.0f} times the largest "
+                "Sa: OpenQuake writes a PGV there, with the correlations of a PGA; leave PGV out of its job"
+            )
 
 
 def correlations_in(correlations: Any) -> Any:

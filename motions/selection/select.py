@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy import special, stats
 
 from ... import checks
 from ...aliases import Array, Index
@@ -224,13 +224,13 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
     target_mean, target_sigma = np.full((2, len(names)), np.nan)
     target_mean[:m], target_sigma[:m] = wanted.mean, wanted.sigmas
     free = target_sigma > 1e-9  # (the measure that is given does not scatter)
-    bias = np.expm1(mean - target_mean)
+    bias = np.expm1(np.minimum(mean - target_mean, 700.0))  # (of a median near zero: as good as infinite)
     ratio = np.divide(sigma, target_sigma, out=np.full(len(names), np.nan), where=free)
     spread = n == 1 or (ratio >= LOW_RATIO) & (ratio <= HIGH_RATIO)
     passes = (np.abs(bias) <= BIAS) & spread
     distance = np.full(len(names), np.nan)
     for j in np.flatnonzero(free):
-        placed = np.sort(special.ndtr((values[:, j] - target_mean[j]) / target_sigma[j]))
+        placed = np.sort(scipy.special.ndtr((values[:, j] - target_mean[j]) / target_sigma[j]))
         steps = np.arange(n + 1) / n
         distance[j] = max(np.max(steps[1:] - placed), np.max(placed - steps[:-1]))
     units = [next(one.units for one in _reported(wanted) if one.label == name) for name in names]
@@ -251,7 +251,7 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
         coords={"measure": names, "unit": ("measure", units)},
         attrs={
             "title": "Selected motions beside the target",
-            "ks_critical": float(stats.kstwo.ppf(CONFIDENCE, n)),
+            "ks_critical": float(scipy.stats.kstwo.ppf(CONFIDENCE, n)),
             "number": n,
             "consistent": int(np.all(passes[free])),
         },

@@ -67,6 +67,10 @@ class Conditional:
         )
 
 
+MOST_SIGMA = 3.0
+"""Largest standard deviation of a logarithm that is no slip: percents and values in other units are above it."""
+
+
 @dataclass(frozen=True)
 class Target:
     """Joint lognormal distribution of the measures of one rupture's motions, to be conditioned on one of them.
@@ -78,7 +82,7 @@ class Target:
     medians : array_like, shape (measure,)
         Medians, SI (m/s², m/s, s), > 0.
     sigmas : array_like, shape (measure,)
-        Standard deviations of the natural logarithms, > 0.
+        Standard deviations of the natural logarithms, > 0 and at most 3 (published ones are .3 to 1.2).
     correlations : str or array_like, shape (measure, measure)
         ``"baker-jayaram+bradley"`` (default): Baker and Jayaram (2008) between spectral ordinates, Bradley (2012) with
         the peak velocity and Bradley (2011) with the duration.  A labelled array is taken by its labels.  What does
@@ -90,7 +94,8 @@ class Target:
     Raises
     ------
     TypeError, ValueError
-        Unknown measures or one twice, wrong sizes, values that are not positive, correlations that cannot be repaired.
+        Unknown measures or one twice, wrong sizes, values that are not positive, sigmas above 3, correlations that
+        cannot be repaired.
 
     Notes
     -----
@@ -131,6 +136,11 @@ class Target:
             raise ValueError(f"measures hold {twice[0]} twice")
         medians = _positive("medians", self.medians, len(chosen), labels)
         sigmas = _positive("sigmas", self.sigmas, len(chosen), labels)
+        if sigmas.max() > MOST_SIGMA:
+            i = int(sigmas.argmax())
+            raise ValueError(
+                f"sigmas must be at most {MOST_SIGMA:g} (of natural logarithms), got {sigmas[i]:g} for {labels[i]}"
+            )
         given = measure_named(self.given or chosen[0], "given")
         repair = _correlations(self.correlations, chosen, labels)
         for name, value in {

@@ -688,6 +688,7 @@ _OPTIONAL = (
     *("room", "direction", "piece_class", "code_class", "code_importance"),
     *("anchor_strength", "anchor_height", "kit", "contact", "stands_on"),
 )
+SUPPORT_TEXT = "bench or platform between the floor and the pieces"
 _DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
 
@@ -709,6 +710,7 @@ def described(row: Contents) -> dict[str, Any]:
         **{name: asdict(getattr(row, name)) for name in _DRAWN if getattr(row, name) is not None},
         **({} if row.friction is None else {"friction": row.friction.description, "kinetic_ratio": row.kinetic_ratio}),
         **({} if row.obstacle is None else {"trip": row.obstacle}),
+        **({} if row.stand is None else {"support": [row.stand.name, repr(row.stand.support)]}),
     }
 
 
@@ -751,6 +753,11 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
         **(
             {"anchored_with": _labels("item", [row.kit for row in rows], "kit that holds the pieces and can break")}
             if any(row.kit for row in rows)
+            else {}
+        ),
+        **(
+            {"support": _labels("item", [row.stand.name if row.stand else "" for row in rows], SUPPORT_TEXT)}
+            if any(row.stand for row in rows)
             else {}
         ),
         "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),

@@ -31,18 +31,28 @@ from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, records_under
 from ...units import DIMENSIONLESS
 from ..inventory.contents import Contents, Inventory
+from ..inventory.stands import Stand
 
 
 class Support(NamedTuple):
-    """Where pieces stand: their floor, and the direction in which their widths lie ('' where there is only one)."""
+    """Where pieces stand: their floor, and the direction in which their widths lie ('' where there is only one).
+
+    stand: the bench or the platform between the floor and them, if any.
+    """
 
     floor: str
     direction: str
+    stand: Stand | None = None
+
+    @property
+    def order(self) -> tuple[str, str, str]:
+        """What supports of one floor are sorted by."""
+        return self.floor, self.direction, "" if self.stand is None else self.stand.name
 
 
 def support_of(row: Contents) -> Support:
     """Return where a line of an inventory stands."""
-    return Support(str(row.floor), row.direction)
+    return Support(str(row.floor), row.direction, row.stand)
 
 
 class Shaken(NamedTuple):
@@ -139,8 +149,8 @@ class Shaking:
 
     def supports(self, inventory: Inventory) -> list[Support]:
         """Return the floors that contents stand on, with the directions of their widths, in the building's order."""
-        standing = {support_of(row) for row in inventory.rows}
-        return [at for floor in self.used(inventory) for at in sorted(standing) if at.floor == floor]
+        standing = sorted({support_of(row) for row in inventory.rows}, key=lambda at: at.order)
+        return [at for floor in self.used(inventory) for at in standing if at.floor == floor]
 
     def placed(self, inventory: Inventory) -> Inventory:
         """Return the inventory with the direction of every line; '' for all where shaking has no directions.
@@ -151,10 +161,22 @@ class Shaking:
         ------
         ValueError
             A floor that is not known, a line without a direction where there are two, a floor without histories in the
-            direction of a line, or in the other one where both shake.
+            direction of a line, or in the other one where both shake; a bench or a platform under pairs of components
+            or vertical shaking, or one that yields under motions that are scaled.
         """
         self.used(inventory)
+        for row in inventory.rows:
+            self._check_stand(row)
         return replace(inventory, rows=tuple(replace(row, direction=self._direction(row)) for row in inventory.rows))
+
+    def _check_stand(self, row: Contents) -> None:
+        if row.stand is None:
+            return
+        what = f"support {row.stand.name!r} of {row.label!r}"
+        if self.axes or any(one.vertical is not None for one in self.ground):
+            raise ValueError(f"{what} is shaken by one horizontal component, got pairs or vertical shaking")
+        if not row.stand.scales and (self.histories is None or self.histories.elastic):
+            raise ValueError(f"{what} yields, and needs motions of each level that are not scaled")
 
     def _direction(self, row: Contents) -> str:
         if self.histories is None:
@@ -289,16 +311,19 @@ class Shaking:
 
         Of pairs of components they are those in the direction of the support, with the others as companions.
         """
-        found = self._on(at)
+        found = self.below(at)
+        if at.stand is not None:
+            return at.stand.carry(found)
         if not self.axes:
             return found
         turned = self.histories is None and at.direction == DIRECTIONS[1]
         return [along_depth(one) if turned else along_width(one) for one in found]
 
-    def _on(self, at: Support) -> list[Record]:
+    def below(self, at: Support) -> list[Record]:
+        """Return the motions of the floor itself, as `on` orders them."""
         floor = at.floor
         if self.histories is not None:
-            return self.histories.on(*at)
+            return self.histories.on(at.floor, at.direction)
         if self.building is not None:
             return records_under(self.building.floor_motions(self.arrays, [int(floor)]), self.polarity)
         if not any("floor" in array.dims for array in self.arrays):

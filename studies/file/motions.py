@@ -151,13 +151,19 @@ class BuildingTable(Table):
         """Whether storeys yield: floor motions then belong to the strength of their ground motions."""
         return self.yield_coefficient is not None
 
+    @property
+    def elastic(self) -> Self:
+        """The same building, as if its storeys could not yield."""
+        return self.model_copy(update={"yield_coefficient": None, "hardening": None, "p_delta": None})
+
     def made(self) -> shaking.Building:
-        """Make the only building of a study; as `build`, but an error names the table."""
+        """Make the only building of a study, as elastic as it is before it yields; an error names the table."""
         try:
-            found = self.build()
+            self.build()  # (what is wrong with its strength is raised here)
+            found = self.elastic.build()
         except ValueError as error:
             raise ValueError(f"building: {error}") from None
-        assert isinstance(found, shaking.Building)  # (others are refused with the file)
+        assert isinstance(found, shaking.Building)
         return found
 
     @property
@@ -169,9 +175,9 @@ class BuildingTable(Table):
 
     def yielding(self, ground: list[xr.DataArray], floors: list[xr.DataArray]) -> str:
         """Return how far storeys yield under ground motions, and the last floor beside that of an elastic building."""
-        elastic = self.model_copy(update={"yield_coefficient": None, "hardening": None, "p_delta": None})
         top = floors[0]["floor"].values[-1]
-        beside = elastic.shake(ground)
+        with noted():  # (what is doubted of the elastic building is not of this one)
+            beside = self.elastic.shake(ground)
 
         def medians(arrays: list[xr.DataArray]) -> tuple[float, float]:
             plain = [one for array in arrays for one in shaking.records(array.sel(floor=[top]))]

@@ -57,7 +57,7 @@ from .motions import PAIR, BuildingTable, MotionsTable
 from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
-from .supports import SupportTable
+from .supports import NamedSupportTable, SupportTable
 from .table import KeyInfo, RelativePath, StudyError, Table, all_errors, one_of
 from .uncertainty import SensitivityTable, UncertaintyTable
 
@@ -134,6 +134,11 @@ class StudyFile(Table):
         SupportTable | None,
         KeyInfo("none: they stand on the floor"),
         Field(description="A bench or an isolator between the floor and them."),
+    ] = None
+    supports: Annotated[
+        list[NamedSupportTable] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=100, description="Benches and platforms that lines of an inventory name."),
     ] = None
     ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
     until: Annotated[
@@ -259,6 +264,8 @@ class StudyFile(Table):
             self._check_what_does_not_scale()
         if self.support is not None:
             self._check_support()
+        if self.supports is not None:
+            self._check_supports(self.supports)
         if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
         if self._stand and self.motions.floors_index is not None:
@@ -275,7 +282,9 @@ class StudyFile(Table):
     def _check_what_does_not_scale(self) -> None:
         """Raise a ValueError where a building that yields, or such an isolator, does not go with the analysis."""
         what = "a building that yields" if any(one.yields for one in self._stand) else "an isolator that yields"
-        if self.performance is not None or self.ida is not None:
+        if self.performance is not None:
+            return  # (its motions go through what yields at each level)
+        if self.ida is not None:
             raise ValueError(
                 f"{what} needs stripes or cloud: what is above it does not scale, so that motions go through it at "
                 "each level"
@@ -292,12 +301,23 @@ class StudyFile(Table):
     def _check_support(self) -> None:
         """Raise a ValueError where a support does not go with the analysis."""
         if self.performance is not None or self.sensitivity is not None:
-            raise ValueError("support is for the blocks of a study, not for an inventory or [sensitivity]")
+            raise ValueError(
+                "support is for the blocks of a study, not for an inventory, whose lines name [[supports]], or "
+                "[sensitivity]"
+            )
         for key in ("floors_file", "floors_index"):
             if getattr(self.motions, key) is not None:
                 raise ValueError(f"a support needs ground motions, got motions.{key}, which are of floors already")
         if self.analysis.im_at != "ground":
             raise ValueError("a support needs im_at = 'ground': levels are of the ground motion below it")
+
+    def _check_supports(self, supports: list[NamedSupportTable]) -> None:
+        """Raise a ValueError where there is no inventory whose lines may name supports, or two have one name."""
+        if self.performance is None:
+            raise ValueError("supports are for the lines of an inventory; blocks of a study have one [support]")
+        names = [one.name for one in supports]
+        if len(set(names)) < len(names):
+            raise ValueError(f"supports need different names, got {', '.join(names)}")
 
     @property
     def _scaled_before(self) -> bool:
@@ -534,6 +554,8 @@ class StudyFile(Table):
             # (far: of the strength of motions that are not scaled)
             reading = reading._replace(far=(), doubts=(*reading.doubts, *doubts))
         where = ""
+        if self.performance is not None and self.performance.levels is not None:
+            where = "under the motions as they are, before they are scaled to performance.levels, "
         if self.stripes is not None and math.isfinite(level):
             size, _ = LEVEL_UNITS[self.stripes.unit]
             where = f"at {self.stripes.im} of {level / size:.4g} {self.stripes.unit} "

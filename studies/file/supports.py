@@ -60,7 +60,7 @@ class SupportTable(Table):
     def build(self) -> shaking.Support | shaking.Isolator:
         """Make the support; ValueError where a key does not belong to it or is out of range."""
         own, needed = KINDS[self.kind]
-        refuse_foreign(self, own | {"kind", "mass_ratio", "one_way"}, f"kind {self.kind!r}")
+        refuse_foreign(self, own | {"name", "kind", "mass_ratio", "one_way"}, f"kind {self.kind!r}")
         missing = sorted(name for name in needed if getattr(self, name) is None)
         if missing:
             raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
@@ -85,6 +85,18 @@ class SupportTable(Table):
             self.period_s, self.strength, yields, mass_ratio=ratio, one_way=one_way, **clear
         )
 
+    def made(self) -> shaking.Support | shaking.Isolator:
+        """Make the support; as `build`, but an error names the table."""
+        try:
+            return self.build()
+        except ValueError as error:
+            raise ValueError(f"{self.where}: {error}") from None
+
+    @property
+    def where(self) -> str:
+        """Its place in a study file."""
+        return "support"
+
     @property
     def scales(self) -> bool:
         """Whether twice the motion below gives twice the motion on top."""
@@ -92,9 +104,19 @@ class SupportTable(Table):
 
     def carry(self, below: list[xr.DataArray]) -> tuple[list[xr.DataArray], list[Doubt]]:
         """Return the motions on top of the support, and the doubt in them; ValueError as `build`."""
+        support = self.made()
         try:
-            support = self.build()
             found = [support.motions(one) for one in below]
         except ValueError as error:
             raise ValueError(f"support: {error}") from None
         return found, strike_doubts(found, support.clearance) if isinstance(support, shaking.Isolator) else []
+
+
+class NamedSupportTable(SupportTable):
+    """A bench or an isolated platform that lines of an inventory name."""
+
+    name: Annotated[str, Field(min_length=1, max_length=100, description="Its name, in the column `support`.")]
+
+    @property
+    def where(self) -> str:
+        return f"supports {self.name!r}"

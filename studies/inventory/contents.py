@@ -18,6 +18,7 @@ from ..codes.check import CLASSES
 from ..file.csv_table import MAX_TEXT
 from ..file.table import shown
 from .consequences import Consequence, Injury
+from .stands import Stand
 
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
@@ -91,6 +92,8 @@ class Contents:
         to 10; needs a friction.
     stands_on : str
         The label of the line whose piece it stands on, such as a pedestal on the same floor; '' for the floor itself.
+    stand : Stand, optional
+        The bench or the isolated platform between the floor and it.
     injury : Injury, optional
         The persons whom a piece injures; where their mean is above 0, ``injury`` is added to its consequences.
 
@@ -126,6 +129,7 @@ class Contents:
     kinetic_ratio: float = 1.0
     stands_on: str = ""
     trip: float | None = None
+    stand: Stand | None = None
 
     def __post_init__(self) -> None:
         _text("label", self.label)
@@ -297,8 +301,10 @@ class Inventory:
                 raise ValueError(f"{what} must be another line of the inventory, got {row.stands_on!r}")
             if below.stands_on:
                 raise ValueError(f"{what} must stand on the floor, got {below.label!r}, which stands on a piece itself")
-            if (below.floor, below.direction) != (row.floor, row.direction):
-                raise ValueError(f"{what} must be on its own floor and in its direction, got {below.label!r}")
+            if (below.floor, below.direction, below.stand) != (row.floor, row.direction, row.stand):
+                raise ValueError(
+                    f"{what} must be on its own floor (and support) and in its direction, got {below.label!r}"
+                )
             if not below.anchored and (below.friction is None or describe_scene(below.block)):
                 raise ValueError(
                     f"{what} must be anchored, or stand free with a friction, so that it is known whether it rests, "

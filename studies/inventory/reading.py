@@ -21,6 +21,7 @@ from ..plan.slides import Slides
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
 from .contents import MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory
 from .kits import Kit
+from .stands import Stand
 
 COLUMNS = (
     "item",
@@ -68,6 +69,7 @@ COLUMNS = (
     "falls_when",
     "trip_mm",
     "stands_on",
+    "support",
 )
 """Columns of an inventory file, in any order."""
 
@@ -84,6 +86,7 @@ def read_inventory(
     floors: Sequence[str] | None = None,
     kits: Mapping[str, Kit] | None = None,
     sliding: Slides | None = None,
+    stands: Mapping[str, Stand] | None = None,
 ) -> Inventory:
     """Read an inventory from a CSV file or a workbook.
 
@@ -99,6 +102,8 @@ def read_inventory(
     sliding : Slides, optional
         The friction of lines that give none, the kinetic ratio of those that give no contact, and the distance to an
         obstacle of those that give none.
+    stands : mapping of str to Stand, optional
+        The benches and platforms that the column ``support`` can name.
 
     Returns
     -------
@@ -174,6 +179,8 @@ def read_inventory(
                                0 to 10,000 (that of the study's friction)
     ``stands_on``              the item of another line on this floor on which it stands, such as a pedestal: then it is
                                checked, run by run, whether that one rests (the floor itself)
+    ``support``                the name of one of the study's ``[[supports]]``, a bench or an isolated platform, on
+                               which it stands (the floor itself)
     ========================== =========================================================================================
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
@@ -199,7 +206,7 @@ def read_inventory(
     found: list[tuple[CsvLine, Contents]] = []
     currency = ""
     for line in table:
-        found.append((line, _contents(line, kits or {}, sliding)))
+        found.append((line, _contents(line, kits or {}, sliding, stands or {})))
         if floors is not None and str(found[-1][1].floor) not in floors:
             known = ", ".join(floors if len(floors) <= 12 else [*floors[:5], "…", floors[-1]])
             hint = "; give a building, or floor motions" if list(floors) == ["0"] else ""
@@ -240,7 +247,7 @@ def _told_apart(found: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]
         yield replace(row, label=label, stands_on=below)
 
 
-def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None) -> Contents:
+def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None, stands: Mapping[str, Stand]) -> Contents:
     """Return the contents that a line describes."""
     block = _near_edge(line, placed_of_line(line, planned_of_line(line, block_of_line(line))))
     floor = line.text("floor")
@@ -292,6 +299,10 @@ def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None) ->
         distributions["trip"] = 1e-3 * trip
     elif slides and sliding is not None:
         distributions["trip"] = sliding.trip
+    stand = stands.get(line.text("support"))
+    if line.text("support") and stand is None:
+        known = f"one of {', '.join(map(repr, stands))}" if stands else "empty: the study has no [[supports]]"
+        line.refuse("support", f"must be {known}, got {shown(line.text('support'))}")
     words = [word.strip().lower() for word in re.split(r"[|,;]", line.text("consequence"))]
     e = line.number_in(e_column, above=0.0, at_most=1.0)
     value = line.number_in("value", at_least=0.0, at_most=MAX_VALUE)
@@ -317,6 +328,7 @@ def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None) ->
             anchor_height=height,
             kit="" if kit is None else kit.name,
             stands_on=line.text("stands_on"),
+            stand=stand,
             **distributions,
         ),
     )

@@ -33,7 +33,7 @@ from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.restraints import DESIGN, FLAG, any_held, ruptures
 from ..plan.risk import Risk
-from ..plan.selections import selection_notes, selection_variables
+from ..plan.selections import UNSELECTED, selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
@@ -416,7 +416,7 @@ class FragilityStudy(BlockStudy, Study):
         if forced:
             attributes[FORCED] = forced
         if self.measures is not None:
-            ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
+            ranking = ranked(results, self.design.motions, self.measures, self.fit.state)
             found |= ranking.data_vars
             attributes["ranking"] = ranking.attrs["ranking"]
         said = [
@@ -437,6 +437,8 @@ class FragilityStudy(BlockStudy, Study):
             found |= chosen.data_vars
             coordinates |= chosen.coords
             said += selection_notes(chosen)
+        elif isinstance(self.design, Stripes):
+            said.append(UNSELECTED)
         kept = without_replicates(curves)
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:

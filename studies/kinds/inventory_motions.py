@@ -50,9 +50,14 @@ def reading_of(motions: Motions, generator: Generator | None, building: Building
     return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
 
 
-def motion_notes(motions: Motions, inventory: Inventory, elastic: bool) -> list[str]:
-    """Return notes on floor histories, a sentence each; `elastic`: whether the study file lets them be scaled."""
+def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: bool = False) -> list[str]:
+    """Return notes on floor histories, a sentence each.
+
+    elastic: whether the study file lets them be scaled; yields: whether they are of the study's own building.
+    """
     if isinstance(motions, FloorHistories):
+        if yields:
+            return []
         return history_notes(motions, inventory)
     return [PROPORTIONAL] if elastic else []
 

@@ -68,6 +68,7 @@ from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..inventory.contents import Contents, Inventory
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory
+from ..inventory.stands import Stand
 from ..kits.savings import Shake, kit_savings, with_kit
 from ..money.present_value import DISCOUNT
 from ..plan.branches import BRANCH_COORDINATES
@@ -91,6 +92,7 @@ from .inventory_motions import (
     refuse_scaling,
 )
 from .kits import candidates, kit_notes, kits_of, scenes_of, with_kit_sets
+from .level_floors import LevelFloors, check_levels, level_floors, strikes, what_yields
 from .study import SLAB_BYTES_A_RUN, Study, each, part_of, perturbed_words, plain, screening_of
 
 if TYPE_CHECKING:
@@ -115,7 +117,9 @@ class PerformanceStudy(Study):
     given the level `at` where there is no hazard.  `undirected`: the inventory gives directions that no motion has.
     `kits` are tried on all pieces that they fit, of which the cheapest set is chosen for the `target`.  `polarity`: how
     motions are run, those of branches and under kits, too.  `axes`: how pairs of components shake, '' where one does;
-    `of_axes`: notes on the axes about which lines are run.
+    `of_axes`: notes on the axes about which lines are run.  `of_levels`: where the building or a platform
+    yields, the floors at each level, which are `motions`; `building` is then the building before it yields, for codes
+    alone.  `struck`: the doubts in the clearances of platforms.
     """
 
     inventory: Inventory
@@ -146,6 +150,8 @@ class PerformanceStudy(Study):
     polarity: str = AS_RECORDED
     axes: str = ""
     of_axes: tuple[str, ...] = ()
+    of_levels: LevelFloors | None = None
+    struck: tuple[Doubt, ...] = ()
     slipping: Slipping = USUAL
     piece_class: str | None = None
     discount: float = DISCOUNT
@@ -158,12 +164,13 @@ class PerformanceStudy(Study):
         building = None if content.building is None else content.building.made()
         known_kits = kits_of(content)
         sliding = None if content.friction is None else content.friction.build()
+        stands = {one.name: Stand(one.name, one.made()) for one in content.supports or []}
         if asked.kits and content.hazard is None and asked.modelling_dispersion > 0.0:
             raise ValueError("performance.kits with modelling_dispersion need a [hazard]: savings at a level hold none")
         on_floors = content.motions.floors_file is not None or content.motions.floors_index is not None
         if not on_floors:  # (errors in the inventory are raised before motions are made)
             known = ["0"] if building is None else [str(floor) for floor in building.floors]
-            inventory = read_inventory(folder / asked.inventory, known, known_kits, sliding)
+            inventory = read_inventory(folder / asked.inventory, known, known_kits, sliding, stands)
         about = content.hazard is None and asked.modelling_dispersion > 0.0
         refuse_scaling(content.motions, "" if asked.levels is None else "performance.levels", about)
         histories = read_histories(content.motions, asked, folder)
@@ -185,11 +192,13 @@ class PerformanceStudy(Study):
         elif asked.at_level is not None:
             raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
         motions: Motions = tuple(content.motions.build(folder)) if histories is None else in_si(histories, im, levels)
-        shaking = Shaking.of(building, motions, None, im == SCALE)
+        of_levels = None if on_floors else _of_levels(content, folder, inventory, motions, im, levels)
+        motions = motions if of_levels is None else of_levels.histories
+        shaking = Shaking.of(None if of_levels is not None else building, motions, None, im == SCALE)
         if shaking.axes:
             shaking.scaled(levels, im)  # (a measure of one component is refused before anything is run)
         if on_floors:
-            inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits, sliding)
+            inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits, sliding, stands)
         given_directions, as_read = any(row.direction for row in inventory.rows), inventory
         laws = each("models", content.models)
         inventory = placed_on_axes(inventory, shaking, laws)
@@ -245,6 +254,8 @@ class PerformanceStudy(Study):
             polarity=asked.polarity or _polarity_of(inventory, kits),
             axes=shaking.axes,
             of_axes=tuple(axes_notes(inventory, as_read, shaking.axes)),
+            of_levels=of_levels,
+            struck=tuple(strikes(inventory, shaking)),
             slipping=slipping,
             piece_class=asked.modelling_class,
             discount=asked.discount_rate,
@@ -469,9 +480,11 @@ class PerformanceStudy(Study):
         said += scene_notes(scenes_of(self.inventory, self.kits))
         said += kit_notes(self.inventory, self.kits)
         said += polarity_notes(scenes_of(self.inventory, self.kits), self.polarity)
-        said += motion_notes(self.motions, self.inventory, bool(self.configuration["motions"].get("elastic")))
+        elastic, yields = bool(self.configuration["motions"].get("elastic")), self.of_levels is not None
+        said += motion_notes(self.motions, self.inventory, elastic, yields)
         for name, one in self.further.items():
-            said += [f"motions {name!r}: {note}" for note in motion_notes(one.motions, one.inventory, one.elastic)]
+            of = motion_notes(one.motions, one.inventory, one.elastic, yields)
+            said += [f"motions {name!r}: {note}" for note in of]
         if self.undirected:
             said.append(UNDIRECTED)
         said += self.of_axes
@@ -491,10 +504,13 @@ class PerformanceStudy(Study):
         measure = None if self.im == SCALE else intensity_measure(self.im)
         levels = [] if measure is None else level_doubts(self.levels, measure.units)
         far = self.reading.far if self.im == SCALE else ()
-        return [*block_doubts([row.block for row in self.inventory.rows]), *self.reading.doubts, *far, *levels, *others]
+        own = (*self.reading.doubts, *self.struck)
+        return [*block_doubts([row.block for row in self.inventory.rows]), *own, *far, *levels, *others]
 
     @cached_property
     def reading(self) -> Reading:
+        if self.of_levels is not None:
+            return self.of_levels.reading
         return reading_of(self.motions, self.generator, self.building)
 
     @property
@@ -526,6 +542,11 @@ class PerformanceStudy(Study):
         return found
 
     @property
+    def _elastic(self) -> Building | None:
+        """The building that ground motions go through as they are run; None where they went through it before."""
+        return self.building if self.of_levels is None else None
+
+    @property
     def _in_mean(self) -> float:
         """beta_m where means hold it, else 0."""
         return self.modelling if self.where == IN_MEAN else 0.0
@@ -538,7 +559,7 @@ class PerformanceStudy(Study):
             self.motions,
             self.levels,
             self.im,
-            self.building,
+            self._elastic,
             self.hazard,
             self.variability,
             self._in_mean,
@@ -579,6 +600,8 @@ class PerformanceStudy(Study):
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
             middle = level_text(self.at, found["level"])
             said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
+        if self.of_levels is not None:
+            found = found.assign(self.of_levels.variables(self.polarities))
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
         ways = {POLARITY: found[POLARITY]} if POLARITY in found.coords else {}
         results = (
@@ -635,7 +658,7 @@ class PerformanceStudy(Study):
                 one.motions,
                 self.levels,
                 self.im,
-                self.building,
+                self._elastic,
                 variability=self.variability,
                 slipping=self.slipping,
                 consequence_correlation=self.correlation,
@@ -659,7 +682,7 @@ class PerformanceStudy(Study):
         return screen_inventory(
             self.inventory,
             self.models,
-            Shaking.of(self.building, self.motions, None, self.im == SCALE, self.polarity),
+            Shaking.of(self._elastic, self.motions, None, self.im == SCALE, self.polarity),
             self.levels,
             self.im,
             found["overturned"],
@@ -714,7 +737,11 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
     if histories is not None:
         histories = in_si(histories, study.im, study.levels)
     motions: Motions = tuple(table.build(folder)) if histories is None else histories
-    shaking = Shaking.of(study.building, motions, None, study.im == SCALE)
+    of_levels = None
+    if study.of_levels is not None:
+        of_levels = _of_levels(content, folder, inventory, motions, study.im, study.levels)
+        motions = motions if of_levels is None else of_levels.histories
+    shaking = Shaking.of(study._elastic, motions, None, study.im == SCALE)
     refuse_scaling(table, "the levels of shaking")
     if shaking.axes != study.axes:
         raise ValueError("must shake about the same axes: give component, and axes, as in [motions]")
@@ -727,7 +754,25 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
                 "of the study"
             )
     _refuse_modelling(study.modelling, placed, shaking, study.hazard is not None)
-    return ShakenBy(motions, reading_of(motions, table.made_by(folder), study.building), placed, bool(table.elastic))
+    reading = of_levels.reading if of_levels else reading_of(motions, table.made_by(folder), study._elastic)
+    reading = reading._replace(doubts=(*reading.doubts, *strikes(placed, shaking)))
+    return ShakenBy(motions, reading, placed, bool(table.elastic))
+
+
+def _of_levels(
+    content: StudyFile, folder: Path, inventory: Inventory, motions: Motions, im: str, levels: Array
+) -> LevelFloors | None:
+    """Return the floors of each level where the building or a platform yields, else None."""
+    asked, what = content.performance, what_yields(content.building, inventory)
+    assert asked is not None  # (the table makes it this kind of study)
+    if what:
+        check_levels(what, asked, content.hazard is not None)
+    if not what or isinstance(motions, FloorHistories):
+        return None
+    if content.motions.floors_file is not None:
+        raise ValueError(f"{what} needs ground motions, or floor histories of each level (motions.floors_index)")
+    unit = "" if asked.levels is None else asked.levels.unit
+    return level_floors(content.building, inventory, motions, content.motions.made_by(folder), im, levels, unit)
 
 
 def _polarity_of(inventory: Inventory, kits: Sequence[Kit]) -> str:

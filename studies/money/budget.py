@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import coo_array
 
 from ... import checks
 from ...aliases import Array, Index
@@ -86,7 +85,7 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index 
     if not open_.size:
         return Choice(chosen, (0.0,) * len(gains))
     price = costs[open_]
-    limits = [LinearConstraint(price[None], -np.inf, budget), *_one_of_each(groups, open_)]
+    limits = [scipy.optimize.LinearConstraint(price[None], -np.inf, budget), *_one_of_each(groups, open_)]
     gaps: list[float] = []
     kept: list[tuple[Array, float]] = []
     taken = np.zeros(open_.size, dtype=bool)
@@ -109,7 +108,7 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index 
         bound = reached if found.mip_dual_bound is None else max(-float(found.mip_dual_bound) * whole / SCALE, reached)
         over = bound - reached
         gaps.append(0.0 if over <= 1e-6 * reached or over <= SAME * whole else over / reached if reached else math.inf)
-        limits.append(LinearConstraint(SCALE * here[None] / whole, SCALE * reached / whole, np.inf))
+        limits.append(scipy.optimize.LinearConstraint(SCALE * here[None] / whole, SCALE * reached / whole, np.inf))
         kept.append((here, reached))
     chosen[open_[taken]] = True
     return Choice(chosen, (*gaps, *(math.inf,) * (len(gains) - len(gaps))))
@@ -166,7 +165,9 @@ def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Ind
     limits = _one_of_each(groups, open_)
     for gain, need in needs:
         whole = float(np.abs(gain).sum()) or 1.0
-        limits.append(LinearConstraint(SCALE * gain[None, open_] / whole, SCALE * (need / whole - SAME), np.inf))
+        limits.append(
+            scipy.optimize.LinearConstraint(SCALE * gain[None, open_] / whole, SCALE * (need / whole - SAME), np.inf)
+        )
     price = costs[open_]
     dear = float(price.sum()) or 1.0
     if not open_.size:
@@ -182,24 +183,26 @@ def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Ind
     return Cheapest(chosen, 0.0 if over <= SAME * dear else over / spent)
 
 
-def _search(objective: Array, limits: Sequence[LinearConstraint]) -> Any:
+def _search(objective: Array, limits: Sequence[scipy.optimize.LinearConstraint]) -> Any:
     """Return the least value of an objective of lines that are chosen or not, as HiGHS finds it."""
-    return milp(
+    return scipy.optimize.milp(
         objective,
         integrality=np.ones(objective.size, dtype=np.int64),
-        bounds=Bounds(0.0, 1.0),
+        bounds=scipy.optimize.Bounds(0.0, 1.0),
         constraints=limits,
         options={"node_limit": NODES, "mip_rel_gap": 0.0},
     )
 
 
-def _one_of_each(groups: Index | None, open_: Index) -> list[LinearConstraint]:
+def _one_of_each(groups: Index | None, open_: Index) -> list[scipy.optimize.LinearConstraint]:
     """Return the limit of one line to each group, of the lines that can be chosen."""
     if groups is None:
         return []
     numbers, of_group = np.unique(groups[open_], return_inverse=True)
-    rows = coo_array((np.ones(open_.size), (of_group, np.arange(open_.size))), shape=(numbers.size, open_.size))
-    return [LinearConstraint(rows.tocsr(), -np.inf, 1.0)]
+    rows = scipy.sparse.coo_array(
+        (np.ones(open_.size), (of_group, np.arange(open_.size))), shape=(numbers.size, open_.size)
+    )
+    return [scipy.optimize.LinearConstraint(rows.tocsr(), -np.inf, 1.0)]
 
 
 def _affordable(taken: NDArray[np.bool_], gains: Array, price: Array, budget: float) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -93,7 +94,7 @@ class Design(ABC):
         """Whether every motion is run both ways."""
         return any(REVERSE_OF in array.coords for array in self.arrays)
 
-    @property
+    @cached_property
     def axes(self) -> str:
         """How pairs of components shake (`axes_of`), '' where one component does."""
         # (the motions of an array shake alike: reading one of them is a thousandth of the work)

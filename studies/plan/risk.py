@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -19,7 +19,9 @@ from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
 from ...units import DIMENSIONLESS
 from ..text.curve_notes import BEYOND, SETTLED, family_notes, rate_notes, verb_of
 from ..text.level_advice import other_levels
-from .designs import Design
+
+if TYPE_CHECKING:
+    from .designs import Design
 
 # The names in the results, where other variables have the plain names.
 RISK_NAMES = {

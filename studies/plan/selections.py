@@ -76,6 +76,13 @@ def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
     return [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(names))]
 
 
+UNSELECTED = (
+    "motions of the stripes are as they are given: whether they agree with the hazard at their levels is not checked "
+    "([stripes.select] chooses those that do)"
+)
+"""What is to be said of stripes whose motions are not selected."""
+
+
 def selection_notes(found: xr.Dataset) -> list[str]:
     """Return what is to be said of a study's selections: how well they agree, and what was not asked to."""
     given = found[STRIPE].attrs["long_name"]

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
+from matplotlib.ticker import FixedLocator, PercentFormatter
 
 from ...aliases import Array
 from ...fragility import curve_probability
@@ -32,6 +32,28 @@ LOW_ROWS = 2
 """Rows of panels up to which panels of laws are high."""
 FULL_BIN, MOST_BINS = 30, 8
 """Motions of a cloud that make a bin, and the largest number of bins."""
+
+
+class Frame(NamedTuple):
+    """What all panels of some results share: the axis of levels, its unit and span, and where curves are drawn."""
+
+    axis: xr.DataArray
+    scale: float
+    span: Span
+    x: Array
+
+    @classmethod
+    def of(cls, results: xr.Dataset) -> Frame:
+        axis = _axis(results)
+        scale, _ = display_unit(axis)
+        span = _span(results, axis, scale)
+        return cls(axis, scale, span, _drawn_levels(results, span, scale))
+
+    def curves(self, here: xr.Dataset) -> Array:
+        """Return the fitted curves of one block (law, level), NaN where a law has none; no rows without curves."""
+        if not _has_curves(here):
+            return np.empty((0, self.x.size))
+        return np.atleast_2d(_curves(here, self.x * self.scale))
 
 
 class Span(NamedTuple):
@@ -104,8 +126,7 @@ def fragility(
     >>> ax.get_ylabel(), len(ax.lines)
     ('probability of overturning', 2)
     """
-    curves = "median" in results or "curve_probability" in results or _tabulated(results)
-    if not curves and not _observed(results) and "intensity" not in results.coords:
+    if not _has_curves(results) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
     here = selection.one(results, block=block, floor=floor)
     laws = selection.laws(here, model, color)
@@ -113,38 +134,65 @@ def fragility(
         raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
     if ax is None:
         ax = axes.new(6.0, 4.2)
-    axis = _axis(results)
-    scale, _ = display_unit(axis)
-    span = _span(results, axis, scale)
-    cloud = "level" not in results.coords and "intensity" in results.coords
-    x = _drawn_levels(results, span, scale)
-    lines = np.full((len(laws), x.size), np.nan)
-    if curves:
-        lines[:] = _curves(here if model is None else laws[0].results, x * scale)
+    frame = Frame.of(results)
+    lines = frame.curves(here if model is None else laws[0].results)
     for i, law in enumerate(laws):
-        if observed and cloud and "overturned" in law.results:
-            _motions(law, ax, scale, i, floor)
-        elif observed and _observed(law.results):
-            _fractions(law, ax, scale)
-        fitted = bool(np.isfinite(lines[i]).any())
-        if fitted:
-            ax.plot(x, lines[i], color=law.colour, lw=1.8, ls=law.line)
-        style = law.line if fitted else "none"
-        marker = law.marker if observed and (cloud or _observed(law.results)) else "none"
-        text = label or law.label or "curve"
-        ax.plot([], [], color=law.colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=style, label=text)
-    axes.level_axis(ax, span.low, span.high, span.log, axis_name(axis))
-    ax.set_ylim(-0.02 if not cloud else -0.06, 1.02 if not cloud else 1.06)
-    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_yticks(np.linspace(0.0, 1.0, 6))
-    ax.set_ylabel(f"probability of {results.attrs.get('state', 'overturning')}")
-    axes.grid(ax)
-    where = "" if floor is None else f", {floor_name(floor)}".replace("r ", "r\u00a0")
-    # (a title may extend over the numbers beside the axis)
-    ax.set_title(_title(here, where, axes.width_of(ax) + 0.5), fontsize=10)
+        _law(frame, ax, law, lines[i] if len(lines) else None, i=i, floor=floor, observed=observed, label=label)
+    _finish(frame, ax, results)
+    _name(ax, _title(here, floor, axes.width_of(ax) + 0.5))
     if legend and (len(laws) > 1 or label is not None):
         ax.legend(frameon=False, fontsize=9)
     return ax
+
+
+def _law(
+    frame: Frame,
+    ax: Axes,
+    law: selection.DrawnLaw,
+    line: Array | None,
+    *,
+    i: int = 0,
+    floor: int | str | None = None,
+    observed: bool = True,
+    label: str | None = None,
+) -> None:
+    """Draw one law, the law `i` of its axes: what was observed, its curve, and its entry in a legend."""
+    cloud = _is_cloud(law.results)
+    if observed and cloud and "overturned" in law.results:
+        _motions(law, ax, frame.scale, i, floor)
+    elif observed and _observed(law.results):
+        _fractions(law, ax, frame.scale)
+    fitted = line is not None and bool(np.isfinite(line).any())
+    if line is not None and fitted:
+        ax.plot(frame.x, line, color=law.colour, lw=1.8, ls=law.line)
+    style = law.line if fitted else "none"
+    marker = law.marker if observed and (cloud or _observed(law.results)) else "none"
+    text = label or law.label or "curve"
+    ax.plot([], [], color=law.colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=style, label=text)
+
+
+def _finish(frame: Frame, ax: Axes, results: xr.Dataset) -> None:
+    """Set the two axes of a panel."""
+    axes.level_axis(ax, frame.span.low, frame.span.high, frame.span.log, axis_name(frame.axis))
+    cloud = _is_cloud(results)
+    ax.set_ylim(-0.02 if not cloud else -0.06, 1.02 if not cloud else 1.06)
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.yaxis.set_major_locator(FixedLocator([0.0, 0.2, 0.4, 0.6, 0.8, 1.0]))
+    ax.set_ylabel(f"probability of {results.attrs.get('state', 'overturning')}")
+    axes.grid(ax)
+
+
+def _name(ax: Axes, text: str) -> None:
+    """Write the title of a panel at its upper edge; matplotlib would look again and again for ticks in its way."""
+    ax.set_title(text, fontsize=10, y=1.0)
+
+
+def _is_cloud(results: xr.Dataset) -> bool:
+    return "level" not in results.coords and "intensity" in results.coords
+
+
+def _has_curves(results: xr.Dataset) -> bool:
+    return "median" in results or "curve_probability" in results or _tabulated(results)
 
 
 def _axis(results: xr.Dataset) -> xr.DataArray:
@@ -247,8 +295,9 @@ def _curves(here: xr.Dataset, x: Array) -> Array:
     return np.asarray(found.transpose(..., "level").values)
 
 
-def _title(here: xr.Dataset, where: str, inches: float) -> str:
-    """Return the title of a panel: the block, and its sizes where they are known."""
+def _title(here: xr.Dataset, floor: int | str | None, inches: float) -> str:
+    """Return the title of a panel: the block, its floor, and its sizes where they are known."""
+    where = "" if floor is None else f", {floor_name(floor)}".replace("r ", "r\u00a0")
     lines = [axes.wrapped("".join([*selection.labels(here, "block"), where]), inches)]
     if {"width", "height", "alpha"} <= {*here.coords} and all(here[n].ndim == 0 for n in ("width", "height", "alpha")):
         width, height, alpha = (here[name].item() for name in ("width", "height", "alpha"))
@@ -276,44 +325,38 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     width = max(3.0 * columns, 6.4)
     height = 3.1 if rows <= LOW_ROWS or len(laws) == 1 else 2.3
     figure = axes.figure(width, height * rows + 1.0)
-    panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    # (every panel gets the same limits; with `sharey` each of them would set those of all others)
+    panels = figure.subplots(rows, columns, squeeze=False)
     shown = _drawn_of(results)
+    frame = Frame.of(shown)
     spare = set(range(rows * columns))
     for k, (block, floor) in enumerate(cases):
+        here = selection.one(shown, block=block, floor=floor)
+        lines = frame.curves(here)
+        looks = selection.laws(here)
         for j, law in enumerate(laws):
             i = k * each + j
             spare.discard(i)
             ax = panels.flat[i]
+            for other, line in enumerate(lines):
+                if other != j:
+                    ax.plot(frame.x, line, color="0.75", lw=1.0, zorder=0)
+            _law(frame, ax, looks[j], lines[j] if len(lines) else None, floor=floor)
+            _finish(frame, ax, shown)
+            # (a title may extend over the numbers beside the axis)
+            room = axes.width_of(ax) + 0.5
             if len(laws) > 1:
-                _others(selection.one(shown, block=block, floor=floor), ax, j)
-                fragility(shown, ax, block=block, floor=floor, model=law, legend=False)
                 where = "" if floor is None else f", {floor_name(floor)}"
-                ax.set_title(
-                    axes.wrapped(f"{block}{where}\n{axes.model_name(law)}", axes.width_of(ax) + 0.5), fontsize=10
-                )
-            else:
-                fragility(shown, ax, block=block, floor=floor, legend=False)
-            if len(laws) > 1:
+                _name(ax, axes.wrapped(f"{block}{where}\n{axes.model_name(law)}", room))
                 axes.outer_labels(ax, j, columns, len(laws))
             else:
+                _name(ax, _title(here, floor, room))
                 axes.outer_labels(ax, i, columns, len(cases))
     for i in spare:
         panels.flat[i].remove()
     text = _reading_note(results, len(floors), len(cases), len(every))
     axes.heading(figure, str(results.attrs.get("title", "Fragility")), text)
     return figure
-
-
-def _others(here: xr.Dataset, ax: Axes, own: int) -> None:
-    """Draw the curves of all laws but one in grey."""
-    if "median" not in here and "curve_probability" not in here and not _tabulated(here):
-        return
-    axis = _axis(here)
-    scale, _ = display_unit(axis)
-    x = _drawn_levels(here, _span(here, axis, scale), scale)
-    for j, line in enumerate(_curves(here, x * scale)):
-        if j != own:
-            ax.plot(x, line, color="0.75", lw=1.0, zorder=0)
 
 
 def _drawn_of(results: xr.Dataset) -> xr.Dataset:

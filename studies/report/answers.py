@@ -24,7 +24,6 @@ from ...wording import (
     whole_percent,
     years_between,
 )
-from ..kinds.performance import ranking_of
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, OPEN
 from ..tables.assessment import (
@@ -372,6 +371,8 @@ def _listed(parts: list[str]) -> str:
 
 
 def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
+    from ..kinds.performance import ranking_of  # noqa: PLC0415 - with the study files' tables, of which no other report needs any
+
     ranking = ranking_of(results)
     ranking = ranking.isel(item=~doubtful_items(ranking))
     rows = ranking_rows(ranking, model, most=1)

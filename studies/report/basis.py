@@ -98,13 +98,25 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         what = f"The building{roof}"
         period = building.get("period_s")
         first = "" if period is None else f", with a first natural period of {given_number(float(period))} s"
-        yield f"{what} is taken as elastic{first}; each piece is shaken by the motion of its own floor."
+        if "yield_coefficient" in building:
+            yield from _yielding(results)
+        else:
+            yield f"{what} is taken as elastic{first}; each piece is shaken by the motion of its own floor."
         if storeys is not None:
             yield from _on_the_roof(results, roof_of(results))
     elif "buildings" in study:
-        yield "The buildings are taken as elastic; each piece is shaken by the motion of its own floor."
+        yields = any("yield_coefficient" in one for one in study["buildings"])
+        but = ", but for those whose storeys yield" if yields else ""
+        yield f"The buildings are taken as elastic{but}; each piece is shaken by the motion of its own floor."
     elif _histories(study):
         yield from _own_building(results, study)
+    if "support" in results.coords:
+        on = results["item"].values[results["support"].values != ""]
+        yield (
+            f"{first_of([f'“{one}”' for one in on])} {'stands' if on.size == 1 else 'stand'} on a bench or an isolated "
+            "platform, which answers the motion of the floor and shakes what stands on it; what it would do at its "
+            "stops is not modelled."
+        )
     scene = SCENE in results.coords
     sideways = (
         ", and along its depth by the other component of the same earthquake; it has fallen where it falls in either "
@@ -261,6 +273,21 @@ def _histories(study: Mapping[str, Any]) -> bool:
     """Return whether the floors move by histories with levels of their own, or by others that are scaled."""
     motions = study.get("motions")
     return isinstance(motions, dict) and ("floors_index" in motions or bool(motions.get("elastic")))
+
+
+def _yielding(results: xr.Dataset) -> Iterator[str]:
+    """Yield how a building with storeys that yield moves, and what is not known where it collapses."""
+    yield (
+        "The storeys of the building yield: each ground motion goes through it at its own level of shaking, and each "
+        "piece is shaken by the motion of its own floor."
+    )
+    if "building_collapsed" in results and bool(results["building_collapsed"].any()):
+        fallen = int((results["building_collapsed"] > 0).sum())
+        yield (
+            f"The building collapses in {fallen:,} of {results['building_collapsed'].size:,} cases of a motion at a "
+            "level. There a piece counts as fallen only where the motion of its floor until then makes it fall: what "
+            "the collapse itself destroys, and whom it injures, is in no number of this report."
+        )
 
 
 def _own_building(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:

@@ -87,6 +87,10 @@ SUPPORTS = {
     "bilinear": "bilinear isolator",
     "pendulum": "friction pendulum",
 }
+SUPPORTS_ASSUMPTION = (
+    "Between the floor and the pieces on “{name}” there is a {kind}, whose motion shakes them; their reaction on it is "
+    "left out, and stops are not modelled."
+)
 SUPPORT_ASSUMPTION = (
     "Between the floor and the blocks there is a {kind}, whose motion shakes them; their reaction on it is left out, "
     "and stops are not modelled."
@@ -307,6 +311,10 @@ def assumptions(results: xr.Dataset) -> list[str]:
     support = study.get("support")
     if isinstance(support, dict):
         building.append(SUPPORT_ASSUMPTION.format(kind=SUPPORTS.get(str(support.get("kind")), "support")))
+    building += [
+        SUPPORTS_ASSUMPTION.format(name=one["name"], kind=SUPPORTS[str(one["kind"])])
+        for one in _listed(study.get("supports"))
+    ]
     motions = study.get("motions")
     if isinstance(motions, dict) and ("floors_index" in motions or motions.get("elastic")):
         building.append(HISTORIES_ASSUMPTION)

@@ -8,9 +8,12 @@ from pathlib import Path
 
 import xarray as xr
 
+from ...labelled import spare_dask
 from ...units import SCHEMA
 from ..file.table import StudyError
 from ..store.folder import UNREADABLE, damaged
+
+spare_dask()
 
 KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
 

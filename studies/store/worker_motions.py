@@ -29,7 +29,11 @@ def cluster(
 
     both: whether the motions are run both ways.
     """
-    if not makes_motions(configuration):  # (the workers may lack the files)
+    # (the workers may lack the files, and do not know what yields above the ground makes of each level)
+    yields = "performance" in configuration and (
+        "supports" in configuration or "yield_coefficient" in (configuration.get("building") or {})
+    )
+    if yields or not makes_motions(configuration):
         return Cluster(client, None, stop)
     make = partial(motions_again, json.dumps(configuration), both)
     return Cluster(client, Remake(make, frozenset(digests)), stop)

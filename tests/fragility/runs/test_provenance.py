@@ -75,6 +75,14 @@ CALLS = {
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
     "pooled": lambda *_: pooled(),
     "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),
+    "rates_by_measure": lambda *_: fragility.rates_by_measure(
+        [
+            fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0 * k, 5.0 * k], im)
+            for im, k in (("pga", 1.0), ("pgv", 0.1))
+        ],
+        [SITE, HazardCurve.power_law(1e-4, 2.5, "pgv")],
+        replicates=5,
+    ),
     "read_curve_csv": lambda runs, curves, folder: exchanged("curve_csv", curves, folder / "curves.csv"),
     "read_nrml": lambda runs, curves, folder: exchanged("nrml", curves, folder / "curves.xml"),
     "read_pelicun": lambda runs, curves, folder: exchanged("pelicun", curves, folder / "curves.csv"),

@@ -122,6 +122,12 @@ class TestConditionalSpectra:
             (SPECTRA + "0.1,mean,1.0,0.2,0.0\n", "Sa(1.0)", "mean", "period 1 twice"),
             (SPECTRA + "0.1,mean,3.0,0.2,0.1\n", "Sa(1.0)", "mean", "the same periods"),
             (SPECTRA + "0.1,mean,3.0\n", "Sa(1.0)", "mean", "has 3 columns"),
+            (
+                SPECTRA.replace("0.0,0.18", "0.0,31.5"),
+                "Sa(1.0)",
+                "mean",
+                r"31\.5 at period 0, 11\d times",
+            ),
         ],
     )
     def test_refused(self, tmp_path, text, given, statistic, words):

@@ -214,6 +214,7 @@ class TestRefused:
             ({"medians": [1.0]}, "2 numbers"),
             ({"medians": [1.0, -1.0]}, "> 0, got -1 for pgv"),
             ({"sigmas": [0.5, 0.0]}, "sigmas must be > 0"),
+            ({"sigmas": [0.5, 70.0]}, "sigmas must be at most 3 .*, got 70 for"),
             ({"sigmas": [0.5, np.inf]}, "finite"),
             ({"given": "Sa(1.0)"}, "given must be one of the measures"),
             ({"given": "AvgSa(0.5 1.0)"}, r"needs Sa\(0\.5\) among"),

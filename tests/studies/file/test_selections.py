@@ -96,6 +96,36 @@ def test_kept_where_asked(tmp_path, target):
     assert results.sizes["motion"] == 20
 
 
+def test_stripes_without_a_selection_say_so(tmp_path, target):
+    a, b = STUDY.index("[stripes.select]"), STUDY.index("[[stripes.at]]")
+    found = study(tmp_path, target, STUDY[:a] + STUDY[b:]).run()
+    assert "whether they agree with the hazard at their levels is not checked" in found.attrs["notes"]
+    assert "selection_consistent" not in found
+
+
+def test_measures_are_ranked_where_motions_are_in_several_stripes(tmp_path, target):
+    """A stripe has motions of several tables, and shares some with the next: each is found in its own set."""
+    also = """[[stripes.select.also]]
+generator = "clough-penzien"
+number = 60
+duration_s = 10
+dt_s = 0.01
+omega_g_dispersion = 0.4
+seed = 1
+[measures]
+also = ["Sa(0.5)"]
+"""
+    text = STUDY.replace("level = 3.0", "level = 0.33").replace(
+        'target = "target.csv"', 'target = "target.csv"\noutside = "keep"'
+    )
+    found = study(tmp_path, target, text.replace("number = 10\n", "number = 30\n", 1) + also)
+    assert len({str(name) for array in found.design.arrays for name in array["motion"].values}) < 60
+    results = found.run()
+    own = tp.fragility.rank_measures(results, list(found.design.motions), ("Sa(0.5)",), replicates=0)
+    assert "Sa(0.5)" in own["measure"].values
+    np.testing.assert_allclose(results["measure_dispersion"].values, own["dispersion"].values, rtol=1e-12)
+
+
 def test_the_target_is_part_of_the_identity(tmp_path, target):
     first = study(tmp_path, target).identity
     assert study(tmp_path, target).identity == first

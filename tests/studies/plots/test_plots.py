@@ -8,7 +8,9 @@ import numpy as np
 import plot_cases as cases
 import pytest
 import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from scipy.special import ndtr
 
 import toppling as tp
@@ -475,3 +477,52 @@ def test_the_public_functions(name):
     assert "pyplot" not in dir(module)
     for heading in ("Parameters", "Returns", "Raises"):
         assert f"    {heading}\n    ---" in function.__doc__
+
+
+def test_minor_ticks_are_those_of_matplotlib():
+    """Every dot of the figure, whatever the limits are when it is drawn."""
+
+    def drawn(own, last):
+        ax = axes.new(4.0, 3.0)
+        ax.set_xscale("log")
+        ax.set_xlim(0.13, 27.0)
+        locator = ax.xaxis.get_minor_locator()
+        axes.plain_log(ax)
+        if not own:
+            (ticks,) = (one for one in ax.artists if isinstance(one, axes.MinorTicks))
+            ticks.remove()
+            ax.xaxis.set_minor_locator(locator)
+            ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.set_xlim(last)
+        canvas = FigureCanvasAgg(ax.figure)
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())
+
+    for last in ((0.13, 27.0), (0.002, 60.0), (0.9, 1.7), (27.0, 0.13)):
+        np.testing.assert_array_equal(drawn(True, last), drawn(False, last))
+    ax = axes.new(4.0, 3.0)
+    for _ in range(2):
+        axes.level_axis(ax, 0.1, 10.0, True, "level")
+    assert sum(isinstance(one, axes.MinorTicks) for one in ax.artists) == 1
+
+
+def test_the_panels_of_a_figure_hold_the_curves_of_each_law():
+    """What `plot.fragility` draws for one law, and the curves of the other laws in grey."""
+    results = cases.curves()
+    panels = iter(fragility_figure(results).axes)
+    for block in results["block"].values:
+        for law in results["model"].values:
+            ax = next(panels)
+            alone = plot.fragility(results, block=str(block), model=str(law))
+            grey = [line for line in ax.lines if line.get_color() == "0.75"]
+            own = [line for line in ax.lines if line.get_color() != "0.75"]
+            for one, other in zip(own, alone.lines, strict=True):
+                np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
+                assert (one.get_color(), one.get_linestyle()) == (other.get_color(), other.get_linestyle())
+            others = [str(name) for name in results["model"].values if name != law]
+            for line, name in zip(grey, others, strict=True):
+                beside = plot.fragility(results, block=str(block), model=name)
+                curve = max(beside.lines, key=lambda drawn: drawn.get_xdata().size)
+                np.testing.assert_array_equal(line.get_xydata(), curve.get_xydata())
+            assert (ax.get_xlim(), ax.get_ylim()) == (alone.get_xlim(), alone.get_ylim())
+            assert ax.get_yticks().tolist() == alone.get_yticks().tolist()

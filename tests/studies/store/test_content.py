@@ -222,6 +222,8 @@ def test_every_kind_of_study(name, tmp_path):
     few = re.sub(r"(?m)^number = \d+", "number = 4", text)
     if name.startswith("adaptive"):
         few = few.replace("number = 4", "number = 40") + "\n[until.motions]\nleast = 32\n"
+    if name == "region":
+        few = few.replace("number = 4", "number = 400").replace("median = 0.1", "median = 0.5")
     few = few.replace("[stripes.select]", '[stripes.select]\noutside = "keep"')  # (few motions do not agree)
     for file in (ROOT / "studies/examples").glob("*.csv"):
         (tmp_path / file.name).write_bytes(file.read_bytes())

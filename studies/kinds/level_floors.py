@@ -1,0 +1,179 @@
+"""Floor motions of an inventory that belong to their level of shaking: of what yields between the ground and a piece.
+
+Ground motions are scaled to each level and go through the building there; no floor motions are scaled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Index
+from ...doubts import Doubt, noted
+from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
+from ...motions import Generator, records
+from ...motions.arrays import Record
+from ...motions.floors.histories import FloorHistories, History
+from ...motions.plausibility import collapse_doubts
+from ...motions.scaling import scale_to
+from ...units import DIMENSIONLESS
+from ..buildings.shaking import Shaking
+from ..buildings.variables import variable
+from ..file.analyses import LEVEL_UNITS, PerformanceTable
+from ..file.motions import BuildingTable
+from ..inventory.contents import Inventory
+from ..plan.reading import Reading
+from ..plan.size import refuse_samples
+from .inventory_motions import reading_of
+
+STILL = (
+    "where the building collapses, a piece counts as fallen only where its floor's motion until then makes it fall: "
+    "what a collapse itself destroys is in no number of this study"
+)
+
+
+class LevelFloors(NamedTuple):
+    """Floor motions at each level, what is to be said of them, and the building's own response (level, motion).
+
+    ductility: greatest drift of a storey over its yield drift; collapsed: the storey that collapsed, 0 for none; both
+    None where the building does not yield.
+    """
+
+    histories: FloorHistories
+    reading: Reading
+    ductility: Array | None
+    collapsed: Index | None
+
+    def variables(self, polarities: int) -> dict[str, xr.Variable]:
+        """Return the building's response as variables of the results; each motion has so many runs."""
+        if self.ductility is None or self.collapsed is None:
+            return {}
+        drift = "greatest drift of a storey over its drift at yielding"
+        storey = "storey that collapses, from 1; 0 for none"
+        found = {"building_ductility": (self.ductility, drift), "building_collapsed": (self.collapsed, storey)}
+        return {
+            name: variable(("level", "motion"), np.repeat(values, polarities, axis=1), DIMENSIONLESS, text)
+            for name, (values, text) in found.items()
+        }
+
+
+def what_yields(building: BuildingTable | None, inventory: Inventory) -> str:
+    """Return in words what does not scale between the ground and the pieces of an inventory, '' for nothing."""
+    if building is not None and building.yields:
+        return "a building that yields"
+    return "an isolator that yields" if any(row.stand and not row.stand.scales for row in inventory.rows) else ""
+
+
+def check_levels(what: str, asked: PerformanceTable, yearly: bool) -> None:
+    """Raise a ValueError where motions do not go through what yields at each level, or levels about these are needed.
+
+    yearly: whether there is a hazard.
+    """
+    if asked.levels is not None and asked.im in (SCALE, *BLOCK_MEASURES):
+        raise ValueError(f"{what} needs a measure of the ground motion, got performance.im {asked.im!r}")
+    if asked.modelling_dispersion > 0.0 and not yearly:
+        raise ValueError(
+            "performance.modelling_dispersion at a given level needs outcomes at levels about it, to which what is "
+            f"above {what} is not scaled: give a [hazard], or leave it out"
+        )
+
+
+def level_floors(
+    building: BuildingTable | None,
+    inventory: Inventory,
+    ground: Sequence[xr.DataArray],
+    generator: Generator | None,
+    im: str,
+    levels: Array,
+    unit: str,
+) -> LevelFloors:
+    """Scale ground motions to each level, and send them through the building.
+
+    Parameters
+    ----------
+    building : BuildingTable, optional
+        The building; all stands on the ground where not given.
+    inventory : Inventory
+        What stands on its floors; the motions of no other floors are kept.
+    ground : sequence of xarray.DataArray
+        Ground motions, m s-2.
+    generator : Generator, optional
+        What made them.
+    im : str
+        The measure of the levels; the plain factor ``scale`` where motions are as they are.
+    levels : ndarray, shape (level,)
+        Levels, SI.
+    unit : str
+        The unit in which they were given, '' where motions are as they are.
+
+    Raises
+    ------
+    ValueError
+        Motions that the building cannot be shaken by; too many samples to be held.
+    """
+    floors = sorted({int(row.floor) for row in inventory.rows})
+    table = None if building is None else building.model_copy(update={"floors": floors, "name": None})
+    own = levels if unit else np.ones(1)
+    refuse_samples(len(floors) * own.size * sum(array.size for array in ground), "motions on all floors at all levels")
+    reading = reading_of(tuple(ground), generator, None if building is None or building.yields else building.made())
+    doubts, lines = list(reading.doubts), []
+    found: list[History] = []
+    ductility, collapsed = [], []
+    for level in own.tolist():
+        given = level / LEVEL_UNITS[unit][0] if unit else 1.0
+        where = f"at {im} of {given:.4g} {unit} " if unit else ""
+        scaled = [scale_to(one, level, im) for one in ground] if unit else list(ground)
+        moved = _moved(table, scaled)
+        if table is not None and table.yields:
+            labels = [str(label) for one in moved for label in one["motion"].values]
+            ductility.append(np.concatenate([one["ductility"].values for one in moved]))
+            collapsed.append(np.concatenate([one["collapsed"].values for one in moved]))
+            lines.append(f"{where}{table.yielding(scaled, moved)}")
+            of_level = collapse_doubts(labels, collapsed[-1])
+            doubts += [one._replace(sentence=f"{where}{one.sentence}; {STILL}") for one in of_level]
+        found += [_history(given, one) for array in moved for one in records(array)]
+    histories = FloorHistories.of(found, unit)
+    return LevelFloors(
+        histories.at(levels) if unit else histories,
+        # (the strength of motions that are scaled says nothing)
+        reading._replace(doubts=tuple(doubts), storeys=tuple(lines), far=() if unit else reading.far),
+        np.array(ductility) if ductility else None,
+        np.array(collapsed) if collapsed else None,
+    )
+
+
+def strikes(inventory: Inventory, shaking: Shaking) -> list[Doubt]:
+    """Return the doubts in the clearances of the platforms that pieces stand on, one for each platform and level."""
+    found = []
+    for at in shaking.supports(inventory):
+        if at.stand is None or at.stand.scales or shaking.histories is None:
+            continue
+        below = shaking.below(at)
+        each = len(below) // len(shaking.histories.texts)
+        for k, text in enumerate(shaking.histories.texts):
+            of_level = at.stand.strikes(below[k * each : (k + 1) * each])
+            where = f" at {text}" if shaking.histories.unit else ""
+            named = f"support {at.stand.name!r} on floor {at.floor}{where}"
+            found += [one._replace(sentence=f"{named}: {one.sentence}") for one in of_level]
+    return found
+
+
+def _moved(table: BuildingTable | None, ground: list[xr.DataArray]) -> list[xr.DataArray]:
+    if table is None:
+        return ground
+    try:
+        with noted():  # (a study has doubts among its notes)
+            return table.shake(ground)
+    except ValueError as error:
+        raise ValueError(f"building: {error}") from None
+
+
+def _history(level: float, one: Record) -> History:
+    """Return a motion of the ground or of a floor as a history of its level."""
+    if one.axes or one.vertical is not None:
+        raise ValueError("what yields between the ground and a piece needs motions of one horizontal component")
+    name = one.label.removesuffix(f" floor {one.floor}") if one.floor else one.label
+    return History(level, name, one.floor or "0", "", one.acceleration, one.dt, one.source)

@@ -1,0 +1,215 @@
+"""Inventories on benches and isolated platforms: every run is that of the same steps in Python; strikes are said."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.models.friction import FixedFriction
+from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
+from toppling.studies import StudyError, assess
+from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.reading import read_inventory
+from toppling.studies.inventory.stands import Stand
+from toppling.studies.report.basis import _sentences
+from toppling.studies.report.method import assumptions, study_of
+
+HEAD = """
+title = "Vases on benches and platforms"
+[[models]]
+law = "energy-consistent"
+[motions]
+generator = "clough-penzien"
+number = 6
+duration_s = 8
+dt_s = 0.01
+seed = 3
+"""
+BUILDING = '[building]\nkind = "storeys"\nmasses_kg = [2e5, 2e5]\nstiffnesses_n_m = [2e8, 2e8]\n'
+PERFORMANCE = '[performance]\ninventory = "things.csv"\nim = "pga"\nlevels = { values = [1.5, 3, 6], unit = "m/s2" }\n'
+SUPPORTS = {
+    "bench": ('kind = "bench"\nfrequency_hz = 4\n', Support(4.0)),
+    "soft": ('kind = "linear"\nperiod_s = 2.0\ndamping = 0.15\n', Isolator.linear(2.0, 0.15)),
+    "lead": ('kind = "bilinear"\nperiod_s = 2.5\nstrength = 0.05\nclearance_mm = 1\n', Isolator.bilinear(2.5, 0.05)),
+    "dish": ('kind = "pendulum"\nradius_m = 1.5\nfriction = 0.05\n', Isolator.pendulum(1.5, 0.05)),
+}
+LEVELS = (1.5, 3.0, 6.0)
+LAW = tp.EnergyConsistent()
+BLOCK = tp.Block(0.15, 0.75)
+
+
+def table(*names):
+    return "".join(f'[[supports]]\nname = "{name}"\n{SUPPORTS[name][0]}' for name in names)
+
+
+def things(*lines):
+    rows = (f"{name}-{floor},0.15,0.75,{floor},2,{support}" for name, floor, support in lines)
+    return "item,width_m,height_m,floor,count,support\n" + "\n".join(rows) + "\n"
+
+
+def study(folder, inventory, *parts):
+    (folder / "things.csv").write_text(inventory)
+    (folder / "study.toml").write_text(HEAD + "".join(parts))
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def ground():
+    return CloughPenzien(duration=8.0, dt=0.01).sample(6, 3)
+
+
+def share(on_top):
+    """The share of motions, as they are, that overturn the vase."""
+    plain = on_top.drop_vars("own_level", errors="ignore")
+    return float(tp.ida(BLOCK, LAW, plain, [1.0], "scale")["overturned"].mean())
+
+
+def wanted(support, floor=0, frame=None):
+    """The same in Python: motions scaled, through the building, through the support."""
+    found = []
+    for level in LEVELS:
+        below = scale_to(ground(), level, "pga")
+        if frame is not None:
+            below = frame.floor_motions(below, floors=[floor]).isel(floor=0, drop=True)
+            below = below.drop_vars("own_level", errors="ignore")
+        found.append(share(below if support is None else support.motions(below)))
+    return found
+
+
+FLOOR = ("floor", 0, "")
+
+
+@pytest.mark.parametrize("name", SUPPORTS)
+def test_on_the_ground_every_run_is_that_of_the_steps_in_python(tmp_path, name):
+    result = study(tmp_path, things(FLOOR, (name, 0, name)), table(name), PERFORMANCE).run()
+    expected = [wanted(None), wanted(SUPPORTS[name][1])]
+    assert expected[0] != expected[1]
+    np.testing.assert_array_equal(result["probability"].isel(model=0), expected)
+    assert result["support"].values.tolist() == ["", name]
+    assert "building_ductility" not in result
+
+
+@pytest.mark.parametrize("yields", [False, True])
+def test_in_a_building_every_run_is_that_of_the_steps_in_python(tmp_path, yields):
+    strength = {"yield_coefficient": 0.1} if yields else {}
+    frame = Building.from_storeys([2e5, 2e5], [2e8, 2e8], **strength)
+    lines = [("floor", 2, ""), *((name, 2, name) for name in SUPPORTS), ("dish", 0, "dish")]
+    text = BUILDING + ("yield_coefficient = 0.1\n" if yields else "")
+    result = study(tmp_path, things(*lines), text, table(*SUPPORTS), PERFORMANCE).run()
+    expected = [wanted(None if not on else SUPPORTS[on][1], floor, frame) for _, floor, on in lines]
+    np.testing.assert_array_equal(result["probability"].isel(model=0), expected)
+    assert ("building_ductility" in result) == yields
+    # (elastic benches alone are scaled with the ground, and give the same)
+    alone = study(tmp_path, things(lines[0], ("bench", 2, "bench")), text, table("bench"), PERFORMANCE).run()
+    np.testing.assert_array_equal(alone["probability"].isel(model=0), expected[:2])
+
+
+def test_motions_as_they_are_and_both_ways(tmp_path):
+    asked = '[performance]\ninventory = "things.csv"\npolarity = "both"\n'
+    result = study(tmp_path, things(FLOOR, ("dish", 0, "dish")), table("dish"), asked).run()
+    both = [share(SUPPORTS["dish"][1].motions(sign * ground())) for sign in (1.0, -1.0)]
+    np.testing.assert_allclose(result["probability"].isel(model=0, item=1), [np.mean(both)], rtol=1e-12)
+
+
+def test_strikes_are_said_by_platform_and_level(tmp_path):
+    made = study(tmp_path, things(("lead", 0, "lead")), table("lead"), PERFORMANCE)
+    ways = [SUPPORTS["lead"][1].motions(scale_to(ground(), level, "pga")) for level in LEVELS]
+    said = [one for one in made.notes if "would strike its stops" in one]
+    assert len(said) == sum(bool((one["support_displacement"] > 1e-3).any()) for one in ways) > 0
+    last = ways[-1]["support_displacement"]
+    under = f"under {int((last > 1e-3).sum())} of 6 motions, by up to {float(last.max()):.3g} m"
+    assert said[-1].startswith("support 'lead' on floor 0 at 6 m/s2: the platform would strike its stops, 0.001 m away")
+    assert under in said[-1]
+
+
+def test_the_report_says_what_stands_on_what(tmp_path):
+    result = study(tmp_path, things(FLOOR, ("dish", 0, "dish")), table("dish"), PERFORMANCE).run()
+    assert any("pieces on “dish” there is a friction pendulum" in one for one in assumptions(result))
+    said = list(_sentences(result, study_of(result)))
+    assert any("“dish-0” stands on a bench or an isolated platform" in one for one in said)
+
+
+def test_a_stand_decides_the_identity(tmp_path):
+    made = study(tmp_path, things(FLOOR, ("bench", 0, "bench")), table("bench"), PERFORMANCE)
+    other = study(tmp_path, things(FLOOR, ("bench", 0, "")), table("bench"), PERFORMANCE)
+    assert other.identity != made.identity
+    stiffer = table("bench").replace("= 4", "= 5")
+    assert study(tmp_path, things(FLOOR, ("bench", 0, "bench")), stiffer, PERFORMANCE).identity != made.identity
+
+
+def test_pieces_slide_on_their_stand():
+    """Slides and falls of what stands on a bench are those of the same piece on a floor that moves as the bench."""
+    stand = Stand("bench", Support(4.0))
+    row = Contents("vase", BLOCK, 0, friction=FixedFriction(0.18), stand=stand)
+    above = assess(Inventory((row,)), LAW, 3.0 * ground(), [1.0], "scale")
+    floor = Inventory((dataclasses.replace(row, stand=None),))
+    same = assess(floor, LAW, stand.support.motions(3.0 * ground()), [1.0], "scale")
+    below = assess(floor, LAW, 3.0 * ground(), [1.0], "scale")
+    names = [str(name) for name in same.data_vars if same[name].dtype.kind in "bfi"]
+    assert any("slip" in name or "slide" in name for name in names)
+    for name in names:
+        np.testing.assert_array_equal(above[name], same[name])
+    assert not all(np.array_equal(below[name], same[name], equal_nan=True) for name in names if "sli" in name)
+
+
+def test_what_stands_on_a_piece_shares_its_support(tmp_path):
+    text = (
+        "item,width_m,height_m,floor,friction,stands_on,support\n"
+        "plinth,0.6,0.5,0,0.5,,bench\nbust,0.2,0.6,0,0.5,plinth,{}\n"
+    )
+    stands = {"bench": Stand("bench", Support(4.0))}
+    (tmp_path / "good.csv").write_text(text.format("bench"))
+    assert len(read_inventory(tmp_path / "good.csv", stands=stands)) == 2
+    (tmp_path / "bad.csv").write_text(text.format(""))
+    with pytest.raises(StudyError, match=r"must be on its own floor \(and support\)"):
+        read_inventory(tmp_path / "bad.csv", stands=stands)
+
+
+def test_in_python_a_platform_that_yields_is_not_scaled():
+    row = Contents("vase", BLOCK, 0, stand=Stand("dish", SUPPORTS["dish"][1]))
+    with pytest.raises(ValueError, match="'dish' of 'vase' yields, and needs motions of each level"):
+        assess(Inventory((row,)), LAW, ground(), list(LEVELS), "pga")
+
+
+@pytest.mark.parametrize(
+    ("lines", "parts", "text"),
+    [
+        ([("a", 0, "shelf")], (table("bench"), PERFORMANCE), "column 'support'.* must be one of 'bench', got 'shelf'"),
+        ([("a", 0, "bench")], (PERFORMANCE,), "must be empty: the study has no \\[\\[supports\\]\\]"),
+        ([FLOOR], (table("bench", "bench"), PERFORMANCE), "supports need different names"),
+        ([FLOOR], (table("bench") + "radius_m = 1\n", PERFORMANCE), "supports 'bench': kind 'bench' has no key"),
+        ([FLOOR], (table("bench") + "mass_ratio = 0.3\n", PERFORMANCE), "supports 'bench': mass_ratio must be at most"),
+        ([FLOOR], ('[[supports]]\nkind = "bench"\nfrequency_hz = 4\n', PERFORMANCE), "name"),
+        (
+            [("a", 0, "dish")],
+            (table("dish"), PERFORMANCE.replace('"pga"', '"scale"').replace('"m/s2"', '"1"')),
+            "an isolator that yields needs a measure of the ground motion",
+        ),
+        (
+            [("a", 0, "dish")],
+            (table("dish"), PERFORMANCE + "modelling_dispersion = 0.3\n"),
+            "what is above an isolator that yields is not scaled",
+        ),
+        (
+            [FLOOR],
+            (
+                table("bench"),
+                "[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[cloud]\n",
+            ),
+            "supports are for the lines of an inventory",
+        ),
+        (
+            [("a", 0, "bench")],
+            (table("bench"), PERFORMANCE.replace('"pga"', '"RotD50(pga)"')),
+            "one horizontal component, got pairs",
+        ),
+    ],
+)
+def test_what_does_not_go_together_has_one_sentence(tmp_path, lines, parts, text):
+    if "RotD50" in "".join(parts):
+        parts = ('component = "pair"\n', *parts)
+        inventory = things(*lines).replace("count", "count,depth_m").replace(",2,", ",2,0.5,")
+    else:
+        inventory = things(*lines)
+    with pytest.raises(StudyError, match=text):
+        study(tmp_path, inventory, *parts)

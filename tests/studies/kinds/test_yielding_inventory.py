@@ -1,0 +1,198 @@
+"""Inventories in a building that yields: every run is that of the same steps in Python, and a collapse is said."""
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.motions import Building, CloughPenzien, scale_to
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.inventory.reading import read_inventory
+from toppling.studies.report.basis import _sentences
+from toppling.studies.report.method import assumptions, method, study_of
+
+TEXT = """
+title = "An office in a building that yields"
+[[models]]
+law = "energy-consistent"
+[motions]
+generator = "clough-penzien"
+number = 6
+duration_s = 8
+dt_s = 0.01
+seed = 3
+[building]
+kind = "storeys"
+masses_kg = [2e5, 2e5]
+stiffnesses_n_m = [2e8, 2e8]
+yield_coefficient = 0.15
+p_delta = true
+[performance]
+inventory = "things.csv"
+im = "Sa(0.5)"
+levels = { values = [4, 12], unit = "m/s2" }
+"""
+THINGS = (
+    "item,width_m,height_m,floor,count,value\ncabinet,0.4,1.8,0,2,100\nshelf,0.4,1.8,2,3,200\nvase,0.08,0.5,1,1,50\n"
+)
+LEVELS = (4.0, 12.0)
+LAW = tp.EnergyConsistent()
+
+
+def study(folder, *changes, more="", things=THINGS):
+    text = TEXT
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "things.csv").write_text(things)
+    (folder / "study.toml").write_text(text + more)
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def ground(seed=3, number=6):
+    return CloughPenzien(duration=8.0, dt=0.01).sample(number, seed)
+
+
+def frame(**strength):
+    return Building.from_storeys([2e5, 2e5], [2e8, 2e8], **strength)
+
+
+def yielding(coefficient=0.15):
+    return frame(yield_coefficient=coefficient, p_delta=True)
+
+
+def chances(floors, folder, levels=LEVELS):
+    """The share of the motions that overturn each line, by runs of each block on its own floor: (item, level)."""
+    rows = read_inventory(folder / "things.csv").rows
+    found = np.empty((len(rows), len(floors)))
+    for i, row in enumerate(rows):
+        for k, moved in enumerate(floors):
+            here = moved.sel(floor=row.floor, drop=True).drop_vars("own_level", errors="ignore")
+            runs = tp.ida(row.block, LAW, here, [1.0], "scale")
+            found[i, k] = float(runs["overturned"].mean())
+    return found
+
+
+def test_every_run_is_that_of_the_steps_in_python(tmp_path):
+    result = study(tmp_path).run()
+    scaled = [scale_to(ground(), level, "Sa(0.5)") for level in LEVELS]
+    floors = [yielding().floor_motions(one) for one in scaled]
+    wanted = chances(floors, tmp_path)
+    np.testing.assert_array_equal(result["probability"].isel(model=0), wanted)
+    # (an elastic building shakes them otherwise, but for those on the ground)
+    elastic = chances([frame().floor_motions(one) for one in scaled], tmp_path)
+    assert (elastic[0] == wanted[0]).all()
+    assert (elastic[1:] != wanted[1:]).any()
+    ductility = [one["ductility"].values for one in floors]
+    np.testing.assert_allclose(result["building_ductility"], ductility, rtol=1e-12)
+    assert (result["building_collapsed"] == 0).all()
+    said = " ".join(method(result))
+    assert "at Sa(0.5) of 12 m/s2 drifts reach" in said
+    assert len(result.attrs["storeys"].splitlines()) == 2
+    assert any("Storeys of the building yield" in one for one in assumptions(result))
+    sentences = " ".join(_sentences(result, study_of(result)))
+    assert "The storeys of the building yield" in sentences
+    assert "elastic" not in sentences.replace("are elastic", "")
+
+
+def test_a_strong_building_is_an_elastic_one(tmp_path):
+    """One that never yields gives what the elastic building gives (its damping made alike: none)."""
+    undamped = ('kind = "storeys"', 'kind = "storeys"\ndamping = 0.0')
+    strong = study(tmp_path, undamped, ("= 0.15\np_delta = true", "= 50")).run()
+    elastic = study(tmp_path, undamped, ("yield_coefficient = 0.15\np_delta = true\n", "")).run()
+    assert float(strong["building_ductility"].max()) < 1.0
+    np.testing.assert_array_equal(strong["probability"], elastic["probability"])
+    assert 0.0 < float(strong["probability"].mean()) < 1.0
+    assert "building_ductility" not in elastic
+
+
+def test_motions_as_they_are_are_not_scaled(tmp_path):
+    as_they_are = ('im = "Sa(0.5)"\nlevels = { values = [4, 12], unit = "m/s2" }\n', "")
+    result = study(tmp_path, as_they_are).run()
+    floors = [yielding().floor_motions(ground())]
+    np.testing.assert_array_equal(result["probability"].isel(model=0), chances(floors, tmp_path))
+    np.testing.assert_allclose(result["building_ductility"], [floors[0]["ductility"]], rtol=1e-12)
+
+
+HAZARD = '[hazard]\nk0 = 1e-2\nk = 2\nunit = "m/s2"\n'
+
+
+def test_both_ways(tmp_path):
+    result = study(tmp_path, ("[performance]", '[performance]\npolarity = "both"'), more=HAZARD).run()
+    plain = study(tmp_path, more=HAZARD).run()
+    assert result.sizes["motion"] == 2 * plain.sizes["motion"]
+    for ways in (slice(0, None, 2), slice(1, None, 2)):
+        np.testing.assert_array_equal(result["building_ductility"][:, ways], plain["building_ductility"])
+    # (what is on the floors falls as it does under the motions and the reversed ones through the building)
+    scaled = [scale_to(ground(), level, "Sa(0.5)") for level in LEVELS]
+    halves = [chances([yielding().floor_motions(sign * one) for one in scaled], tmp_path) for sign in (1.0, -1.0)]
+    np.testing.assert_allclose(result["probability"].isel(model=0), np.mean(halves, axis=0), rtol=1e-12)
+
+
+def test_branches_of_motions_go_through_the_building_too(tmp_path):
+    others = (
+        '[[motion_sets]]\nname = "others"\nmotions = { generator = "clough-penzien", number = 6, duration_s = 8, '
+        'dt_s = 0.01, seed = 8 }\n[[branches]]\nof = "motions"\nnames = ["motions", "others"]\nweights = [0.5, 0.5]\n'
+    )
+    found = study(tmp_path, more=HAZARD + others).run()
+    own = [study(tmp_path, ("seed = 3", f"seed = {seed}"), more=HAZARD).run() for seed in (3, 8)]
+    each = [one["annual_number"].isel(model=0).values for one in own]
+    assert not np.array_equal(each[0], each[1])
+    np.testing.assert_allclose(found["branch_annual_number"], np.transpose(each), rtol=1e-12)
+
+
+def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
+    weak = (
+        ("yield_coefficient = 0.15", "yield_coefficient = 0.01"),
+        ("values = [4, 12]", "values = [4, 60]"),
+        ("masses_kg = [2e5, 2e5]", "masses_kg = [9e5, 9e5]"),
+    )
+    made = study(tmp_path, *weak)
+    result = made.run()
+    building = Building.from_storeys([9e5, 9e5], [2e8, 2e8], yield_coefficient=0.01, p_delta=True)
+    with pytest.warns(tp.motions.CollapsingBuilding):
+        floors = [building.floor_motions(scale_to(ground(), level, "Sa(0.5)")) for level in (4.0, 60.0)]
+    np.testing.assert_array_equal(result["building_collapsed"], [one["collapsed"].values for one in floors])
+    assert (result["building_collapsed"][1] > 0).any()
+    np.testing.assert_array_equal(result["probability"].isel(model=0), chances(floors, tmp_path))
+    assert "at Sa(0.5) of 60 m/s2 the building collapses under" in result.attrs["notes"]
+    assert "what a collapse itself destroys is in no number" in result.attrs["notes"]
+    assert any("the building collapses under" in one for one in made.notes)
+    sentences = " ".join(_sentences(result, study_of(result)))
+    fallen = int((result["building_collapsed"] > 0).sum())
+    assert f"The building collapses in {fallen} of 12 cases of a motion at a level" in sentences
+
+
+def test_the_look_at_motions_says_that_they_are_not_scaled(tmp_path, capsys):
+    study(tmp_path)
+    assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
+    assert "before they are scaled to performance.levels, drifts reach" in " ".join(capsys.readouterr().out.split())
+
+
+def test_results_are_kept_and_other_strengths_are_other_studies(tmp_path):
+    first = study(tmp_path)
+    kept = first.run(tmp_path / "out")
+    assert study(tmp_path).identity == first.identity
+    again = study(tmp_path).run(tmp_path / "out")
+    np.testing.assert_array_equal(again["building_ductility"], kept["building_ductility"])
+    assert study(tmp_path, ("yield_coefficient = 0.15", "yield_coefficient = 0.16")).identity != first.identity
+
+
+@pytest.mark.parametrize(
+    ("changes", "more", "text"),
+    [
+        ([('im = "Sa(0.5)"', 'im = "scale"'), ('unit = "m/s2"', 'unit = "1"')], "", "needs a measure of the ground"),
+        (
+            [("[performance]", "[performance]\nmodelling_dispersion = 0.3")],
+            "",
+            "modelling_dispersion at a given level needs outcomes at levels about it",
+        ),
+        ([("dt_s = 0.01", 'dt_s = 0.01\ncomponent = "pair"')], "", "one horizontal component"),
+        ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "", "building: yield_coefficient"),
+        ([("p_delta = true", "modes = 1")], "", "modes must be left out where storeys yield"),
+        ([("duration_s = 8", "duration_s = 80000"), ("number = 6", "number = 20")], "", "all levels would hold"),
+    ],
+)
+def test_what_does_not_go_together_has_one_sentence(tmp_path, changes, more, text):
+    with pytest.raises(StudyError, match=text):
+        study(tmp_path, *changes, more=more)
