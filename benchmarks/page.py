@@ -46,6 +46,8 @@ from .tables import (
     speed_table,
 )
 from .whole.tables import (
+    by_threads_answer,
+    by_threads_table,
     first_use_answer,
     first_use_table,
     making_answer,
@@ -123,7 +125,8 @@ def summary(results: Row) -> list[Table]:
     if "skipping" in results:
         tables.append(skipping_table(results["skipping"]))
     if "scale" in results:
-        tables += [share_table(results["scale"]["share"]), scale_table(results["scale"]["points"])]
+        scale = results["scale"]
+        tables += [share_table(scale["share"]), scale_table(scale["points"]), by_threads_table(scale["threads"])]
     if "motions" in results:
         tables.append(making_table(results["motions"]))
     if "start" in results:
@@ -251,6 +254,7 @@ def _scale_answer(scale: Row) -> list[str]:
             f"{most['memory_before'] / 1e9:.2f} GB are the packages and the motions."
         )
     lines += [f"{point['runs']:,} runs failed: {point['failed']}." for point in scale["points"] if "failed" in point]
+    lines += by_threads_answer(scale["threads"])
     lines.append(
         f"A second process waits {first['loading']:.1f} s for the import and {first['first']:.1f} s for its first "
         f"analysis of {first['runs']:,} runs (the next: {first['second']:.2f} s): nothing is compiled again."
@@ -348,8 +352,10 @@ def _mixing_section(results: Row, _: set[str]) -> list[str]:
         f"The block of case K under simulated motions of {DURATION:g} s at {DT:g} s: {RUNS} runs of one motion in a "
         f"batch, and {RUNS} runs of as many motions. Then all motions at {len(LEVELS)} levels each ({levels} times "
         "g tan α), in mixed batches and motion by motion. What lies before the first uplift is skipped; the results "
-        "are the same to the last bit. A motion of which few runs are wanted has costs of its own: its samples are "
-        "copied, and read once before its runs begin.",
+        "are the same to the last bit. A motion of which few runs are wanted has costs of its own *before the "
+        "run*, which many runs of one motion share: its samples are copied and read once, and an elastic block's "
+        "response is followed to its first uplift. They alone take more than the three tenths of a linear run that the "
+        "target leaves. In the lanes each run then reads a record of its own, where runs of one motion read the same.",
         markdown(mixing_table(results["mixing"])),
     ]
 
@@ -417,6 +423,10 @@ def _scale_section(results: Row, pictures: set[str]) -> list[str]:
         f"{scale['share']['cores']:.2f} cores here.",
         markdown(share_table(scale["share"])),
         markdown(scale_table(scale["points"])),
+        "The largest of them on one thread and on two, imports and motions apart. What the calling thread does on two "
+        "threads is what nobody else can do meanwhile: to plan, to label and to collect. Measures of the motions are "
+        "taken beside the runs.",
+        markdown(by_threads_table(scale["threads"])),
     ]
     if COST in pictures:
         blocks.append(f"![Wall time and memory against the number of runs]({COST})")
@@ -438,7 +448,9 @@ def _start_section(results: Row, _: set[str]) -> list[str]:
     return [
         "## Starting up",
         "CPU time of whole processes, median of repeats in turns: commands that compute nothing, and a first "
-        "simulation when everything is compiled, whose target is that of importing numba and xarray and 0.15 s.",
+        "simulation when everything is compiled, whose target is that of importing numba and xarray and 0.15 s. The "
+        "row before it shows what cannot be had for less: numba sets its compiler up before it loads the first stored "
+        "function, however small.",
         markdown(first_use_table(results["start"])),
     ]
 
@@ -450,8 +462,8 @@ def _studies_section(results: Row, _: set[str]) -> list[str]:
         "motions) from an empty cache, again, and its report; the large study has ten times as many motions and "
         "linear geometry. CPU time holds all threads, imports, motions, files and figures. The serial part is "
         "2 T₂ - T₁ of the wall times on two threads and on one, by Amdahl's law. Runs are a few seconds of either "
-        "study; imports, motions, checks of every motion, figures and files are the rest, do not divide among threads, "
-        "and became more since July 2026, which is why the targets of whole studies and of 16 cores are missed.",
+        "study; imports, motions, checks of every motion, figures and files are the rest and do not divide among "
+        "threads, which is why a study of this size gains little from many cores.",
         markdown(studies_table(results["studies"])),
         markdown(threads_table(results["studies"])),
     ]

@@ -1,4 +1,4 @@
-"""Whole analyses by `ida`: share of the engine, cost before the first run, time and memory up to 10^7 runs."""
+"""Whole analyses by `ida`: share of the engine, cost before the first run, time and memory up to 10^7 runs, threads."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from ..motions import CloughPenzien, RiseStrongDecay
 from ..units import STANDARD_GRAVITY
 from .measure import Row, in_a_process, oscillators
 from .problems import DT, DURATION, record, typical
+from .whole.studies import bound
 
 THREADS = 2
 MODELS = (
@@ -57,12 +58,12 @@ print(json.dumps(dict(answer, loading=imported - start)))
 
 
 def scale(sizes: Sequence[int] = SIZES, share_runs: int = SHARE_RUNS, repeats: int = 3) -> Row:
-    """Make the three measurements, each in separate processes, all with THREADS threads."""
+    """Make the measurements, each in separate processes: three with THREADS threads, the last by threads."""
     share = in_a_process(_CHILD, "kernel_share", share_runs, repeats)
     starts = [in_a_process(_FIRST_CALL) for _ in range(repeats)]
     points = [_point_or_failure(size) for size in sizes]
     first = {name: statistics.median(start[name] for start in starts) for name in starts[0]}
-    return {"share": share, "first": first, "points": points}
+    return {"share": share, "first": first, "points": points, "threads": in_a_process(_CHILD, "by_threads", sizes[-1])}
 
 
 def _point_or_failure(size: int) -> Row:
@@ -79,9 +80,9 @@ def ensemble(number: int) -> list[xr.DataArray]:
     return [shaking.sample(min(_AT_ONCE, number - first), seed=3, first=first) for first in range(0, number, _AT_ONCE)]
 
 
-def analyse(motions: list[xr.DataArray], outputs: Sequence[str]) -> xr.Dataset:
+def analyse(motions: list[xr.DataArray], outputs: Sequence[str], threads: int = THREADS) -> xr.Dataset:
     """Return the results of the IDA that is measured."""
-    with dask.config.set(num_workers=THREADS):
+    with dask.config.set(num_workers=threads):
         return ida(typical(), MODELS, motions, LEVELS, outputs=outputs)
 
 
@@ -165,6 +166,33 @@ def point(runs: int) -> Row:
         "memory": _peak_memory(),
         "memory_before": before,
         "left_out": sum(value for name, value in skipped.items() if name.startswith("share_")),
+    }
+
+
+def by_threads(runs: int) -> Row:
+    """Measure one analysis, flags alone, on one thread and on THREADS, and what cannot be divided of it.
+
+    With the time s that the calling thread works alone and the CPU time T of everything on one thread, n cores are at
+    most T / (s + (T - s) / n) times as fast (Amdahl).  The lower bound takes all that is not the engine as serial.
+    """
+    motions = ensemble(max(1, runs // RUNS_A_MOTION))
+    analyse(ensemble(1), ("overturned",))
+    rows = []
+    for number in (1, THREADS):
+        with KernelClock() as clock:
+            wall, cpu, alone = perf_counter(), process_time(), thread_time()
+            results = analyse(motions, ("overturned",), number)
+            wall, cpu, alone = perf_counter() - wall, process_time() - cpu, thread_time() - alone
+        rows.append({"threads": number, "wall": wall, "cpu": cpu, "engine": clock.total, "alone": alone})
+    whole, serial = rows[0]["cpu"], rows[-1]["alone"]
+    outside = whole - rows[0]["engine"]
+    return {
+        "runs": int(results["overturned"].size),
+        "rows": rows,
+        "speed_up": rows[0]["wall"] / rows[-1]["wall"],
+        "serial": serial / whole,
+        "bound": bound(serial, whole),
+        "bound_outside": bound(outside, whole),
     }
 
 

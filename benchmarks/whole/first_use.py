@@ -15,6 +15,8 @@ COMMAND_TARGET = 0.3
 CALL_TARGET = 0.15
 """CPU time of the import and a simulation beyond that of importing numba and xarray, s."""
 _PACKAGES = "import numba, xarray"
+_STORED = "from stored import one; one(1.0)"
+_FUNCTION = "import numba, xarray\n\n\n@numba.njit(cache=True)\ndef one(x):\n    return x + 1.0\n"
 _CALL = """
 import toppling as tp
 motion = tp.motions.CloughPenzien(duration=20.0).sample(1, seed=1).isel(motion=0)
@@ -45,6 +47,8 @@ def first_use(repeats: int = 5) -> list[Row]:
         spent([*command, "run", "study.toml", "--out", "out"], folder)  # (compiles what the simulation needs, too)
         tasks = {one: [*command, one, *(["out"] if one == "status" else [])] for one in COMMANDS}
         tasks[_PACKAGES] = ["-c", _PACKAGES]
+        (folder / "stored.py").write_text(_FUNCTION, encoding="utf-8")
+        tasks[_STORED] = ["-c", _STORED]
         tasks["simulate"] = ["-c", _CALL]
         for task in tasks.values():
             spent(task, folder)
@@ -55,5 +59,8 @@ def first_use(repeats: int = 5) -> list[Row]:
     cpu = {one: statistics.median(times) for one, times in taken.items()}
     rows: list[Row] = [{"what": f"toppling {one}", "cpu": cpu[one], "target": COMMAND_TARGET} for one in COMMANDS]
     rows.append({"what": f'python -c "{_PACKAGES}"', "cpu": cpu[_PACKAGES], "target": None})
+    rows.append(
+        {"what": "the same, and numba loads a stored function of one line", "cpu": cpu[_STORED], "target": None}
+    )
     allowed = cpu[_PACKAGES] + CALL_TARGET
     return [*rows, {"what": "import toppling and one simulation", "cpu": cpu["simulate"], "target": allowed}]

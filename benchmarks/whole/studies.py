@@ -84,8 +84,13 @@ def speed_up(one: float, two: float) -> Row:
         "wall_two": two,
         "serial": serial,
         "speed_up": one / two,
-        "bound": one / (serial + (one - serial) / CORES),
+        "bound": bound(serial, one),
     }
+
+
+def bound(serial: float, whole: float, cores: int = CORES) -> float:
+    """Return how many times as fast as on one core a task can be on many, of which a part is serial (Amdahl)."""
+    return whole / (serial + (whole - serial) / cores)
 
 
 def _run(study: str) -> list[str]:

@@ -12,6 +12,8 @@ COMPILE_TARGET = 0.7 * 48.0
 """CPU time of compiling the office study's kernels, s: 0.7 of what it took in July 2026."""
 SHARE_TARGET = 12.0
 """Speed-up on `CORES` cores."""
+TWO_THREADS_TARGET = 1.9
+"""Speed-up of two threads."""
 RATIO_TARGETS = {"office": 0.6, "large": 0.5}
 """CPU time of the frozen studies over that of July 2026 (the office study with its report)."""
 MOTION_TARGET, MEASURE_TARGET = 2.0, 1.0
@@ -68,6 +70,29 @@ def threads_table(found: Row) -> Table:
         f"bound on {CORES} cores",
     )
     return Table("The large study by threads, wall time", headings, lines)
+
+
+def by_threads_table(found: Row) -> Table:
+    """Return one analysis on one thread and on two, s."""
+    lines = [
+        (str(row["threads"]), *(f"{row[name]:.2f}" for name in ("wall", "cpu", "engine", "alone")))
+        for row in found["rows"]
+    ]
+    headings = ("threads", "wall time, s", "CPU time, s", "of it the engine's, s", "the calling thread's, s")
+    return Table(f"An analysis of {found['runs']:,} runs by threads", headings, lines)
+
+
+def by_threads_answer(found: Row) -> list[str]:
+    """Return what a second thread brings, and what many could, in a sentence or two."""
+    faster = "met" if found["speed_up"] >= TWO_THREADS_TARGET else "**missed**"
+    share = "met" if found["bound"] >= SHARE_TARGET else "**missed**"
+    return [
+        f"**Two threads** are {found['speed_up']:.2f} times as fast as one in an analysis of {found['runs']:,} runs "
+        f"(target {TWO_THREADS_TARGET:g}: {faster}). What the calling thread does alone is {percent(found['serial'])} "
+        f"of the CPU time: by Amdahl's law {CORES} cores can be {found['bound']:.1f} times as fast as one (target "
+        f"{SHARE_TARGET:g}: {share}), and {found['bound_outside']:.1f} times if nothing outside the engine could be "
+        "divided."
+    ]
 
 
 def studies_answer(found: Row) -> list[str]:
