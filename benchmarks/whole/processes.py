@@ -24,17 +24,20 @@ def spent(
 ) -> Spent:
     """Run a Python with `arguments` in a folder, with further environment variables; return what it took.
 
+    It may store bytecode, as it does for every user: else each process would compile all modules once more.
+
     Raises
     ------
     RuntimeError
         The process failed; its last line says why.
     """
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = perf_counter()
     done = subprocess.run(
         [python, *arguments],
         cwd=folder,
-        env={**os.environ, **(settings or {})},
+        env={**own, **(settings or {})},
         capture_output=True,
         text=True,
         check=False,

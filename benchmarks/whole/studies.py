@@ -14,6 +14,11 @@ FOLDER = Path(__file__).parent.parent / "studies"
 CORES = 16
 LARGE = 10
 """How many times as many motions the large study has as the frozen one."""
+LIBRARIES = {
+    "study": "import dask, matplotlib.figure, netCDF4, numba, pydantic, xarray",
+    "report": "import jinja2, matplotlib.figure, netCDF4, pydantic, xarray",
+}
+"""Loading the libraries that a study, and a report, cannot do without."""
 
 
 def frozen_studies(repeats: int = 3, against: str | None = None) -> Row:
@@ -31,6 +36,10 @@ def frozen_studies(repeats: int = 3, against: str | None = None) -> Row:
         _again(folder, "office")  # (what this process's cache may lack)
         runs = [_again(folder, "office") for _ in range(repeats)]
         reports = [spent(["-m", "toppling", "report", "office/results.nc"], folder) for _ in range(repeats)]
+        libraries = {
+            name: statistics.median(spent(["-c", code], folder).cpu for _ in range(repeats))
+            for name, code in LIBRARIES.items()
+        }
         by_threads = {n: [_again(folder, "large", threads=n) for _ in range(repeats)] for n in (1, 2)}
         compared = {} if against is None else _compared(folder, against, repeats)
     again = statistics.median(one.cpu for one in runs)
@@ -40,6 +49,8 @@ def frozen_studies(repeats: int = 3, against: str | None = None) -> Row:
         "again": again,
         "compiling": first.cpu - again,
         "report": statistics.median(one.cpu for one in reports),
+        "libraries": libraries["study"],
+        "report_libraries": libraries["report"],
         "large_cpu": statistics.median(one.cpu for one in by_threads[2]),
         "large_runs": 3 * 6 * 20 * 200 * LARGE,
         **speed_up(walls[1], walls[2]),
