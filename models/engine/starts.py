@@ -174,7 +174,7 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
     return high, written
 
 
-@kernel(**BARE)
+@kernel(**BARE, fastmath={"nnan", "nsz"})
 def _take_in(record, highs, start, n):
     """Clear what is as good as nothing in a record, write the largest magnitude of each span, and return that of all.
 
@@ -182,18 +182,14 @@ def _take_in(record, highs, start, n):
     """
     strongest = 0.0
     for span in range(start // SPAN, (start + n - 1) // SPAN + 1):
-        # (four at a time: each maximum waits for the one before it)
-        a = b = c = d = 0.0
-        for i in range(span * SPAN, (span + 1) * SPAN, 4):
-            for k in range(i, i + 4):
-                if abs(record[k]) < NOTHING:
-                    record[k] = 0.0
-            a = max(a, abs(record[i]))
-            b = max(b, abs(record[i + 1]))
-            c = max(c, abs(record[i + 2]))
-            d = max(d, abs(record[i + 3]))
-        highs[span] = max(a, b, c, d)
-        strongest = max(strongest, highs[span])
+        part = record[span * SPAN : (span + 1) * SPAN]
+        high = 0.0
+        for i in range(SPAN):
+            size = abs(part[i])
+            part[i] = 0.0 if size < NOTHING else part[i]
+            high = size if size > high else high
+        highs[span] = high
+        strongest = max(strongest, high)
     return strongest
 
 
