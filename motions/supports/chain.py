@@ -10,7 +10,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
-from ...units import DIMENSIONLESS, METRE
+from ...units import ACCELERATION, DIMENSIONLESS, METRE
 from ..arrays import HORIZONTAL, OWN_LEVEL, records
 
 MOST_RATIO = 0.1
@@ -18,10 +18,15 @@ MOST_RATIO = 0.1
 
 
 class Motion(NamedTuple):
-    """Absolute acceleration on top of a support, m/s², and its greatest displacement relative to its floor, m."""
+    """Absolute acceleration on top of a support, m/s², and its greatest displacement relative to its floor, m.
+
+    Of a platform between compliant stops, too: how often it strikes them, and its greatest acceleration meanwhile.
+    """
 
     acceleration: Array
     displacement: float
+    strikes: int = 0
+    strike_acceleration: float = 0.0
 
 
 def one_way_only(mass_ratio: float, accepted: bool) -> None:
@@ -35,11 +40,18 @@ def one_way_only(mass_ratio: float, accepted: bool) -> None:
 
 
 def chained(
-    motions: xr.DataArray, on_top: Callable[[Array, float], Motion], name: str, parts: int, factor: float, level: bool
+    motions: xr.DataArray,
+    on_top: Callable[[Array, float], Motion],
+    name: str,
+    parts: int,
+    factor: float,
+    level: bool,
+    stops: bool = False,
 ) -> xr.DataArray:
     """Return the motions on top of a support under labelled motions of the ground or of floors, times a factor.
 
-    parts: samples of the result per step; level: whether they belong to the strength of the motions below.
+    parts: samples of the result per step; level: whether they belong to the strength of the motions below; stops:
+    whether the support has stops that are modelled.
     """
     plain = records(motions)
     if "component" in motions.dims or any(one.axes or one.vertical is not None for one in plain):
@@ -50,8 +62,9 @@ def chained(
     shape = array.shape[:-1]
     n = (array.sizes["time"] - 1) * parts + 1
     values, displacements = np.empty((*shape, n)), np.empty(shape)
+    strikes, hardest = np.zeros(shape, np.int64), np.zeros(shape)
     for at, one in zip(np.ndindex(*shape), plain, strict=True):
-        values[at], displacements[at] = on_top(factor * one.acceleration, one.dt)
+        values[at], displacements[at], strikes[at], hardest[at] = on_top(factor * one.acceleration, one.dt)
     dt = plain[0].dt / parts
     dims = array.dims[:-1]
     coordinates: dict[str, Any] = {
@@ -66,6 +79,10 @@ def chained(
         "source": ("motion", sources.reshape(shape[0], -1)[:, 0], {"units": "1", "long_name": "source of the motion"}),
         "support_displacement": (dims, displacements, {"units": METRE, "long_name": text}),
     }
+    if stops:
+        times, force = "times that the platform strikes a stop", "greatest acceleration of the platform at a stop"
+        coordinates["strikes"] = (dims, strikes, {"units": DIMENSIONLESS, "long_name": times})
+        coordinates["strike_acceleration"] = (dims, hardest, {"units": ACCELERATION, "long_name": force})
     if level or any(one.own_level for one in plain):
         text = "belongs to the strength of its ground motion, and must not be scaled"
         coordinates[OWN_LEVEL] = ("motion", np.full(shape[0], True), {"units": DIMENSIONLESS, "long_name": text})

@@ -1,45 +1,34 @@
-"""Isolators between a floor and a platform: linear ones, lead rubber (bilinear) and friction pendulums."""
+"""Isolators between a floor and a platform: linear ones, lead rubber (bilinear) and friction pendulums, with stops."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 import xarray as xr
 
 from ... import checks
 from ...aliases import Array
-from ...doubts import Doubt, warn
+from ...doubts import warn
 from ...units import STANDARD_GRAVITY
 from ..arrays import records
 from ..kernels.pendulum import pendulum_response
+from ..kernels.stops import stopped_response
 from ..kernels.yielding import storey_response
 from .chain import Motion, chained, one_way_only
+from .stops import RESTITUTION, Stops
 from .support import Support
 
 FINE = 1e-3
 """Greatest time between samples of motions on a friction pendulum, whose acceleration jumps, s."""
 LEAST_PERIOD, MOST_PERIOD = 0.01, 100.0
-BILINEAR, PENDULUM = "bilinear", "pendulum"
+LINEAR, BILINEAR, PENDULUM = "linear", "bilinear", "pendulum"
 
 
 class IsolatorStrikes(UserWarning):
     """Warning of motions under which an isolated platform moves further than its clearance."""
-
-
-def strike_doubts(found: Sequence[xr.DataArray], clearance: float) -> list[Doubt]:
-    """Return the doubt in a platform that moves further than its clearance, m (its ``support_displacement``)."""
-    ways = np.concatenate([one["support_displacement"].values.ravel() for one in found])
-    far = int((ways > clearance).sum())
-    if not far:
-        return []
-    what = (
-        f"the platform would strike its stops, {clearance:g} m away, under {far} of {ways.size} motions, by up to "
-        f"{ways.max():.3g} m: strikes are not modelled"
-    )
-    return [Doubt("strike", what)]
 
 
 LEAST_YIELD = 1e-6
@@ -52,15 +41,17 @@ class Isolator:
 
     Attributes
     ----------
-    kind : {"bilinear", "pendulum"}
+    kind : {"linear", "bilinear", "pendulum"}
     period : float
         Period once it has yielded or slips, s.
     strength : float
         Force at zero displacement over the weight: the strength of a lead core, the friction of a pendulum.
     yield_displacement : float
         Of a bilinear isolator, m.
-    clearance : float
-        Displacement at which the platform would strike a stop, m; infinite for none.
+    damping : float
+        Damping ratio of a linear one.
+    stops : Stops
+        Its stops.
     mass_ratio, one_way
         As of `Support`.
     """
@@ -69,13 +60,61 @@ class Isolator:
     period: float
     strength: float
     yield_displacement: float
-    clearance: float
+    damping: float
+    stops: Stops
     mass_ratio: float
     one_way: bool
 
-    @staticmethod
-    def linear(period: float, damping: float, mass_ratio: float = 0.0, one_way: bool = False) -> Support:
-        """Return a linear isolator: the elastic support of that period, s, and damping ratio.
+    @overload
+    @classmethod
+    def linear(
+        cls, period: float, damping: float, mass_ratio: float = 0.0, one_way: bool = False, *, clearance: None = None
+    ) -> Support: ...
+
+    @overload
+    @classmethod
+    def linear(
+        cls,
+        period: float,
+        damping: float,
+        mass_ratio: float = 0.0,
+        one_way: bool = False,
+        *,
+        clearance: float,
+        stop_frequency: float | None = None,
+        stop_restitution: float = RESTITUTION,
+    ) -> Isolator: ...
+
+    @classmethod
+    def linear(
+        cls,
+        period: float,
+        damping: float,
+        mass_ratio: float = 0.0,
+        one_way: bool = False,
+        *,
+        clearance: float | None = None,
+        stop_frequency: float | None = None,
+        stop_restitution: float = RESTITUTION,
+    ) -> Support | Isolator:
+        """Return a linear isolator: without a clearance the elastic support of that period, s, and damping ratio.
+
+        Parameters
+        ----------
+        period : float
+            Period, s.
+        damping : float
+            Damping ratio, 0 to below 1.
+        mass_ratio, one_way
+            As of `Support`.
+        clearance, stop_frequency, stop_restitution
+            As of `bilinear`.  With stops it does not scale: whether it reaches them depends on the strength of the
+            motion.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Values out of range.
 
         Examples
         --------
@@ -83,7 +122,11 @@ class Isolator:
         0.211999576
         """
         known = checks.number("period", period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
-        return Support(1.0 / known, damping, mass_ratio, one_way)
+        plain = Support(1.0 / known, damping, mass_ratio, one_way)
+        if clearance is None and stop_frequency is None and stop_restitution == RESTITUTION:
+            return plain
+        stops = Stops(math.inf if clearance is None else clearance, stop_frequency, stop_restitution)
+        return cls(LINEAR, period, 0.0, 0.0, damping, stops, mass_ratio, one_way)
 
     @classmethod
     def bilinear(
@@ -93,6 +136,8 @@ class Isolator:
         yield_displacement: float = 0.01,
         *,
         clearance: float = math.inf,
+        stop_frequency: float | None = None,
+        stop_restitution: float = RESTITUTION,
         mass_ratio: float = 0.0,
         one_way: bool = False,
     ) -> Isolator:
@@ -107,8 +152,12 @@ class Isolator:
         yield_displacement : float
             Displacement at which it yields, m, > 0 (judgement: 5 to 15 mm).
         clearance : float
-            Displacement at which the platform would strike a stop, m: strikes are not modelled, motions that reach it
-            are warned of.
+            Displacement at which the platform strikes a stop, m, > 0; none if not given.
+        stop_frequency : float, optional
+            Stiffness of a stop as the natural frequency of platform and load on it, sqrt(k_s/m)/(2 pi), Hz, at most 250
+            undamped.  If not given strikes are not modelled, and motions that reach the clearance are warned of.
+        stop_restitution : float
+            Velocity after a strike over that before, 0.15 to 1 (judgement: 0.6).
         mass_ratio, one_way
             As of `Support`; isolated buildings have 0.
 
@@ -119,7 +168,8 @@ class Isolator:
         """
         # (each step of a slide that is as good as rigid-plastic takes as long as a thousand others)
         checks.number("yield_displacement", yield_displacement, at_least=LEAST_YIELD, unit="m")
-        return cls(BILINEAR, period, strength, yield_displacement, clearance, mass_ratio, one_way)
+        stops = Stops(clearance, stop_frequency, stop_restitution)
+        return cls(BILINEAR, period, strength, yield_displacement, 0.0, stops, mass_ratio, one_way)
 
     @classmethod
     def pendulum(
@@ -128,6 +178,8 @@ class Isolator:
         friction: float,
         *,
         clearance: float = math.inf,
+        stop_frequency: float | None = None,
+        stop_restitution: float = RESTITUTION,
         mass_ratio: float = 0.0,
         one_way: bool = False,
     ) -> Isolator:
@@ -139,7 +191,7 @@ class Isolator:
             Radius of the dish, m, > 0: the period is 2 pi sqrt(R/g).
         friction : float
             Coefficient of friction, > 0, the same at all speeds.
-        clearance, mass_ratio, one_way
+        clearance, stop_frequency, stop_restitution, mass_ratio, one_way
             As of `bilinear`.
 
         Raises
@@ -152,14 +204,14 @@ class Isolator:
         u'' = -a - (g/R) u - mu g s; it sticks while |a + (g/R) u| <= mu g, and begins to slip against that pull.
         """
         period = 2.0 * math.pi * math.sqrt(checks.number("radius", radius, above=0.0, unit="m") / STANDARD_GRAVITY)
-        return cls(PENDULUM, period, friction, 0.0, clearance, mass_ratio, one_way)
+        stops = Stops(clearance, stop_frequency, stop_restitution)
+        return cls(PENDULUM, period, friction, 0.0, 0.0, stops, mass_ratio, one_way)
 
     def __post_init__(self) -> None:
         checks.number("period", self.period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
-        name = "friction" if self.kind == PENDULUM else "strength"
-        checks.number(name, self.strength, above=0.0, below=1.0)
-        if not self.clearance > 0.0:
-            raise ValueError(f"clearance must be > 0 (in m), got {self.clearance!r}")
+        if self.kind != LINEAR:
+            name = "friction" if self.kind == PENDULUM else "strength"
+            checks.number(name, self.strength, above=0.0, below=1.0)
         one_way_only(self.mass_ratio, self.one_way)
 
     def motions(self, motions: xr.DataArray, factor: float = 1.0) -> xr.DataArray:
@@ -176,8 +228,11 @@ class Isolator:
         -------
         xarray.DataArray
             As given, at steps of 1 ms or less on a friction pendulum, whose acceleration jumps where it sticks or turns
-            and is a straight line over such a step here; ``support_displacement`` (m), the greatest at the samples, on
-            motion (and floor).  What yields does not scale: ``own_level`` bars analyses from it.
+            and is a straight line over such a step here, and of a twentieth of a contact with a stop;
+            ``support_displacement`` (m), the greatest at the samples, on motion (and floor).  With a `stop_frequency`
+            ``strikes``, the times that a stop begins to push, and ``strike_acceleration`` (m s-2), the greatest at the
+            samples while one pushes: whether a block uplifts in a strike rests on the stiffness of the stops.  What
+            yields or strikes does not scale: ``own_level`` bars analyses from it.
 
         Raises
         ------
@@ -193,15 +248,37 @@ class Isolator:
         ({'motion': 2, 'time': 5001}, True)
         """
         scale = checks.number("factor", factor, above=0.0)
-        slides = self.kind == PENDULUM
-        parts = max(1, math.ceil(records(motions)[0].dt / FINE - 1e-9)) if slides else 1
+        dt = records(motions)[0].dt
+        parts = max(1, math.ceil(dt / FINE - 1e-9)) if self.kind == PENDULUM else 1
+        parts = max(parts, self.stops.parts(dt))
 
         def on_top(acceleration: Array, dt: float) -> Motion:
-            return self._pendulum(acceleration, dt, parts) if slides else self._bilinear(acceleration, dt)
+            if self.stops.modelled:
+                return self._stopped(acceleration, dt, parts)
+            return self._free(acceleration, dt, parts)
 
-        found = chained(motions, on_top, repr(self), parts, scale, level=True)
-        warn(strike_doubts([found], self.clearance), IsolatorStrikes)
+        found = chained(motions, on_top, repr(self), parts, scale, level=True, stops=self.stops.modelled)
+        warn(self.stops.doubts([found]), IsolatorStrikes)
         return found
+
+    def _stopped(self, acceleration: Array, dt: float, parts: int) -> Motion:
+        omega, slip = 2.0 * math.pi / self.period, self.strength * STANDARD_GRAVITY
+        after = initial = omega * omega
+        yields = {LINEAR: math.inf, BILINEAR: self.yield_displacement, PENDULUM: 0.0}[self.kind]
+        if self.kind == BILINEAR:
+            initial += slip / yields
+        spring = (2.0 * self.damping * omega, initial, after, yields, slip)
+        displacement, found = np.empty((2, (acceleration.size - 1) * parts + 1))
+        at_rest = (0.0, 0.0)
+        strikes, peak = stopped_response(
+            acceleration, dt, parts, spring, self.stops.over_mass, at_rest, displacement, found
+        )
+        return Motion(found, float(np.abs(displacement).max()), int(strikes), float(peak))
+
+    def _free(self, acceleration: Array, dt: float, parts: int) -> Motion:
+        if self.kind == LINEAR:
+            return Support(1.0 / self.period, self.damping, self.mass_ratio, self.one_way).on_top(acceleration, dt)
+        return self._pendulum(acceleration, dt, parts) if self.kind == PENDULUM else self._bilinear(acceleration, dt)
 
     def _pendulum(self, acceleration: Array, dt: float, parts: int) -> Motion:
         n = (acceleration.size - 1) * parts + 1

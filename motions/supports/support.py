@@ -82,9 +82,10 @@ class Support:
         TypeError, ValueError
             As `toppling.motions.records`; pairs of components, vertical shaking.
         """
-        return chained(motions, self._on_top, repr(self), 1, 1.0, level=False)
+        return chained(motions, self.on_top, repr(self), 1, 1.0, level=False)
 
-    def _on_top(self, acceleration: Array, dt: float) -> Motion:
+    def on_top(self, acceleration: Array, dt: float) -> Motion:
+        """Return the motion on top of the support under the acceleration (time,), m/s², of its floor."""
         omega = 2.0 * math.pi * self.frequency
         u, v = history = np.empty((2, acceleration.size))
         oscillator_history(acceleration, dt, omega, self.damping, history)

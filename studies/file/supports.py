@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import xarray as xr
 from pydantic import Field
 
 from ... import motions as shaking
 from ...doubts import Doubt
-from ...motions.supports.isolator import strike_doubts
+from ...motions.supports.stops import LEAST_RESTITUTION, RESTITUTION
 from .table import KeyInfo, Table, one_of, refuse_foreign
 
+STOPS = ("clearance_mm", "stop_frequency_hz", "stop_restitution")
+"""Keys of stops, which isolators have."""
 KINDS: dict[str, tuple[set[str], set[str]]] = {
     "bench": ({"frequency_hz", "damping"}, {"frequency_hz"}),
-    "linear": ({"period_s", "damping"}, {"period_s", "damping"}),
-    "bilinear": ({"period_s", "strength", "yield_displacement_mm", "clearance_mm"}, {"period_s", "strength"}),
-    "pendulum": ({"radius_m", "friction", "clearance_mm"}, {"radius_m", "friction"}),
+    "linear": ({"period_s", "damping", *STOPS}, {"period_s", "damping"}),
+    "bilinear": ({"period_s", "strength", "yield_displacement_mm", *STOPS}, {"period_s", "strength"}),
+    "pendulum": ({"radius_m", "friction", *STOPS}, {"radius_m", "friction"}),
 }
 """Kinds of supports, each with its own keys and the keys that must be given."""
-ELASTIC = ("bench", "linear")
 
 
 class SupportTable(Table):
@@ -50,7 +51,17 @@ class SupportTable(Table):
     clearance_mm: Annotated[
         float | None,
         KeyInfo("no stop", above=0.0),
-        Field(description="Displacement at which the platform would strike a stop, mm."),
+        Field(description="Displacement at which an isolated platform strikes a stop, mm."),
+    ] = None
+    stop_frequency_hz: Annotated[
+        float | None,
+        KeyInfo("strikes are not modelled", above=0.0),
+        Field(description="Natural frequency of platform and load on a stop, sqrt(k/m)/(2 pi), Hz: its stiffness."),
+    ] = None
+    stop_restitution: Annotated[
+        float | None,
+        KeyInfo(RESTITUTION, at_least=LEAST_RESTITUTION, at_most=1.0),
+        Field(description="Velocity of the platform after a strike over that before."),
     ] = None
     mass_ratio: Annotated[
         float, Field(ge=0.0, lt=1.0, description="Mass of the blocks over that and the platform's; above 0.1 refused.")
@@ -69,21 +80,25 @@ class SupportTable(Table):
             assert self.frequency_hz is not None
             damping = 0.05 if self.damping is None else self.damping
             return shaking.Support(self.frequency_hz, damping, ratio, one_way)
-        if self.kind == "linear":
-            assert self.period_s is not None
-            assert self.damping is not None
-            return shaking.Isolator.linear(self.period_s, self.damping, ratio, one_way)
-        clear = {} if self.clearance_mm is None else {"clearance": 1e-3 * self.clearance_mm}
+        options: dict[str, Any] = {"mass_ratio": ratio, "one_way": one_way}
+        if self.clearance_mm is not None:
+            options["clearance"] = 1e-3 * self.clearance_mm
+        if self.stop_frequency_hz is not None:
+            options["stop_frequency"] = self.stop_frequency_hz
+        if self.stop_restitution is not None:
+            options["stop_restitution"] = self.stop_restitution
         if self.kind == "pendulum":
             assert self.radius_m is not None
             assert self.friction is not None
-            return shaking.Isolator.pendulum(self.radius_m, self.friction, mass_ratio=ratio, one_way=one_way, **clear)
+            return shaking.Isolator.pendulum(self.radius_m, self.friction, **options)
         assert self.period_s is not None
+        if self.kind == "linear":
+            assert self.damping is not None
+            found: shaking.Support | shaking.Isolator = shaking.Isolator.linear(self.period_s, self.damping, **options)
+            return found
         assert self.strength is not None
         yields = 0.01 if self.yield_displacement_mm is None else 1e-3 * self.yield_displacement_mm
-        return shaking.Isolator.bilinear(
-            self.period_s, self.strength, yields, mass_ratio=ratio, one_way=one_way, **clear
-        )
+        return shaking.Isolator.bilinear(self.period_s, self.strength, yields, **options)
 
     def made(self) -> shaking.Support | shaking.Isolator:
         """Make the support; as `build`, but an error names the table."""
@@ -100,7 +115,7 @@ class SupportTable(Table):
     @property
     def scales(self) -> bool:
         """Whether twice the motion below gives twice the motion on top."""
-        return self.kind in ELASTIC
+        return self.kind == "bench" or (self.kind == "linear" and self.clearance_mm is None)
 
     def carry(self, below: list[xr.DataArray]) -> tuple[list[xr.DataArray], list[Doubt]]:
         """Return the motions on top of the support, and the doubt in them; ValueError as `build`."""
@@ -109,7 +124,7 @@ class SupportTable(Table):
             found = [support.motions(one) for one in below]
         except ValueError as error:
             raise ValueError(f"support: {error}") from None
-        return found, strike_doubts(found, support.clearance) if isinstance(support, shaking.Isolator) else []
+        return found, support.stops.doubts(found) if isinstance(support, shaking.Isolator) else []
 
 
 class NamedSupportTable(SupportTable):

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
-from ...aliases import Array
 from ...doubts import Doubt, noted
 from ...motions.arrays import Record, from_array
-from ...motions.supports.isolator import Isolator, strike_doubts
+from ...motions.supports.isolator import Isolator
 from ...motions.supports.support import Support
 
 
@@ -42,14 +42,12 @@ class Stand:
         """Return the doubt in its clearance under motions of its floor; an elastic one has no clearance."""
         if not isinstance(self.support, Isolator):
             return []
-        ways = self._moved(below)[1]
-        top = from_array(np.zeros((ways.size, 2)), 1.0).assign_coords(support_displacement=("motion", ways))
-        return strike_doubts([top], self.support.clearance)
+        return self.support.stops.doubts(self._moved(below)[1])
 
-    def _moved(self, below: Sequence[Record]) -> tuple[list[Record], Array]:
-        """Return the motions on top, and the greatest displacement under each, (motion,), m."""
+    def _moved(self, below: Sequence[Record]) -> tuple[list[Record], list[xr.DataArray]]:
+        """Return the motions on top, in the order of those below, and as arrays of motions of one length."""
         found = list(below)
-        ways = np.empty(len(found))
+        tops = []
         alike: dict[tuple[float, int], list[int]] = {}
         for i, one in enumerate(below):
             alike.setdefault((one.dt, one.acceleration.size), []).append(i)
@@ -58,8 +56,8 @@ class Stand:
             with noted():  # (the motions of floors were looked at, and strikes are said by name)
                 top = self.support.motions(array)
             step = float(top["dt"].values[0])
-            ways[lines] = top["support_displacement"].values
+            tops.append(top)
             for k, i in enumerate(lines):
                 source = f"{self.support!r} on {below[i].source}"
                 found[i] = below[i]._replace(acceleration=top.values[k], dt=step, source=source)
-        return found, ways
+        return found, tops

@@ -141,9 +141,14 @@ class Design(ABC):
         """Return all runs of blocks under laws as a labelled dataset."""
         ground = self.ground or None
         with noted():  # (a study has doubts among its notes)
-            return self._analysed(
+            found = self._analysed(
                 blocks, models, outputs, client=client, screen=False, ground=ground, progress=progress
             )
+        return found.assign_coords(self._below())
+
+    def _below(self) -> dict[str, xr.Variable]:
+        """Return how buildings and supports answered each motion, as coordinates of the runs; none where they scale."""
+        return {}
 
     @abstractmethod
     def _analysed(
@@ -392,6 +397,9 @@ class Stripes(Design):
     ) -> xr.Dataset:
         return stripes(blocks, models, self.motions, self.at, self.im, outputs, scale=self.scale, **options)
 
+    def _below(self) -> dict[str, xr.Variable]:
+        return answers_below(self.arrays)
+
 
 @dataclass(frozen=True)
 class Cloud(Design):
@@ -414,6 +422,35 @@ class Cloud(Design):
         self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         return cloud(blocks, models, self.motions, self.im, outputs, **options)
+
+    def _below(self) -> dict[str, xr.Variable]:
+        return answers_below(self.arrays)
+
+
+BELOW: dict[str, tuple[str, float]] = {
+    "ductility": ("building_ductility", math.nan),
+    "collapsed": ("building_collapsed", 0.0),
+    "support_displacement": ("support_displacement", math.nan),
+    "strikes": ("support_strikes", 0.0),
+    "strike_acceleration": ("support_strike_acceleration", math.nan),
+}
+"""Coordinates of motions that tell how a building or a support answered: their names in results, and without one."""
+
+
+def answers_below(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
+    """Return how buildings and supports answered, on all motions of the arrays, floor by floor."""
+    found = {}
+    for name, (called, none) in BELOW.items():
+        attributes = next((one[name].attrs for one in arrays if name in one.coords), None)
+        if attributes is None:
+            continue
+        values = []
+        for one in arrays:
+            like = one.isel(time=0, drop=True)
+            own = like[name] if name in one.coords else xr.DataArray(none)
+            values.append(own.broadcast_like(like).transpose(*like.dims).values.ravel())
+        found[called] = xr.Variable("motion", np.concatenate(values), attributes)
+    return found
 
 
 def _flat(sets: tuple[Motions, ...]) -> Iterator[xr.DataArray]:

@@ -114,8 +114,7 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         on = results["item"].values[results["support"].values != ""]
         yield (
             f"{first_of([f'“{one}”' for one in on])} {'stands' if on.size == 1 else 'stand'} on a bench or an isolated "
-            "platform, which answers the motion of the floor and shakes what stands on it; what it would do at its "
-            "stops is not modelled."
+            f"platform, which answers the motion of the floor and shakes what stands on it; {_at_stops(study)}."
         )
     scene = SCENE in results.coords
     sideways = (
@@ -267,6 +266,17 @@ def _round(results: xr.Dataset) -> Iterator[str]:
             f"{first_of(named)}: {its} round. A round base can wobble and roll round its rim, which is not modelled "
             "and can make it fall in weaker shaking than is given here."
         )
+
+
+def _at_stops(study: Mapping[str, Any]) -> str:
+    """Return what is modelled of the stops of a study's isolated platforms."""
+    modelled = [one["name"] for one in study.get("supports") or [] if one.get("stop_frequency_hz") is not None]
+    if not modelled:
+        return "what it would do at its stops is not modelled"
+    return (
+        f"stops of {first_of([f'“{one}”' for one in modelled])} are modelled, and what falls in a strike rests on the "
+        "stiffness given for them"
+    )
 
 
 def _histories(study: Mapping[str, Any]) -> bool:

@@ -14,7 +14,8 @@ import xarray as xr
 from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of
 from ...models import Block
 from ...motions.arrays import POLARITY
-from ...wording import counted, given_number, short_digits
+from ...motions.supports.stops import RESTITUTION
+from ...wording import counted, given_number, given_percent, short_digits
 from ..plan.slides import INSTEAD
 from ..text.block_order import chosen_of
 from ..text.names import clean
@@ -89,11 +90,16 @@ SUPPORTS = {
 }
 SUPPORTS_ASSUMPTION = (
     "Between the floor and the pieces on “{name}” there is a {kind}, whose motion shakes them; their reaction on it is "
-    "left out, and stops are not modelled."
+    "left out, and {stops}."
 )
 SUPPORT_ASSUMPTION = (
     "Between the floor and the blocks there is a {kind}, whose motion shakes them; their reaction on it is left out, "
-    "and stops are not modelled."
+    "and {stops}."
+)
+STOPS_LEFT_OUT = "stops are not modelled"
+STOPS_ASSUMPTION = (
+    "its stops are springs and dampers {clearance} mm away, on which it swings with {frequency} Hz and keeps {kept} of "
+    "its velocity: whether a strike makes a block uplift rests on that stiffness"
 )
 
 
@@ -301,6 +307,17 @@ def _listed(value: Any) -> list[Any]:
     return value if isinstance(value, list) else []
 
 
+def _stops(support: Mapping[str, Any]) -> str:
+    """Return what is assumed of the stops of a support of a study file."""
+    if support.get("stop_frequency_hz") is None:
+        return STOPS_LEFT_OUT
+    return STOPS_ASSUMPTION.format(
+        clearance=f"{support['clearance_mm']:g}",
+        frequency=f"{support['stop_frequency_hz']:g}",
+        kept=given_percent(support.get("stop_restitution") or RESTITUTION),
+    )
+
+
 def assumptions(results: xr.Dataset) -> list[str]:
     """Return the assumptions of a study, one sentence each."""
     study = study_of(results)
@@ -310,9 +327,10 @@ def assumptions(results: xr.Dataset) -> list[str]:
     building += [YIELDING_ASSUMPTION] if yields else []
     support = study.get("support")
     if isinstance(support, dict):
-        building.append(SUPPORT_ASSUMPTION.format(kind=SUPPORTS.get(str(support.get("kind")), "support")))
+        kind = SUPPORTS.get(str(support.get("kind")), "support")
+        building.append(SUPPORT_ASSUMPTION.format(kind=kind, stops=_stops(support)))
     building += [
-        SUPPORTS_ASSUMPTION.format(name=one["name"], kind=SUPPORTS[str(one["kind"])])
+        SUPPORTS_ASSUMPTION.format(name=one["name"], kind=SUPPORTS[str(one["kind"])], stops=_stops(one))
         for one in _listed(study.get("supports"))
     ]
     motions = study.get("motions")

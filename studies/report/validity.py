@@ -66,7 +66,7 @@ ODD = {
     "duration": "a record is longer than any earthquake",
     "ringing": "the floor motions end before the building has come to rest",
     "collapse": "the building collapses under some motions",
-    "strike": "the isolated platform would strike its stops under some motions",
+    "strike": "the isolated platform strikes its stops under some motions",
     "slides on": "motions end while blocks slide",
     "selection": "some selected motions do not agree with the hazard",
     "scaling": "motions are scaled far before they go through what yields",

@@ -32,6 +32,10 @@ SUPPORTS = {
     "bench": ('kind = "bench"\nfrequency_hz = 4\n', Support(4.0)),
     "soft": ('kind = "linear"\nperiod_s = 2.0\ndamping = 0.15\n', Isolator.linear(2.0, 0.15)),
     "lead": ('kind = "bilinear"\nperiod_s = 2.5\nstrength = 0.05\nclearance_mm = 1\n', Isolator.bilinear(2.5, 0.05)),
+    "held": (
+        'kind = "pendulum"\nradius_m = 1.5\nfriction = 0.05\nclearance_mm = 10\nstop_frequency_hz = 10\n',
+        Isolator.pendulum(1.5, 0.05, clearance=0.01, stop_frequency=10.0),
+    ),
     "dish": ('kind = "pendulum"\nradius_m = 1.5\nfriction = 0.05\n', Isolator.pendulum(1.5, 0.05)),
 }
 LEVELS = (1.5, 3.0, 6.0)
@@ -120,6 +124,18 @@ def test_strikes_are_said_by_platform_and_level(tmp_path):
     under = f"under {int((last > 1e-3).sum())} of 6 motions, by up to {float(last.max()):.3g} m"
     assert said[-1].startswith("support 'lead' on floor 0 at 6 m/s2: the platform would strike its stops, 0.001 m away")
     assert under in said[-1]
+
+
+def test_modelled_strikes_are_counted(tmp_path):
+    made = study(tmp_path, things(("held", 0, "held")), table("held"), PERFORMANCE)
+    last = SUPPORTS["held"][1].motions(scale_to(ground(), LEVELS[-1], "pga"))
+    said = [one for one in made.notes if "strikes its stops" in one]
+    assert said[-1].startswith("support 'held' on floor 0 at 6 m/s2: the platform strikes its stops, 0.01 m away")
+    assert (
+        f"({int(last['strikes'].sum())} strikes, up to {float(last['strike_acceleration'].max()):.3g} m/s²)" in said[-1]
+    )
+    result = made.run()
+    assert any("stops of “held” are modelled" in one for one in _sentences(result, study_of(result)))
 
 
 def test_the_report_says_what_stands_on_what(tmp_path):

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
+from toppling.motions import Building, CloughPenzien, Isolator, IsolatorStrikes, Support, scale_to
 from toppling.studies import StudyError
+from toppling.studies.report.method import assumptions
 from toppling.studies.report.validity import checks_of
 
 HEAD = """
@@ -85,9 +86,35 @@ def test_what_yields_answers_each_level(tmp_path, table, support):
     np.testing.assert_allclose(cloud["peak_rotation"], own["peak_rotation"], rtol=1e-9, atol=1e-12)
 
 
-def test_the_report_says_what_the_blocks_stand_on(tmp_path):
-    from toppling.studies.report.method import assumptions
+@pytest.mark.parametrize("floors", ["", BUILDING])
+def test_stops_are_modelled_where_their_stiffness_is_stated(tmp_path, floors):
+    """Runs as of the same steps in Python; how often and how hard each motion strikes is on motion."""
+    stops = "clearance_mm = 15\nstop_frequency_hz = 20\nstop_restitution = 0.5\n"
+    table = PENDULUM + stops
+    result = study(tmp_path, floors, table, STRIPES).run()
+    support = Isolator.pendulum(1.5, 0.05, clearance=0.015, stop_frequency=20.0, stop_restitution=0.5)
+    below = [ground(level) for level in (2.0, 6.0)]
+    at = [Building.flexural_shear(0.5).floor_motions(one, [5]) for one in below] if floors else below
+    with pytest.warns(IsolatorStrikes, match="strikes its stops"):
+        tops = [support.motions(one) for one in at]
+    runs = tp.stripes(BLOCK, LAW, tops, [2.0, 6.0], "pga", scale=False, ground=below)
+    np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
+    for name in ("strikes", "strike_acceleration"):
+        expected = np.concatenate([one[name].values.ravel() for one in tops])
+        np.testing.assert_allclose(result[f"support_{name}"], expected, rtol=1e-12)
+    assert result["support_strikes"].dims == ("motion",)
+    assert int(result["support_strikes"].sum()) > 6
+    assert "rests on the stiffness of the stops, given by stop_frequency 20 Hz" in result.attrs["notes"]
+    said = next(one for one in assumptions(result) if "friction pendulum" in one)
+    assert "15 mm away, on which it swings with 20 Hz and keeps 50 % of its velocity" in said
 
+
+def test_a_linear_isolator_with_stops_does_not_scale(tmp_path):
+    with pytest.raises(StudyError, match="needs stripes or cloud"):
+        study(tmp_path, LINEAR, "clearance_mm = 100\n", IDA)
+
+
+def test_the_report_says_what_the_blocks_stand_on(tmp_path):
     result = study(tmp_path, PENDULUM, STRIPES).run()
     assert any("there is a friction pendulum, whose motion shakes them" in one for one in assumptions(result))
 
@@ -102,6 +129,9 @@ def test_the_report_says_what_the_blocks_stand_on(tmp_path):
         ((BENCH + "radius_m = 1\n", IDA), "kind 'bench' has no key 'radius_m'"),
         ((BENCH + "mass_ratio = 0.3\n", IDA), "mass_ratio must be at most 0.1, got 0.3"),
         ((LINEAR.replace("2.0", "200"), IDA), "period"),
+        ((PENDULUM + "stop_frequency_hz = 20\n", STRIPES), "stop_frequency needs a clearance"),
+        ((PENDULUM + "clearance_mm = 9\nstop_frequency_hz = 900\n", STRIPES), "contact of at least 2 ms"),
+        ((BENCH + "clearance_mm = 9\n", IDA), "kind 'bench' has no key 'clearance_mm'"),
         ((BENCH.replace("9", "-9"), IDA), "frequency"),
         (('[support]\nkind = "springs"\n', IDA), "springs"),
     ],

@@ -1,0 +1,137 @@
+"""Compliant stops of an isolated platform: springs and dampers beyond its clearance, which push and never pull."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.optimize
+import xarray as xr
+
+from ... import checks
+from ...doubts import Doubt
+from ...wording import counted, short_digits
+
+RESTITUTION = 0.6
+"""Share of its velocity with which a platform leaves a stop (judgement)."""
+LEAST_RESTITUTION = 0.15
+"""Least restitution of a stop that still swings: critical damping leaves exp(-2) = 0.135."""
+SAMPLES = 20
+"""Least samples of the motion on top while the platform is in contact with a stop."""
+FINEST = 1e-4
+"""Least time between samples of a motion on top, s."""
+
+
+@dataclass(frozen=True)
+class Stops:
+    """Stops on both sides of a platform.
+
+    Attributes
+    ----------
+    clearance : float
+        Displacement at which the platform touches a stop, m, > 0; infinite for none.
+    frequency : float, optional
+        Natural frequency of the platform with its load on a stop, sqrt(k_s/m)/(2 pi), Hz; strikes are not modelled
+        where it is not given.
+    restitution : float
+        Velocity after a strike over that before, 0.15 to 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Values out of range; a frequency without a clearance, or of a contact too short to be sampled.
+
+    Notes
+    -----
+    Beyond the clearance a stop pushes back with k_s times depth + c_s times its rate (Kelvin-Voigt), and never pulls.
+    With c_s = 2 zeta sqrt(k_s m) a platform on which nothing else acts keeps the share exp(-2 zeta arccos(zeta)/s), s =
+    sqrt(1 - zeta²), of its velocity, after a contact of 2 arccos(zeta)/(omega_s s) (derived: the stop lets go where the
+    acceleration is zero).  Undamped, with the velocity v: depth v/omega_s, duration pi/omega_s, acceleration v omega_s.
+
+    Examples
+    --------
+    >>> stops = Stops(0.1, 5.0, 1.0)
+    >>> round(stops.contact, 12)
+    0.1
+    >>> round(Stops(0.1, 5.0, 0.6).damping, 4)
+    0.1809
+    """
+
+    clearance: float = math.inf
+    frequency: float | None = None
+    restitution: float = RESTITUTION
+
+    def __post_init__(self) -> None:
+        if not self.clearance > 0.0:
+            raise ValueError(f"clearance must be > 0 (in m), got {self.clearance!r}")
+        checks.number("stop_restitution", self.restitution, at_least=LEAST_RESTITUTION, at_most=1.0)
+        if self.frequency is None:
+            if self.restitution != RESTITUTION:
+                raise ValueError("stop_restitution needs a stop_frequency: strikes are not modelled without one")
+            return
+        checks.number("stop_frequency", self.frequency, above=0.0, unit="Hz")
+        if math.isinf(self.clearance):
+            raise ValueError("stop_frequency needs a clearance, the displacement at which the platform strikes a stop")
+        if self.contact < SAMPLES * FINEST:
+            raise ValueError(
+                f"stop_frequency must give a contact of at least {1e3 * SAMPLES * FINEST:g} ms, {SAMPLES} samples of "
+                f"{1e3 * FINEST:g} ms, got {1e3 * self.contact:.3g} ms at {self.frequency:g} Hz"
+            )
+
+    @property
+    def modelled(self) -> bool:
+        """Whether the platform is held by its stops."""
+        return self.frequency is not None
+
+    @property
+    def damping(self) -> float:
+        """Damping ratio of the platform on a stop, of the restitution."""
+        if self.restitution == 1.0:
+            return 0.0
+
+        def excess(zeta: float) -> float:
+            loss = 2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta * zeta)
+            return math.exp(-loss) - self.restitution
+
+        return float(scipy.optimize.brentq(excess, 0.0, 1.0 - 1e-9, xtol=1e-15, rtol=1e-15))
+
+    @property
+    def contact(self) -> float:
+        """Duration of a contact with a stop if nothing else acts on the platform, s."""
+        assert self.frequency is not None
+        zeta = self.damping
+        return math.acos(zeta) / (math.pi * self.frequency * math.sqrt(1.0 - zeta * zeta))
+
+    @property
+    def over_mass(self) -> tuple[float, float, float]:
+        """Clearance, m, stiffness, 1/s², and viscosity, 1/s, of the stops over the mass that strikes them."""
+        assert self.frequency is not None
+        omega = 2.0 * math.pi * self.frequency
+        return self.clearance, omega * omega, 2.0 * self.damping * omega
+
+    def parts(self, dt: float) -> int:
+        """Return the samples a step dt, s, of which a contact has enough."""
+        return max(1, math.ceil(dt * SAMPLES / self.contact - 1e-9)) if self.modelled else 1
+
+    def doubts(self, found: Sequence[xr.DataArray]) -> list[Doubt]:
+        """Return the doubt in motions on top of a platform (their ``support_displacement``) that reaches its stops."""
+        ways = np.concatenate([one["support_displacement"].values.ravel() for one in found])
+        far = int((ways > self.clearance).sum())
+        if not far:
+            return []
+        where = f"its stops, {self.clearance:g} m away, under {far} of {ways.size} motions"
+        if not self.modelled:
+            what = f"the platform would strike {where}, by up to {ways.max():.3g} m: strikes are not modelled"
+            return [Doubt("strike", what)]
+        times = int(sum(int(one["strikes"].sum()) for one in found))
+        hardest = max(float(one["strike_acceleration"].max()) for one in found)
+        return [
+            Doubt(
+                "strike",
+                f"the platform strikes {where} ({counted(times, 'strike')}, up to {short_digits(hardest)} m/s²): "
+                f"whether blocks uplift in a strike rests on the stiffness of the stops, given by stop_frequency "
+                f"{self.frequency:g} Hz, a contact of {short_digits(1e3 * self.contact)} ms",
+            )
+        ]
