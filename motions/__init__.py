@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .floors.building import Building
     from .floors.files import read_floors
     from .floors.p58 import p58_floor_demands
+    from .floors.strength import default_yield_coefficient
     from .floors.yielding import CollapsingBuilding, YieldingBuilding
     from .generators import GENERATORS
     from .intensity.dataset import measure_named, measures
@@ -121,6 +122,7 @@ __all__ = [
     "bandpass",
     "baseline",
     "both_axes",
+    "default_yield_coefficient",
     "ensemble",
     "example_path",
     "expected_motions",
@@ -180,6 +182,7 @@ __getattr__, __dir__ = face(
         "floors.building": ("Building",),
         "floors.files": ("read_floors",),
         "floors.p58": ("p58_floor_demands",),
+        "floors.strength": ("default_yield_coefficient",),
         "floors.yielding": ("CollapsingBuilding", "YieldingBuilding"),
         "supports.isolator": ("Isolator", "IsolatorStrikes"),
         "supports.support": ("Support",),

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.optimize
 import xarray as xr
 
 from ... import checks
@@ -20,6 +19,7 @@ LEAST_RESTITUTION = 0.15
 """Least restitution of a stop that still swings: critical damping leaves exp(-2) = 0.135."""
 SAMPLES = 20
 """Least samples of the motion on top while the platform is in contact with a stop."""
+HALVINGS = 52
 FINEST = 1e-4
 """Least time between samples of a motion on top, s."""
 
@@ -90,12 +90,12 @@ class Stops:
         """Damping ratio of the platform on a stop, of the restitution."""
         if self.restitution == 1.0:
             return 0.0
-
-        def excess(zeta: float) -> float:
-            loss = 2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta * zeta)
-            return math.exp(-loss) - self.restitution
-
-        return float(scipy.optimize.brentq(excess, 0.0, 1.0 - 1e-9, xtol=1e-15, rtol=1e-15))
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            zeta = 0.5 * (low + high)
+            kept = math.exp(-2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta * zeta))
+            low, high = (zeta, high) if kept > self.restitution else (low, zeta)
+        return 0.5 * (low + high)
 
     @property
     def contact(self) -> float:

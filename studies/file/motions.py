@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -16,6 +16,7 @@ from ... import motions as shaking
 from ...doubts import noted
 from ...motions import RecordError
 from ...motions.arrays import BOTH_AXES, HORIZONTAL, VERTICAL, WEAK_AXIS
+from ...motions.floors.strength import LARGEST_IMPORTANCE, SYSTEMS, Strength, code_strength
 from ...motions.intensity.peaks import peak_velocity
 from ...motions.matching.targets import EDITIONS
 from ...motions.pairs import RANDOM, correct_together, pair_up
@@ -59,11 +60,14 @@ class EnvelopeTable(Table):
         return envelope
 
 
+CODE_STRENGTH = ("system", "sds_g", "sd1_g", "importance")
+"""Keys of a strength that a code's design gives."""
+STRENGTH = ("yield_coefficient", *CODE_STRENGTH)
 BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
     "ground": (set(), set()),
     "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
     "storeys": (
-        {"masses_kg", "stiffnesses_n_m", "yield_coefficient", "hardening", "p_delta"},
+        {"masses_kg", "stiffnesses_n_m", *STRENGTH, "hardening", "p_delta"},
         {"masses_kg", "stiffnesses_n_m"},
     ),
 }
@@ -110,6 +114,26 @@ class BuildingTable(Table):
         KeyInfo("elastic", above=0.0),
         Field(description="Yield strength of the lowest storey, or of each, over the weight of the building."),
     ] = None
+    system: Annotated[
+        str | None,
+        one_of(SYSTEMS),
+        Field(
+            description="Seismic force-resisting system: a default strength from the site's code hazard (judgement)."
+        ),
+    ] = None
+    sds_g: Annotated[
+        float | None,
+        KeyInfo("that of [performance.code]", above=0.0, at_most=10.0),
+        Field(description="S_DS of the site by ASCE 7, in g, for `system`."),
+    ] = None
+    sd1_g: Annotated[
+        float | None, KeyInfo(above=0.0, at_most=10.0), Field(description="S_D1 of the site, in g, for `system`.")
+    ] = None
+    importance: Annotated[
+        float | None,
+        KeyInfo(1.0, at_least=1.0, at_most=LARGEST_IMPORTANCE),
+        Field(description="Importance factor I_e of the building, for `system`."),
+    ] = None
     hardening: Annotated[
         float | None,
         KeyInfo(0.03, at_least=0.0, below=1.0),
@@ -134,27 +158,61 @@ class BuildingTable(Table):
         missing = sorted(name for name in needed if getattr(self, name) is None)
         if missing:
             raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
+        strength = self.default_strength
         for key in ("hardening", "p_delta"):
             if getattr(self, key) is not None and not self.yields:
-                raise ValueError(f"{key} needs yield_coefficient: an elastic building does not yield")
+                raise ValueError(f"{key} needs yield_coefficient or system: an elastic building does not yield")
         if self.yields and isinstance(self.damping, list):
             raise ValueError(
                 "damping of a building that yields must be one number, that of the first and the last mode"
             )
-        given = self.model_dump(exclude={"name", "kind", "floors"}, exclude_none=True)
+        given = self.model_dump(exclude={"name", "kind", "floors", *CODE_STRENGTH}, exclude_none=True)
         options = {bare(key): value for key, value in given.items() if value is not False}
+        if strength is not None:
+            options["yield_coefficient"] = strength.coefficient
         make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys
         return make(**options)
 
     @property
     def yields(self) -> bool:
         """Whether storeys yield: floor motions then belong to the strength of their ground motions."""
-        return self.yield_coefficient is not None
+        return self.yield_coefficient is not None or self.system is not None
+
+    @property
+    def default_strength(self) -> Strength | None:
+        """The strength that a code's design gives; None where it is not asked for.
+
+        ValueError where the code hazard is missing, or keys of such a strength stand alone or beside a known one.
+        """
+        if self.system is None:
+            alone = [key for key in CODE_STRENGTH if getattr(self, key) is not None]
+            if alone:
+                raise ValueError(f"{alone[0]} needs system: it gives the default strength of one")
+            return None
+        if self.yield_coefficient is not None:
+            raise ValueError("system gives a default strength, and yield_coefficient a known one: state one of them")
+        if self.sds_g is None or self.sd1_g is None:
+            raise ValueError(
+                "system needs sds_g and sd1_g, the site's code hazard (sds_g may stand in [performance.code]): without "
+                "one there is no default strength, and yield_coefficient must be given"
+            )
+        plain = self.elastic.build()
+        assert isinstance(plain, shaking.Building)
+        first = float(plain.periods[0])
+        factor = 1.0 if self.importance is None else self.importance
+        return code_strength(self.system, first, self.sds_g, self.sd1_g, factor)
+
+    @property
+    def judged(self) -> str:
+        """What is a judgement about the building's strength, '' where it is stated; ValueError as `build`."""
+        strength = self.default_strength
+        said = "default strength of the building (judgement, R and Ω0 recalled)"
+        return "" if strength is None else f"{said}: {strength.text}"
 
     @property
     def elastic(self) -> Self:
         """The same building, as if its storeys could not yield."""
-        return self.model_copy(update={"yield_coefficient": None, "hardening": None, "p_delta": None})
+        return self.model_copy(update=dict.fromkeys((*STRENGTH, "hardening", "p_delta")))
 
     def made(self) -> shaking.Building:
         """Make the only building of a study, as elastic as it is before it yields; an error names the table."""
@@ -209,6 +267,16 @@ class BuildingTable(Table):
         return [
             array.assign_coords(floor=[f"{self.name} {floor}" for floor in array["floor"].values]) for array in moved
         ]
+
+
+def strength_notes(study: Mapping[str, Any]) -> list[str]:
+    """Return a note on each building of a study file, as plain values, whose strength is a judgement."""
+    tables = [one for one in [study.get("building"), *(study.get("buildings") or [])] if one]
+    found = []
+    for one in map(BuildingTable.model_validate, tables):
+        named = f"building {one.name!r}: " if one.name else ""
+        found += [f"{named}{one.judged}: state yield_coefficient where it is known"] if one.judged else []
+    return found
 
 
 PROCESSING = ("baseline_order", "window", "taper_s", "highpass_hz", "lowpass_hz", "order")

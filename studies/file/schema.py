@@ -203,6 +203,20 @@ class StudyFile(Table):
         return title
 
     @model_validator(mode="after")
+    def _code_hazard(self) -> Self:
+        """Take S_DS of a building's default strength from the code that the study checks."""
+        code = None if self.performance is None else self.performance.code
+        building = self.building
+        if building is None or building.system is None or code is None or code.sds_g is None:
+            return self
+        if building.sds_g not in (None, code.sds_g):
+            raise ValueError(
+                f"building.sds_g {building.sds_g:g} and performance.code.sds_g {code.sds_g:g} are of one site: state "
+                "one of them"
+            )
+        return self.model_copy(update={"building": building.model_copy(update={"sds_g": code.sds_g})})
+
+    @model_validator(mode="after")
     def _one_analysis(self) -> Self:
         analyses = [name for name in ANALYSES if getattr(self, name) is not None]
         if len(analyses) != 1:
@@ -570,7 +584,8 @@ class StudyFile(Table):
             if building.yields:
                 line = f"{where}{building.yielding(ground, moved)}"
                 doubts = [one._replace(sentence=f"{where}{one.sentence}") for one in _collapses(moved)]
-                reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=(*reading.storeys, line))
+                judged = [building.judged] if building.judged else []
+                reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=(*reading.storeys, *judged, line))
             elif building.kind != "ground":
                 reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))
         if self.support is not None:

@@ -122,6 +122,8 @@ def level_floors(
     doubts, lines = list(reading.doubts), []
     found: list[History] = []
     ductility, collapsed = [], []
+    if table is not None and table.judged:
+        lines.append(table.judged)
     for level in own.tolist():
         given = level / LEVEL_UNITS[unit][0] if unit else 1.0
         where = f"at {im} of {given:.4g} {unit} " if unit else ""

@@ -35,6 +35,7 @@ from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
+from ..file.motions import strength_notes
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import StudyError, all_errors
 from ..plan.designs import Design, Incremental
@@ -260,7 +261,8 @@ class Study(ABC):
     def notes(self) -> list[str]:
         """Notes that a user should know before anything runs: one sentence each."""
         doubts = (one.sentence for one in self.doubts if one.kind not in self.accepted)
-        return [*self.squat, *stiffness_notes(self.configuration), *doubts]
+        stated = stiffness_notes(self.configuration) + strength_notes(self.configuration)
+        return [*self.squat, *stated, *doubts]
 
     @property
     @abstractmethod

@@ -17,7 +17,7 @@ from ...motions.arrays import POLARITY
 from ...wording import confidence_text, counted, given_number
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, INSTEAD
-from ..text.words import block_title, reference_law, roof_of
+from ..text.words import block_title, reference_law, roof_of, storeys_yield
 from .method import lifted, study_of
 
 LOST = "The energy that a piece loses in rocking follows"
@@ -98,14 +98,14 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         what = f"The building{roof}"
         period = building.get("period_s")
         first = "" if period is None else f", with a first natural period of {given_number(float(period))} s"
-        if "yield_coefficient" in building:
+        if storeys_yield(building):
             yield from _yielding(results)
         else:
             yield f"{what} is taken as elastic{first}; each piece is shaken by the motion of its own floor."
         if storeys is not None:
             yield from _on_the_roof(results, roof_of(results))
     elif "buildings" in study:
-        yields = any("yield_coefficient" in one for one in study["buildings"])
+        yields = any(map(storeys_yield, study["buildings"]))
         but = ", but for those whose storeys yield" if yields else ""
         yield f"The buildings are taken as elastic{but}; each piece is shaken by the motion of its own floor."
     elif _histories(study):

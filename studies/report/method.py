@@ -20,6 +20,7 @@ from ..plan.slides import INSTEAD
 from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.rows import Rows
+from ..text.words import storeys_yield
 
 MOST_LINES = 6
 """Most records whose corrections are written out."""
@@ -81,6 +82,10 @@ YIELDING_ASSUMPTION = (
     "Storeys of the building yield: each ground motion goes through it at its level, and its floor motions are not "
     "scaled. Strengths follow a lateral load of the codes where only that of the lowest storey is given; neither the "
     "soil below nor its contents change floor motions."
+)
+DEFAULT_STRENGTH = (
+    "The strength of the building is a default (judgement): what a code's design of its system asks for, times the "
+    "overstrength factor of the system; factors are recalled from ASCE/SEI 7-22, table 12.2-1."
 )
 SUPPORTS = {
     "bench": "bench",
@@ -322,9 +327,10 @@ def assumptions(results: xr.Dataset) -> list[str]:
     """Return the assumptions of a study, one sentence each."""
     study = study_of(results)
     stand = [one for one in [study.get("building"), *_listed(study.get("buildings"))] if isinstance(one, dict)]
-    yields = [one for one in stand if "yield_coefficient" in one]
+    yields = [one for one in stand if storeys_yield(one)]
     building = [BUILDING_ASSUMPTION] if len(yields) < len(stand) else []
     building += [YIELDING_ASSUMPTION] if yields else []
+    building += [DEFAULT_STRENGTH] if any(one.get("system") is not None for one in stand) else []
     support = study.get("support")
     if isinstance(support, dict):
         kind = SUPPORTS.get(str(support.get("kind")), "support")

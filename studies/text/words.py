@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -27,6 +28,8 @@ MEASURES = {
     "pgv_normalised": "p·PGV/(g tan α)",
     "scale": "scale factor",
 }
+STRENGTHS = ("yield_coefficient", "system")
+"""Keys of a building's table in a study file by which its storeys yield."""
 _PERIOD = re.compile(r"\b(S[avd]|FIV3)\((\d[\d.e+-]*)(?:, (\d[\d.e+-]*))?\)")
 _PERIODS = re.compile(r"\bAvgSa\((\d[\d.e+-]*):(\d[\d.e+-]*):(\d+)(?:, (\d[\d.e+-]*))?\)")
 """Labels of spectral values at a period, and of averages over periods, with their damping where it is not 5 %."""
@@ -221,3 +224,8 @@ def reference_law(results: xr.Dataset) -> tuple[int, bool]:
 def reference_position(laws: Sequence[str]) -> tuple[int, bool]:
     """Return what `reference_law` returns, of short names of laws."""
     return (laws.index(REFERENCE_LAW), True) if REFERENCE_LAW in laws else (0, False)
+
+
+def storeys_yield(building: Mapping[str, Any]) -> bool:
+    """Return whether the storeys of a building yield, by its table in a study file as plain values."""
+    return any(building.get(key) is not None for key in STRENGTHS)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, scale_to
+from toppling.motions import Building, CloughPenzien, default_yield_coefficient, scale_to
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.report.method import assumptions
 
 TEXT = """
 title = "A cabinet in a building that yields"
@@ -39,6 +40,8 @@ level = 4
 level = 12
 motions = { seed = 5 }
 """
+STATED = "yield_coefficient = 0.15\n"
+FRAME = 'system = "ordinary-masonry-wall"\nsds_g = 0.5\nsd1_g = 0.1\nimportance = 1.25\n'
 
 
 def study(folder, *changes, more=""):
@@ -107,6 +110,24 @@ def test_collapse_is_said(tmp_path):
     assert "at Sa(0.5) of 60 m/s2 the building collapses under" in result.attrs["notes"]
 
 
+def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
+    first = float(Building.from_storeys([2e5, 2e5], [2e8, 2e8]).periods[0])
+    coefficient = default_yield_coefficient("ordinary-masonry-wall", first, 0.5, 0.1, 1.25)
+    by_code = study(tmp_path, (STATED, FRAME))
+    stated = study(tmp_path, (STATED, f"yield_coefficient = {coefficient!r}\n")).run()
+    result = by_code.run()
+    np.testing.assert_array_equal(result["peak_rotation"], stated["peak_rotation"])
+    said = f"C_y = Ω0 C_s = 2.5 × {coefficient / 2.5:.3g} = {coefficient:.3g}"
+    for text in (result.attrs["notes"], result.attrs["storeys"]):
+        assert text.count(said) == 1
+        assert "default strength of the building (judgement, R and Ω0 recalled)" in text
+    assert "judgement" not in stated.attrs["storeys"]
+    assert any("is a default (judgement)" in one for one in assumptions(result))
+    study(tmp_path, (STATED, FRAME))
+    assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
+    assert said in " ".join(capsys.readouterr().out.split())
+
+
 def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
     _ground, floors = steps(yielding)
     _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
@@ -131,6 +152,10 @@ def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
             "needs a measure of the ground motion",
         ),
         ([("yield_coefficient = 0.15\n", "")], "p_delta needs yield_coefficient"),
+        ([(STATED, f"{STATED}{FRAME}")], "state one of them"),
+        ([(STATED, 'system = "light-frame-wall"\nsd1_g = 0.6\n')], "without one there is no default strength"),
+        ([(STATED, "sds_g = 1.0\n")], "sds_g needs system"),
+        ([(STATED, 'system = "tent"\n')], "tent"),
         ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "yield_coefficient"),
         ([("yield_coefficient = 0.15", "yield_coefficient = 0")], "yield_coefficient"),
         ([("p_delta = true", "hardening = 1.0")], "hardening"),

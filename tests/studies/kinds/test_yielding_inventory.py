@@ -53,6 +53,24 @@ def ground(seed=3, number=6):
     return CloughPenzien(duration=8.0, dt=0.01).sample(number, seed)
 
 
+CODE = '[performance.code]\nstandard = "asce7-22"\nsds_g = 0.5\ndesign_category = "D"\n'
+
+
+def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
+    """S_DS of [performance.code] and S_D1 of the building: the same floors as with the strength by hand."""
+    by_code = ("yield_coefficient = 0.15", 'system = "special-braced-frame"\nsd1_g = 0.3')
+    result = study(tmp_path, by_code, more=CODE).run()
+    coefficient = 2.0 / 6.0 * min(0.5, 0.3 / float(frame().periods[0]))
+    same = study(tmp_path, ("yield_coefficient = 0.15", f"yield_coefficient = {coefficient!r}"), more=CODE).run()
+    np.testing.assert_allclose(result["building_ductility"], same["building_ductility"], rtol=1e-9)
+    assert "default strength of the building (judgement" in result.attrs["notes"]
+    assert "default strength of the building (judgement" in " ".join(method(result))
+    with pytest.raises(StudyError, match="are of one site: state one of them"):
+        study(tmp_path, (by_code[0], f"{by_code[1]}\nsds_g = 0.6"), more=CODE)
+    with pytest.raises(StudyError, match="without one there is no default strength"):
+        study(tmp_path, by_code)
+
+
 def frame(**strength):
     return Building.from_storeys([2e5, 2e5], [2e8, 2e8], **strength)
 

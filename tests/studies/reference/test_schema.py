@@ -181,10 +181,12 @@ def building(key):
         flexural = {"kind": "flexural-shear", "period_s": 1.0}
         storeys = {"kind": "storeys", "masses_kg": [1e5, 1e5], "stiffnesses_n_m": [1e7, 1e7]}
         given = [value, value] if key in {"masses_kg", "stiffnesses_n_m"} else [value] if key == "floors" else value
-        yields = key in {"yield_coefficient", "hardening"}
-        kind = (
-            storeys | {"yield_coefficient": 0.2} if yields else storeys if "_kg" in key or "_n_m" in key else flexural
-        )
+        by_code = {"system": "light-frame-wall", "sds_g": 1.0, "sd1_g": 0.6}
+        kind = storeys if "_kg" in key or "_n_m" in key else flexural
+        if key in {"yield_coefficient", "hardening"}:
+            kind = storeys | {"yield_coefficient": 0.2}
+        elif key in {*by_code, "importance"}:
+            kind = storeys | by_code
         table = TABLES["BuildingTable"](**{**kind, key: given})
         return table.shake([mo.OneCycleSine(1.0, 6.0).sample(1)])
 

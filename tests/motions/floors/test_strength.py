@@ -1,0 +1,53 @@
+"""Default strengths of a code: the formula by hand, and what is refused."""
+
+import numpy as np
+import pytest
+
+from toppling.motions import Building, default_yield_coefficient
+
+
+@pytest.mark.parametrize(
+    ("system", "period", "expected"),
+    [
+        ("special-moment-frame", 0.3, 3.0 * 1.1 / 8.0),  # the plateau: S_DS governs up to T = 0.6/1.1 s
+        ("special-moment-frame", 1.0, 3.0 * 0.6 / 8.0),
+        ("special-moment-frame", 3.0, 3.0 * 0.2 / 8.0),
+        ("ordinary-steel-moment-frame", 1.0, 3.0 * 0.6 / 3.5),
+        ("special-concrete-wall", 1.0, 2.5 * 0.6 / 6.0),
+        ("special-braced-frame", 1.0, 2.0 * 0.6 / 6.0),
+        ("buckling-restrained-braced-frame", 1.0, 2.5 * 0.6 / 8.0),
+        ("light-frame-wall", 1.0, 3.0 * 0.6 / 6.5),
+        ("ordinary-masonry-wall", 1.0, 2.5 * 0.6 / 2.0),
+    ],
+)
+def test_overstrength_times_the_design_strength(system, period, expected):
+    assert default_yield_coefficient(system, period, 1.1, 0.6) == pytest.approx(expected, rel=1e-14)
+    assert default_yield_coefficient(system, period, 1.1, 0.6, 1.25) == pytest.approx(1.25 * expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(("period", "exponent"), [(0.4, 1.0), (1.5, 1.5), (3.0, 2.0)])
+def test_storeys_follow_the_lateral_forces_of_the_code(period, exponent):
+    """Exponent 1 up to 0.5 s, 2 from 2.5 s on, linear between: shears by hand, from the roof down."""
+    masses = np.array([3e5, 2e5, 1e5])
+    plain = Building.from_storeys(masses, [4e8, 3e8, 2e8])
+    stiffnesses = np.array([4e8, 3e8, 2e8]) * (float(plain.periods[0]) / period) ** 2
+    coefficient = default_yield_coefficient("special-moment-frame", period, 1.0, 0.6)
+    building = Building.from_storeys(masses, stiffnesses, yield_coefficient=coefficient, storey_height=4.0)
+    forces = masses * np.array([4.0, 8.0, 12.0]) ** exponent
+    shears = np.array([forces[i:].sum() for i in range(3)]) / forces.sum()
+    np.testing.assert_allclose(building.strengths, coefficient * 9.80665 * 6e5 * shears, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("tent", 1.0, 1.0, 0.6), "system must be one of 'special-moment-frame'"),
+        (("light-frame-wall", 0.0, 1.0, 0.6), "period must be"),
+        (("light-frame-wall", 1.0, 0.0, 0.6), "sds must be"),
+        (("light-frame-wall", 1.0, 1.0, 20.0), "sd1 must be"),
+        (("light-frame-wall", 1.0, 1.0, 0.6, 2.0), "importance must be"),
+    ],
+)
+def test_what_is_refused(arguments, said):
+    with pytest.raises(ValueError, match=said):
+        default_yield_coefficient(*arguments)
