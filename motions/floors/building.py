@@ -153,6 +153,8 @@ class Building:
         yield_coefficient: None = None,
         hardening: float = HARDENING,
         p_delta: Any = None,
+        strength_dispersion: float = 0.0,
+        seed: int = 0,
     ) -> Building: ...
 
     @overload
@@ -168,6 +170,8 @@ class Building:
         yield_coefficient: float | Sequence[float],
         hardening: float = HARDENING,
         p_delta: Any = None,
+        strength_dispersion: float = 0.0,
+        seed: int = 0,
     ) -> YieldingBuilding: ...
 
     @classmethod
@@ -182,6 +186,8 @@ class Building:
         yield_coefficient: float | Sequence[float] | None = None,
         hardening: float = HARDENING,
         p_delta: Any = None,
+        strength_dispersion: float = 0.0,
+        seed: int = 0,
     ) -> Building | YieldingBuilding:
         """Return a shear building: storeys as masses on springs, from the lowest storey upwards.
 
@@ -204,6 +210,12 @@ class Building:
         p_delta : bool, float or sequence of float, optional
             Stability coefficient theta = P/(k h) of the storeys, or True for that of the weight above them; none if not
             given.  With theta above `hardening` a storey softens after yielding.
+        strength_dispersion : float
+            Standard deviation of the logarithm of the building's real strength about the one given, 0 to 1 (judgement:
+            0.3; none by default): each motion meets a building of its own, whose strengths are multiplied by one
+            lognormal factor of median 1.
+        seed : int
+            Seed of the factors, which depend on it and on the names of the motions alone.
 
         Returns
         -------
@@ -246,9 +258,13 @@ class Building:
                 raise ValueError("modes must be left out where storeys yield: the building has all of them")
             text = f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s"
             text += f", {_damping_text(damping)}"
-            return yielding_building(m, k, omega, damping, heights, yield_coefficient, hardening, p_delta, text)
-        if p_delta is not None or hardening != HARDENING:
-            raise ValueError("hardening and p_delta are of storeys that yield: give a yield_coefficient")
+            return yielding_building(
+                m, k, omega, damping, heights, yield_coefficient, hardening, p_delta, strength_dispersion, seed, text
+            )
+        if p_delta is not None or hardening != HARDENING or strength_dispersion != 0.0:
+            raise ValueError(
+                "hardening, p_delta and strength_dispersion are of storeys that yield: give a yield_coefficient"
+            )
         at_floors = np.concatenate([np.zeros((count, 1)), shares[:count]], axis=1)
         text = (
             f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s, {count} "

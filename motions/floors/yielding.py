@@ -19,14 +19,19 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array
 from ...doubts import warn
+from ...streams import key_of, stream
 from ...units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
 from ..plausibility import collapse_doubts, record_doubts
 
 HARDENING = 0.03
+MOST_DISPERSION = 1.0
 COLLAPSE_DRIFT = 0.1
 """Drift over the storey's height at which a storey counts as collapsed (judgement)."""
+
+
+FACTOR = {"units": DIMENSIONLESS, "long_name": "factor on the strengths of the building that the motion meets"}
 
 
 class CollapsingBuilding(UserWarning):
@@ -35,7 +40,8 @@ class CollapsingBuilding(UserWarning):
 
 class Response(NamedTuple):
     """Response of one building under one motion: accelerations and relative velocities (storey, time), m/s² and m/s;
-    peaks, residual: of drifts, (storey,), m; collapsed: storey from 1, 0 for none; end: sample at which it collapsed.
+    peaks, residual: of drifts, (storey,), m; collapsed: storey from 1, 0 for none; end: sample at which it collapsed;
+    ductility: peaks over yield drifts, (storey,); strength: factor on the strengths of the storeys.
     """
 
     accelerations: Array
@@ -44,6 +50,8 @@ class Response(NamedTuple):
     residual: Array
     collapsed: int
     end: int
+    ductility: Array
+    strength: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,14 +70,20 @@ class YieldingBuilding:
         Height of the floors above the ground, m.
     collapse_drift : float
         Drift over the storey's height at which a storey has collapsed.
+    strength_dispersion : float
+        Standard deviation of the logarithm of the strength about the one given, 0 for none.
+    seed : int
+        Seed of the strengths.
     description : str
         Text that states the parameters of the building.
 
     Notes
     -----
     Storey force V = k[(rho - theta) d + (1 - rho) e], with the drift d and its elastic part e = d - d_p, |e| <= d_y =
-    V_y/k.  The absolute acceleration of a floor is the sum of all forces on it, those of damping among them, over its
-    mass.  A storey with theta > rho softens after yielding.
+    V_y/k.  With a dispersion beta each motion meets a building of its own: all strengths are multiplied by exp(beta z),
+    z a standard normal number drawn from the stream of the seed and the motion's name, the same at every level and
+    whatever other motions there are.  The absolute acceleration of a floor is the sum of all forces on it, those of
+    damping among them, over its mass.  A storey with theta > rho softens after yielding.
     """
 
     masses: Array
@@ -80,6 +94,8 @@ class YieldingBuilding:
     damping: tuple[float, float]
     heights: Array
     collapse_drift: float
+    strength_dispersion: float
+    seed: int
     description: str
 
     def __repr__(self) -> str:
@@ -113,7 +129,8 @@ class YieldingBuilding:
         -------
         xarray.DataArray
             ``acceleration`` (motion, floor, time), m s-2, with ``height`` on floor; on motion ``ductility``, the
-            greatest drift of a storey over its yield drift, and ``collapsed``, the storey that collapsed, 0 for none.
+            greatest drift of a storey over its yield drift, ``collapsed``, the storey that collapsed, 0 for none, and
+            of a building whose strength is uncertain ``strength_factor``, what multiplied its strengths.
             Floors of a collapsed building are still from then on; motions that collapse it are warned of.  The
             coordinate ``own_level`` bars analyses from scaling them.
 
@@ -138,6 +155,7 @@ class YieldingBuilding:
         n = plain[0].acceleration.size
         values = np.empty((len(plain), len(chosen), n))
         ductility = np.empty(len(plain))
+        strength = np.empty(len(plain))
         collapsed = np.zeros(len(plain), np.int64)
         for i, record in enumerate(plain):
             one = self._respond(record, scale)
@@ -145,7 +163,8 @@ class YieldingBuilding:
                 values[i, j] = one.accelerations[floor - 1] if floor else scale * record.acceleration
                 if one.collapsed:
                     values[i, j, one.end :] = 0.0
-            ductility[i] = (one.peaks / self.yield_drifts).max()
+            ductility[i] = one.ductility.max()
+            strength[i] = one.strength
             collapsed[i] = one.collapsed
         of = f" times {scale:g}" if scale != 1.0 else ""
         labels = np.array([record.label for record in plain], dtype=object)
@@ -165,6 +184,8 @@ class YieldingBuilding:
             )
             .assign_attrs(building=json.dumps(self._described() | {"factor": scale}, ensure_ascii=False))
         )
+        if self.strength_dispersion > 0.0:
+            found = found.assign_coords(strength_factor=("motion", strength, FACTOR))
         warn(collapse_doubts(labels.tolist(), collapsed, scale), CollapsingBuilding)
         return found
 
@@ -184,7 +205,8 @@ class YieldingBuilding:
             On (factor, motion, floor): ``pfa`` (m s-2) and ``pfv`` (m s-1), the peak absolute acceleration and
             velocity, at the samples.  On (factor, motion, storey): ``drift``, the greatest (m), ``ductility``, over the
             yield drift, and ``residual`` plastic drift (m).  On (factor, motion): ``collapsed``, the storey, 0 for
-            none; peaks of a collapsed building are those until then.
+            none; peaks of a collapsed building are those until then.  On motion ``strength_factor``, where the strength
+            is uncertain.
 
         Raises
         ------
@@ -207,11 +229,13 @@ class YieldingBuilding:
                 floor[0, k, i] = [np.abs(ground).max(), *np.abs(one.accelerations).max(axis=1)]
                 absolute = one.velocities[:, : one.end + 1] + speed
                 floor[1, k, i] = [np.abs(speed).max(), *np.abs(absolute).max(axis=1)]
-                storey[:, k, i] = one.peaks, one.peaks / self.yield_drifts, one.residual
+                storey[:, k, i] = one.peaks, one.ductility, one.residual
                 collapsed[k, i] = one.collapsed
             warn(collapse_doubts([record.label for record in plain], collapsed[k], scale), CollapsingBuilding)
         on_floor, on_storey = ("factor", "motion", "floor"), ("factor", "motion", "storey")
         numbers = np.arange(1, storeys + 1)
+        strengths = [self.strength_of(record.label) for record in plain]
+        uncertain = {"strength_factor": ("motion", strengths, FACTOR)} if self.strength_dispersion > 0.0 else {}
         return xr.Dataset(
             {
                 "pfa": (on_floor, floor[0], {"units": ACCELERATION, "long_name": "peak absolute floor acceleration"}),
@@ -227,6 +251,7 @@ class YieldingBuilding:
             },
             coords={
                 **motion_coordinates(plain),
+                **uncertain,
                 **floor_coordinates(list(self.floors), self.heights),
                 "factor": ("factor", scales, {"units": DIMENSIONLESS, "long_name": "factor on the ground motions"}),
                 "storey": ("storey", numbers, {"units": DIMENSIONLESS, "long_name": "storey, from the lowest"}),
@@ -238,11 +263,27 @@ class YieldingBuilding:
             },
         )
 
+    def strength_of(self, label: str) -> float:
+        """Return the factor on all strengths of the building that a motion of this name meets.
+
+        Examples
+        --------
+        >>> from toppling import motions
+        >>> one = motions.Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3)
+        >>> [round(one.strength_of(name), 3) for name in ("Kobe", "Imperial Valley")]
+        [1.45, 0.884]
+        """
+        if self.strength_dispersion == 0.0:
+            return 1.0
+        return math.exp(self.strength_dispersion * float(stream(self.seed, *key_of(label)).standard_normal()))
+
     def _respond(self, record: Record, factor: float) -> Response:
+        strength = self.strength_of(record.label)
         n, size = self.masses.size, record.acceleration.size
         accelerations, velocities = np.empty((2, n, size))
         peaks, residual = np.empty((2, n))
-        storeys = np.array([self.stiffnesses, self.yield_drifts, self.hardening, self.p_delta])
+        yields = strength * self.yield_drifts
+        storeys = np.array([self.stiffnesses, yields, self.hardening, self.p_delta])
         limits = self.collapse_drift * np.diff(self.heights)
         damping = np.array(self.damping)
         found = storey_response(
@@ -258,7 +299,7 @@ class YieldingBuilding:
             residual,
         )
         _, storey, end = (int(one) for one in found)
-        return Response(accelerations, velocities, peaks, residual, storey + 1, end)
+        return Response(accelerations, velocities, peaks, residual, storey + 1, end, peaks / yields, strength)
 
     def _chosen(self, floors: Sequence[int] | None) -> list[int]:
         if floors is None:
@@ -277,6 +318,8 @@ class YieldingBuilding:
             "hardening": self.hardening.tolist(),
             "p_delta": self.p_delta.tolist(),
             "collapse_drift": self.collapse_drift,
+            "strength_dispersion": self.strength_dispersion,
+            "seed": self.seed,
         }
 
 
@@ -289,6 +332,8 @@ def yielding_building(
     yield_coefficient: Any,
     hardening: float,
     p_delta: Any,
+    strength_dispersion: Any,
+    seed: Any,
     text: str,
 ) -> YieldingBuilding:
     """Return the yielding building of checked masses, stiffnesses and frequencies omega (mode,), rad/s, lowest first.
@@ -297,6 +342,8 @@ def yielding_building(
     """
     ratio = checks.number("damping", damping, at_least=0.0, below=1.0)
     rho = checks.number("hardening", hardening, at_least=0.0, below=1.0)
+    beta = checks.number("strength_dispersion", strength_dispersion, at_least=0.0, at_most=MOST_DISPERSION)
+    own_seed = checks.count("seed", seed)
     weight = STANDARD_GRAVITY * masses
     strengths = _strengths(yield_coefficient, weight, heights, 2.0 * math.pi / float(omega[0]))
     theta = _stability(p_delta, weight, stiffnesses, heights)
@@ -307,6 +354,8 @@ def yielding_building(
         factors = (of_stiffness * float(omega[0] * omega[-1]), of_stiffness)
     own = np.array2string(np.asarray(yield_coefficient), threshold=10)
     said = f"{text}, yield coefficient {own}, hardening {rho:g}, P-delta {'none' if not theta.any() else 'counted'}"
+    if beta > 0.0:
+        said += f", strength dispersion {beta:g}, seed {own_seed}"
     return YieldingBuilding(
         masses,
         stiffnesses,
@@ -316,6 +365,8 @@ def yielding_building(
         factors,
         heights,
         COLLAPSE_DRIFT,
+        beta,
+        own_seed,
         said,
     )
 

@@ -17,6 +17,7 @@ from ...doubts import noted
 from ...motions import RecordError
 from ...motions.arrays import BOTH_AXES, HORIZONTAL, VERTICAL, WEAK_AXIS
 from ...motions.floors.strength import LARGEST_IMPORTANCE, SYSTEMS, Strength, code_strength
+from ...motions.floors.yielding import MOST_DISPERSION
 from ...motions.intensity.peaks import peak_velocity
 from ...motions.matching.targets import EDITIONS
 from ...motions.pairs import RANDOM, correct_together, pair_up
@@ -63,11 +64,13 @@ class EnvelopeTable(Table):
 CODE_STRENGTH = ("system", "sds_g", "sd1_g", "importance")
 """Keys of a strength that a code's design gives."""
 STRENGTH = ("yield_coefficient", *CODE_STRENGTH)
+YIELDING = ("hardening", "p_delta", "strength_dispersion", "seed")
+"""Keys of storeys that yield."""
 BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
     "ground": (set(), set()),
     "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
     "storeys": (
-        {"masses_kg", "stiffnesses_n_m", *STRENGTH, "hardening", "p_delta"},
+        {"masses_kg", "stiffnesses_n_m", *STRENGTH, *YIELDING},
         {"masses_kg", "stiffnesses_n_m"},
     ),
 }
@@ -142,6 +145,12 @@ class BuildingTable(Table):
     p_delta: Annotated[
         bool | None, KeyInfo(False), Field(description="Whether the weight above softens storeys as they drift.")
     ] = None
+    strength_dispersion: Annotated[
+        float | None,
+        KeyInfo(0.0, at_least=0.0, at_most=MOST_DISPERSION),
+        Field(description="Standard deviation of the logarithm of the real strength about that one."),
+    ] = None
+    seed: Annotated[int | None, KeyInfo(0, at_least=0), Field(description="Seed of the strengths.")] = None
     modes: Annotated[
         int | None, KeyInfo("6, or all of `storeys`", at_least=1), Field(description="Number of modes.")
     ] = None
@@ -159,7 +168,7 @@ class BuildingTable(Table):
         if missing:
             raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
         strength = self.default_strength
-        for key in ("hardening", "p_delta"):
+        for key in YIELDING:
             if getattr(self, key) is not None and not self.yields:
                 raise ValueError(f"{key} needs yield_coefficient or system: an elastic building does not yield")
         if self.yields and isinstance(self.damping, list):
@@ -203,16 +212,23 @@ class BuildingTable(Table):
         return code_strength(self.system, first, self.sds_g, self.sd1_g, factor)
 
     @property
-    def judged(self) -> str:
-        """What is a judgement about the building's strength, '' where it is stated; ValueError as `build`."""
-        strength = self.default_strength
-        said = "default strength of the building (judgement, R and Ω0 recalled)"
-        return "" if strength is None else f"{said}: {strength.text}"
+    def strength_text(self) -> list[str]:
+        """What is to be said of its strength where that is a judgement or uncertain; ValueError as `build`."""
+        found, strength = [], self.default_strength
+        if strength is not None:
+            found.append(f"default strength of the building (judgement, R and Ω0 recalled): {strength.text}")
+        if self.strength_dispersion:
+            found.append(
+                "each motion meets a building of its own, whose strengths are multiplied by a lognormal factor of "
+                f"median 1 and dispersion {self.strength_dispersion:g} (seed {self.seed or 0}), the same at every "
+                "level: curves and rates hold that uncertainty"
+            )
+        return found
 
     @property
     def elastic(self) -> Self:
         """The same building, as if its storeys could not yield."""
-        return self.model_copy(update=dict.fromkeys((*STRENGTH, "hardening", "p_delta")))
+        return self.model_copy(update=dict.fromkeys((*STRENGTH, *YIELDING)))
 
     def made(self) -> shaking.Building:
         """Make the only building of a study, as elastic as it is before it yields; an error names the table."""
@@ -270,12 +286,12 @@ class BuildingTable(Table):
 
 
 def strength_notes(study: Mapping[str, Any]) -> list[str]:
-    """Return a note on each building of a study file, as plain values, whose strength is a judgement."""
+    """Return notes on the buildings of a study file, as plain values, whose strength is a judgement or uncertain."""
     tables = [one for one in [study.get("building"), *(study.get("buildings") or [])] if one]
     found = []
     for one in map(BuildingTable.model_validate, tables):
         named = f"building {one.name!r}: " if one.name else ""
-        found += [f"{named}{one.judged}: state yield_coefficient where it is known"] if one.judged else []
+        found += [f"{named}{text}" for text in one.strength_text]
     return found
 
 

@@ -584,8 +584,8 @@ class StudyFile(Table):
             if building.yields:
                 line = f"{where}{building.yielding(ground, moved)}"
                 doubts = [one._replace(sentence=f"{where}{one.sentence}") for one in _collapses(moved)]
-                judged = [building.judged] if building.judged else []
-                reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=(*reading.storeys, *judged, line))
+                said = (*reading.storeys, *building.strength_text, line)
+                reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=said)
             elif building.kind != "ground":
                 reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))
         if self.support is not None:

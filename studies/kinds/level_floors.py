@@ -39,13 +39,14 @@ class LevelFloors(NamedTuple):
     """Floor motions at each level, what is to be said of them, and the building's own response (level, motion).
 
     ductility: greatest drift of a storey over its yield drift; collapsed: the storey that collapsed, 0 for none; both
-    None where the building does not yield.
+    None where the building does not yield.  strength: factor on its strengths (motion,), None where it is certain.
     """
 
     histories: FloorHistories
     reading: Reading
     ductility: Array | None
     collapsed: Index | None
+    strength: Array | None
 
     def variables(self, polarities: int) -> dict[str, xr.Variable]:
         """Return the building's response as variables of the results; each motion has so many runs."""
@@ -54,10 +55,15 @@ class LevelFloors(NamedTuple):
         drift = "greatest drift of a storey over its drift at yielding"
         storey = "storey that collapses, from 1; 0 for none"
         found = {"building_ductility": (self.ductility, drift), "building_collapsed": (self.collapsed, storey)}
-        return {
+        variables = {
             name: variable(("level", "motion"), np.repeat(values, polarities, axis=1), DIMENSIONLESS, text)
             for name, (values, text) in found.items()
         }
+        if self.strength is not None:
+            of = np.repeat(self.strength, polarities)
+            text = "factor on the strengths of the building that the motion meets"
+            variables["building_strength_factor"] = variable(("motion",), of, DIMENSIONLESS, text)
+        return variables
 
 
 def what_yields(building: BuildingTable | None, inventory: Inventory) -> str:
@@ -122,8 +128,9 @@ def level_floors(
     doubts, lines = list(reading.doubts), []
     found: list[History] = []
     ductility, collapsed = [], []
-    if table is not None and table.judged:
-        lines.append(table.judged)
+    strength = None
+    if table is not None:
+        lines += table.strength_text
     for level in own.tolist():
         given = level / LEVEL_UNITS[unit][0] if unit else 1.0
         where = f"at {im} of {given:.4g} {unit} " if unit else ""
@@ -133,6 +140,8 @@ def level_floors(
             labels = [str(label) for one in moved for label in one["motion"].values]
             ductility.append(np.concatenate([one["ductility"].values for one in moved]))
             collapsed.append(np.concatenate([one["collapsed"].values for one in moved]))
+            if "strength_factor" in moved[0].coords:  # (the same at every level)
+                strength = np.concatenate([one["strength_factor"].values for one in moved])
             lines.append(f"{where}{table.yielding(scaled, moved)}")
             of_level = collapse_doubts(labels, collapsed[-1])
             doubts += [one._replace(sentence=f"{where}{one.sentence}; {STILL}") for one in of_level]
@@ -144,6 +153,7 @@ def level_floors(
         reading._replace(doubts=tuple(doubts), storeys=tuple(lines), far=() if unit else reading.far),
         np.array(ductility) if ductility else None,
         np.array(collapsed) if collapsed else None,
+        strength,
     )
 
 

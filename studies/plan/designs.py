@@ -430,6 +430,7 @@ class Cloud(Design):
 BELOW: dict[str, tuple[str, float]] = {
     "ductility": ("building_ductility", math.nan),
     "collapsed": ("building_collapsed", 0.0),
+    "strength_factor": ("building_strength_factor", math.nan),
     "support_displacement": ("support_displacement", math.nan),
     "strikes": ("support_strikes", 0.0),
     "strike_acceleration": ("support_strike_acceleration", math.nan),

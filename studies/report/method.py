@@ -83,6 +83,10 @@ YIELDING_ASSUMPTION = (
     "scaled. Strengths follow a lateral load of the codes where only that of the lowest storey is given; neither the "
     "soil below nor its contents change floor motions."
 )
+UNCERTAIN_STRENGTH = (
+    "Each ground motion meets a building of its own strength, the same at every level, so that curves and rates hold "
+    "that uncertainty; all storeys have one factor."
+)
 DEFAULT_STRENGTH = (
     "The strength of the building is a default (judgement): what a code's design of its system asks for, times the "
     "overstrength factor of the system; factors are recalled from ASCE/SEI 7-22, table 12.2-1."
@@ -330,6 +334,7 @@ def assumptions(results: xr.Dataset) -> list[str]:
     yields = [one for one in stand if storeys_yield(one)]
     building = [BUILDING_ASSUMPTION] if len(yields) < len(stand) else []
     building += [YIELDING_ASSUMPTION] if yields else []
+    building += [UNCERTAIN_STRENGTH] if any(one.get("strength_dispersion") for one in stand) else []
     building += [DEFAULT_STRENGTH] if any(one.get("system") is not None for one in stand) else []
     support = study.get("support")
     if isinstance(support, dict):

@@ -32,6 +32,7 @@ kind = "storeys"
 masses_kg = [2e5, 2e5, 2e5, 2e5]
 stiffnesses_n_m = [2e8, 2e8, 2e8, 2e8]
 yield_coefficient = 0.2
+strength_dispersion = 0.3
 """
 STUDIES = {
     "stripes": ("stripes", "", ""),

@@ -218,3 +218,35 @@ def test_factors_that_are_refused(factor):
         weak.response(shakes, [1.0, factor])
     with pytest.raises(ValueError, match="floors must be different numbers"):
         weak.floor_motions(shakes, floors=[2])
+
+
+def test_strengths_of_a_motion_are_its_own_whatever_the_others():
+    """One factor on all storeys, from seed and name alone: chunks, order and level leave every bit as it is."""
+    ground = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(6, seed=1)
+    storeys = ([1e5, 1e5], [4e7, 3e7])
+
+    def make(beta, coefficient=0.1):
+        return Building.from_storeys(*storeys, yield_coefficient=coefficient, strength_dispersion=beta, seed=4)
+
+    found = make(0.3).floor_motions(ground, [2], factor=2.0)
+    factors = found["strength_factor"].values
+    parts = [make(0.3).floor_motions(ground.isel(motion=at), [2], factor=2.0) for at in ([5, 2], [0, 1, 3, 4])]
+    for part in parts:
+        np.testing.assert_array_equal(part, found.sel(motion=part["motion"]))
+    np.testing.assert_array_equal(make(0.3).floor_motions(ground, [2])["strength_factor"], factors)
+    np.testing.assert_array_equal(make(0.3).response(ground, [1.0, 3.0])["strength_factor"], factors)
+    alone = make(0.0, 0.1 * factors[3]).floor_motions(ground.isel(motion=[3]), [2], factor=2.0)
+    np.testing.assert_allclose(found.isel(motion=[3]), alone, rtol=0, atol=1e-10)
+    assert found["ductility"].values[3] == pytest.approx(float(alone["ductility"].item()), rel=1e-10)
+    assert "strength_factor" not in alone.coords
+    np.testing.assert_allclose(np.log(make(0.6).floor_motions(ground, [2])["strength_factor"]), 2 * np.log(factors))
+
+
+def test_strengths_are_lognormal_about_the_given_one():
+    from scipy.stats import kstest
+
+    one = Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3, seed=11)
+    logarithms = np.log([one.strength_of(f"motion {i}") for i in range(4000)]) / 0.3
+    assert kstest(logarithms, "norm").pvalue > 0.01
+    other = Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3, seed=12)
+    assert abs(np.corrcoef(logarithms, np.log([other.strength_of(f"motion {i}") for i in range(4000)]))[0, 1]) < 0.05

@@ -128,6 +128,29 @@ def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     assert said in " ".join(capsys.readouterr().out.split())
 
 
+def test_each_motion_meets_its_own_strength(tmp_path):
+    """Every run is that of a building of the motion's own strength in Python; the factor is in the results."""
+    result = study(tmp_path, ("p_delta = true", "p_delta = true\nstrength_dispersion = 0.4\nseed = 7")).run()
+    uncertain = Building.from_storeys(
+        [2e5, 2e5], [2e8, 2e8], yield_coefficient=0.15, p_delta=True, strength_dispersion=0.4, seed=7
+    )
+    ground, _ = steps(yielding)
+    tops, factors = [], []
+    for one in ground:
+        for i in range(one.sizes["motion"]):
+            alone = one.isel(motion=[i])
+            factors.append(uncertain.strength_of(str(alone["motion"].values[0])))
+            own = Building.from_storeys([2e5, 2e5], [2e8, 2e8], yield_coefficient=0.15 * factors[-1], p_delta=True)
+            tops.append(own.floor_motions(alone, floors=[2]))
+    np.testing.assert_allclose(result["building_strength_factor"].values[1::2], factors, rtol=1e-14)
+    np.testing.assert_allclose(
+        result["building_ductility"].values[1::2], [float(one["ductility"].item()) for one in tops], rtol=1e-9
+    )
+    assert len(set(factors)) == 12
+    assert "lognormal factor of median 1 and dispersion 0.4 (seed 7)" in result.attrs["notes"]
+    assert any("meets a building of its own strength" in one for one in assumptions(result))
+
+
 def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
     _ground, floors = steps(yielding)
     _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
@@ -155,6 +178,7 @@ def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
         ([(STATED, f"{STATED}{FRAME}")], "state one of them"),
         ([(STATED, 'system = "light-frame-wall"\nsd1_g = 0.6\n')], "without one there is no default strength"),
         ([(STATED, "sds_g = 1.0\n")], "sds_g needs system"),
+        ([(STATED, STATED + "strength_dispersion = 2\n")], "strength_dispersion"),
         ([(STATED, 'system = "tent"\n')], "tent"),
         ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "yield_coefficient"),
         ([("yield_coefficient = 0.15", "yield_coefficient = 0")], "yield_coefficient"),

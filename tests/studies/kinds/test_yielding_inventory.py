@@ -71,6 +71,16 @@ def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
         study(tmp_path, by_code)
 
 
+def test_each_motion_meets_its_own_strength_at_every_level(tmp_path):
+    uncertain = ("yield_coefficient = 0.15", "yield_coefficient = 0.15\nstrength_dispersion = 0.3\nseed = 2")
+    result = study(tmp_path, uncertain).run()
+    own = frame(yield_coefficient=0.15, p_delta=True, strength_dispersion=0.3, seed=2)
+    floors = [own.floor_motions(scale_to(ground(), level, "Sa(0.5)")) for level in LEVELS]
+    np.testing.assert_allclose(result["building_ductility"], [one["ductility"] for one in floors], rtol=1e-9)
+    for one in floors:
+        np.testing.assert_array_equal(result["building_strength_factor"], one["strength_factor"])
+
+
 def frame(**strength):
     return Building.from_storeys([2e5, 2e5], [2e8, 2e8], **strength)
 

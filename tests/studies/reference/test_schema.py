@@ -183,7 +183,7 @@ def building(key):
         given = [value, value] if key in {"masses_kg", "stiffnesses_n_m"} else [value] if key == "floors" else value
         by_code = {"system": "light-frame-wall", "sds_g": 1.0, "sd1_g": 0.6}
         kind = storeys if "_kg" in key or "_n_m" in key else flexural
-        if key in {"yield_coefficient", "hardening"}:
+        if key in {"yield_coefficient", "hardening", "strength_dispersion", "seed"}:
             kind = storeys | {"yield_coefficient": 0.2}
         elif key in {*by_code, "importance"}:
             kind = storeys | by_code
