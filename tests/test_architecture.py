@@ -53,11 +53,11 @@ benchmarks/precision benchmarks/scenes benchmarks/speed fragility/fitting fragil
 benchmarks/figures benchmarks/flags benchmarks/mixing benchmarks/sliding fragility/adaptive fragility/curves
 fragility/efficiency
 
-benchmarks/tables fragility/exchange fragility/risk studies/text
+benchmarks/tables fragility/exchange fragility/risk
 
 benchmarks/selection benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun fragility/surfaces
 
-fragility/analyses
+fragility/analyses studies/text
 
 benchmarks/scale benchmarks/sequential fragility/uncertainty
 

@@ -208,6 +208,11 @@ class SequentialCurve:
             self.stopped = NONE_FELL if status == NONE else ALL_FELL
 
     @property
+    def seen(self) -> Observations:
+        """All runs so far."""
+        return self._seen
+
+    @property
     def motions(self) -> int:
         """Number of motions so far."""
         return int(np.unique(self._seen.motion).size)

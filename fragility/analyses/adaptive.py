@@ -35,6 +35,7 @@ from ..runs.request import DERIVED, Request, check_vertical
 from ..runs.scaling import GROUND_FLOORS, check_factors
 from ..validity.plausibility import block_doubts
 from .analysis import specimens_of
+from .other_measures import OtherMeasures
 from .sparse import WaveRuns, labelled, runs_of
 from .waves import MotionSource, MotionWave, Scaled, run_wave, scaled_to
 
@@ -88,7 +89,8 @@ def adaptive(
     plan = Plan(until, runs_per_motion, seed, hazard, scaled, source, ground is not None)
     doubts = block_doubts(request.blocks)
     curves: dict[tuple[int, int], SequentialCurve] = {}
-    waves = list(_waves(request, plan, curves, doubts))
+    others = OtherMeasures(scaled)
+    waves = list(_waves(request, plan, curves, others, doubts))
     warn(list(dict.fromkeys(doubts)))
     axes = waves[0].axes
     configuration = {
@@ -104,19 +106,24 @@ def adaptive(
         **({"hazard": hazard.describe()} if hazard is not None else {}),
         **({"im_at": GROUND} if ground is not None else {}),
     }
-    return labelled(request, list(curves.values()), waves, scaled, configuration)
+    return labelled(request, list(curves.values()), waves, scaled, others, configuration)
 
 
 def _waves(
-    request: Request, plan: Plan, curves: dict[tuple[int, int], SequentialCurve], doubts: list[Doubt]
+    request: Request,
+    plan: Plan,
+    curves: dict[tuple[int, int], SequentialCurve],
+    others: OtherMeasures,
+    doubts: list[Doubt],
 ) -> Iterator[WaveRuns]:
-    """Run wave after wave until all curves have stopped; curves and doubts are added to."""
+    """Run wave after wave until all curves have stopped; curves, other measures and doubts are added to."""
     done = records = runs = number = 0
     while not curves or any(not one.stopped for one in curves.values()):
         wave = plan.source.wave(done, min(next_wave(done), plan.most - done))
         axes = _check_wave(request, wave, plan)
         doubts += record_doubts([one for one in wave.records if not one.reverse_of])
         measured = plan.scaled.measured(wave, request.blocks)
+        others.add(wave)
         for block, one in enumerate(request.blocks if not curves else ()):
             low, high = first_levels(one, wave, plan.scaled, measured[block % len(measured)])
             for model in range(len(request.models)):

@@ -27,6 +27,7 @@ from ..surfaces.domain import Domain, candidates, check_points, design_weights, 
 from ..surfaces.evaluation import Curves
 from ..surfaces.rate_checks import STRATA, RateCheck, check_rates, rate_levels
 from .adaptive import first_levels
+from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave
 
 CHECKED_SHARE = 8
@@ -84,6 +85,7 @@ class PooledRuns:
         self._progress = progress
         self._candidates = candidates(plan.domain, plan.seed)
         self.check_points = check_points(plan.domain, given, BLOCKS, plan.seed)
+        self.others = OtherMeasures(plan.scaled)
         self._doubts: list[Doubt] = []
         self._done = self._runs = 0
         self.level_name = ""
@@ -109,6 +111,7 @@ class PooledRuns:
         plan = self.plan
         wave = plan.source.wave(self._done, min(self._next(), plan.most - self._done))
         self._take(wave)
+        self.others.add(wave)
         shares = self._design()
         going = [k for k, law in enumerate(self.laws) if not law.stopped]
         for part in wave.parts(max(ALIKE, math.ceil(len(wave.records) / PARTS))):

@@ -16,12 +16,14 @@ from ...motions.arrays import motion_coordinates
 from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ..adaptive.account import account, half_width
 from ..adaptive.curve import SequentialCurve, WavePlan
-from ..adaptive.until import PROBABILITY, RATE
+from ..adaptive.until import MEDIAN, PROBABILITY, RATE
 from ..runs.labels import VARIABLES, depth_coordinate
 from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
 from ..runs.request import Request
 from ..runs.scaling import BlockMeasure, name_at
+from ..surfaces.gain import gain_words
 from .analysis import specimens_of
+from .other_measures import OtherMeasures
 from .waves import MotionWave, Scaled
 
 
@@ -100,6 +102,7 @@ def labelled(
     curves: Sequence[SequentialCurve],
     waves: Sequence[WaveRuns],
     scaled: Scaled,
+    others: OtherMeasures,
     configuration: Mapping[str, Any],
 ) -> xr.Dataset:
     """Return the runs and what they say of each curve as one dataset."""
@@ -121,7 +124,12 @@ def labelled(
     if until.target != RATE:
         del variables["weight"]
     shape = (len(request.blocks), len(request.models))
-    variables |= curve_variables(curves, shape, level)
+    gains = [others.gains(one.seen) for one in curves]
+    # (of other answers the scatter of capacities does not say how many motions they take)
+    offers = [gain_words(others.labels, one) if until.target == MEDIAN else "" for one in gains]
+    variables |= curve_variables(curves, shape, level, offers)
+    other = others.variables(gains, ("block", "model"), shape)
+    variables |= {str(name): one.variable for name, one in other.data_vars.items()}
     specimens = specimens_of(request)
     motions = xr.concat([one.motions for one in waves], "motion", coords="minimal", compat="override")
     coordinates = {
@@ -131,6 +139,7 @@ def labelled(
         **numbers("motion", motions.sizes["motion"]),
         **(depth_coordinate(request.blocks) if configuration.get(AXES) else {}),
         **{str(name): one.variable for name, one in motions.coords.items()},
+        **{str(name): one.variable for name, one in other.coords.items()},
     }
     return xr.Dataset(
         variables,
@@ -153,9 +162,12 @@ def numbers(dim: str, n: int) -> dict[str, xr.Variable]:
 
 
 def curve_variables(
-    curves: Sequence[SequentialCurve], shape: tuple[int, int], level: Mapping[str, str]
+    curves: Sequence[SequentialCurve], shape: tuple[int, int], level: Mapping[str, str], offers: Sequence[str]
 ) -> dict[str, xr.Variable]:
-    """Return what is known of every curve, on (block, model), and the half width at every look."""
+    """Return what is known of every curve, on (block, model), and the half width at every look.
+
+    offers (curve,): clauses on better measures, empty where there is none.
+    """
     dims = ("block", "model")
     unit = level["units"]
 
@@ -195,7 +207,10 @@ def curve_variables(
     width = "half width of the 95 % interval asked for, in the terms of until"
     column("half_width", [half_width(one, one.looks[-1].ratio) for one in curves], DIMENSIONLESS, width)
     column("stopped_because", [one.stopped for one in curves], DIMENSIONLESS, "why no further motions were run")
-    column("account", [account(one) for one in curves], DIMENSIONLESS, "what was reached, and what more would bring")
+    accounts = [
+        "; ".join(part for part in (account(one), offer) if part) for one, offer in zip(curves, offers, strict=True)
+    ]
+    column("account", accounts, DIMENSIONLESS, "what was reached, and what more would bring")
     found |= look_variables(curves, shape)
     return found
 

@@ -21,6 +21,7 @@ from ..surfaces.checks import Check
 from ..surfaces.curves import PooledCurves
 from ..surfaces.domain import Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
+from ..surfaces.gain import gain_words
 from ..surfaces.rate_checks import RatePlane
 from ..surfaces.surface import Surface
 from .region_runs import PooledPlan, PooledRuns
@@ -126,12 +127,15 @@ def surface_dataset(
     of_laws("motions_run", [law.motions for law in found.laws], "motions of the surface")
     of_laws("half_width", reaches, "half width of the widest interval of a median, as a share")
     of_laws("stopped_because", [law.stopped for law in found.laws], "why no further motions were run")
-    accounts = [_account(plan, *each) for each in zip(found.laws, known, checked, reaches, strict=True)]
+    gains = [found.others.gains(law.centred) for law in found.laws]
+    offers = [gain_words(found.others.labels, one) for one in gains]
+    accounts = [_account(plan, *each) for each in zip(found.laws, known, checked, reaches, offers, strict=True)]
     of_laws("account", accounts, "what was reached, and what more would bring")
     if plan.hazard is not None:
         variables |= _rate_variables(known, plan.domain.size + 1)
     variables |= _check_variables(plan, checked) | _run_variables(plan, found)
-    return xr.Dataset(variables, coords=law_coordinates(plan.laws), attrs=_attributes(plan, found))
+    surfaces_found = xr.Dataset(variables, coords=law_coordinates(plan.laws), attrs=_attributes(plan, found))
+    return surfaces_found.merge(found.others.variables(gains, ("model",), (len(gains),)))
 
 
 def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
@@ -147,8 +151,8 @@ def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
     }
 
 
-def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float) -> str:
-    """Return why a law is no longer followed, what was reached, and what the check says."""
+def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float, offer: str) -> str:
+    """Return why a law is no longer followed, what was reached, what the check says, and a better measure."""
     asked = f"±{100.0 * plan.until.tolerance:g} %"
     text = f"±{100.0 * reach:.1f} % at most for the medians of all blocks after {law.motions:,} motions, {asked} asked"
     if law.stopped != REACHED:
@@ -156,12 +160,13 @@ def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Che
         needed = motions_needed(motions, ratio)
         text += f"; {law.stopped}" + (f", the precision takes about {needed:,}" if needed > motions else "")
     error = 100.0 * float(np.sqrt(np.mean(check.error**2))) if check.error.size else math.nan
+    text += f"; medians of {check.difference.size} blocks run by themselves "
     if known.apart:
-        return (
-            f"{text}; medians of {check.difference.size} blocks run by themselves differ from the surface beyond "
-            f"chance (by {100.0 * math.expm1(known.apart):.1f} % at most), which is part of every interval"
-        )
-    return f"{text}; medians of {check.difference.size} blocks run by themselves agree within chance (±{error:.1f} %)"
+        worst = 100.0 * math.expm1(known.apart)
+        text += f"differ from the surface beyond chance (by {worst:.1f} % at most), which is part of every interval"
+    else:
+        text += f"agree within chance (±{error:.1f} %)"
+    return f"{text}; {offer}" if offer else text
 
 
 def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Variable]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...aliases import Array, Flags, Index
 from ...streams import stream
-from ..adaptive.probit import student
+from ..adaptive.probit import Observations, student
 from ..adaptive.stopping import ALL_FELL, NONE_FELL, StoppingRule
 from ..adaptive.until import Until
 from ..numerics.products import times
@@ -93,6 +93,13 @@ class PooledCurves:
         """All runs so far."""
         assert self._runs is not None
         return self._runs
+
+    @property
+    def centred(self) -> Observations:
+        """All runs so far, their ln levels less the ln medians of their blocks: runs as of one block."""
+        assert self.curve is not None
+        runs = self.runs
+        return Observations(runs.x - self.curve.log_medians(runs.points)[0], runs.fell, runs.motion)
 
     @property
     def motions(self) -> int:

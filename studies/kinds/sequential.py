@@ -20,7 +20,7 @@ from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.designs import Sequential
 from ..text.axes import axis_notes
-from ..text.precision import SEQUENTIAL, precision_notes
+from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
 from .fragility import FragilityStudy, fit_of, median_doubts, without_replicates
 from .study import Expected, blocks_of, check_laws, each, plain
 
@@ -96,7 +96,7 @@ class SequentialStudy(FragilityStudy):
         curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
         found: dict[Any, Any] = {}
         attributes = self._fit_attributes(curves)
-        said = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs)]
+        said = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs), *measure_notes(runs)]
         said += median_doubts(curves["median"].values, str(runs["level"].attrs["units"]))
         coordinates: dict[Any, Any] = {}
         if self.risk is not None:

@@ -11,6 +11,7 @@ import xarray as xr
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN
 from ...fragility.analyses.surface_results import POOLED
+from ..text.precision import measure_notes
 from ..text.rows import Rows
 from ..text.words import axis_of, display_unit, reference_law
 
@@ -32,6 +33,7 @@ def pooled_notes(results: xr.Dataset) -> list[str]:
         if str(one["stopped_because"].item()) != REACHED or float(one["lack_of_fit"]) > 0.0:
             law = f"{one['model'].item()}: " if several else ""
             said.append(f"{law}{one['account'].item()}")
+    said += measure_notes(results)
     said.append(
         "blocks that are alike fall in the same earthquakes: how many fall at once does not follow from their curves, "
         "but from an inventory of them under common motions"

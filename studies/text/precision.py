@@ -12,6 +12,7 @@ import xarray as xr
 from ...aliases import Index
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
+from ...fragility.surfaces.gain import Gain, gain_words
 from .rows import Rows
 from .words import axis_of, display_unit
 
@@ -46,6 +47,21 @@ def precision_notes(runs: xr.Dataset) -> list[str]:
         if missed or off >= room:
             said.append(f"{name}: {one['account'].item()}")
     return said
+
+
+def measure_notes(runs: xr.Dataset) -> list[str]:
+    """Return a note on better measures for the curve that took the most motions, which all curves share.
+
+    runs: with gains on (block, model, other measure), or on (model, other measure) of a surface; of a median.
+    """
+    if MEDIAN not in json.loads(str(runs.attrs["until"])):
+        return []
+    motions = runs["motions_run"]
+    where = np.unravel_index(int(np.argmax(motions.values)), motions.shape)
+    slowest = runs.isel(dict(zip(motions.dims, where, strict=True)))
+    table = np.stack([slowest[f"measure_gain{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
+    found = gain_words(slowest["other_measure"].values.tolist(), [Gain(*row) for row in table.tolist()])
+    return [f"{found}; a rate then needs a hazard curve of that measure"] if found else []
 
 
 def precision_rows(results: xr.Dataset) -> Rows | None:
