@@ -7,6 +7,7 @@ from ..faces import face
 if TYPE_CHECKING:
     from .analyses.cloud import cloud
     from .analyses.ida import ida
+    from .analyses.joint import joint_falls
     from .analyses.pooled import pooled
     from .analyses.sliding import slide_runs
     from .analyses.stripes import stripes
@@ -83,6 +84,7 @@ __all__ = [
     "fit_lognormal",
     "goodness_of_fit",
     "ida",
+    "joint_falls",
     "median_ratio",
     "morris_indices",
     "notes",
@@ -129,6 +131,7 @@ __getattr__, __dir__ = face(
     {
         "analyses.cloud": ("cloud",),
         "analyses.ida": ("ida",),
+        "analyses.joint": ("joint_falls",),
         "analyses.pooled": ("pooled",),
         "analyses.surface_results": ("surface_curves",),
         "analyses.sliding": ("slide_runs",),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import checks
-from ..aliases import Array, Flags
+from ..aliases import Array, Flags, Index
 from ..units import STANDARD_GRAVITY
 from .block import MAX_SIZE, MIN_ANGLE, UNIFORM_INERTIA_FACTOR, Block, describe_scene
 
@@ -115,6 +115,15 @@ class BlockArray:
 
     def __len__(self) -> int:
         return int(self.width.size)
+
+    def some(self, which: Index) -> list[Block]:
+        """Return the blocks of these numbers (block,) as objects."""
+        columns = self.width, self.height, self.cm_height, self.inertia, self.names
+        lists = (one[which].tolist() for one in columns)
+        return [
+            Block(width, height, centre, inertia, name)
+            for width, height, centre, inertia, name in zip(*lists, strict=True)
+        ]
 
     @property
     def names(self) -> NDArray[np.str_]:

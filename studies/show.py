@@ -101,7 +101,7 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
 
 
 def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .region.rows import region_rows, surface_rows  # noqa: PLC0415
+    from .region.rows import event_rows, region_rows, surface_rows  # noqa: PLC0415
     from .tables.axes import axis_rows  # noqa: PLC0415
     from .tables.branches import spread_rows  # noqa: PLC0415
     from .tables.breaks import break_rows  # noqa: PLC0415
@@ -112,7 +112,7 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
     from .text.precision import precision_rows  # noqa: PLC0415
 
     first = shown(results)
-    for rows in (surface_rows(results), *region_rows(results)):
+    for rows in (surface_rows(results), *region_rows(results), *event_rows(results)):
         if rows is not None:
             yield plain_table(*rows)
     yield fragility_table(first)
@@ -140,7 +140,7 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots.branches import spread_figure  # noqa: PLC0415
     from .plots.efficiency import ranking_figure  # noqa: PLC0415
     from .plots.fragility import fragility_figure  # noqa: PLC0415
-    from .plots.region import maps  # noqa: PLC0415
+    from .plots.region import event_figure, maps  # noqa: PLC0415
     from .plots.risk import risk_figure  # noqa: PLC0415
     from .region.rows import examples, is_pooled  # noqa: PLC0415
 
@@ -148,6 +148,8 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     yield FRAGILITY, fragility_figure(first)
     if is_pooled(results):
         yield from maps(results)
+    if "fallen_share" in results:
+        yield "events", event_figure(results)
     if "rate_share" in results:
         yield "risk", risk_figure(shown(results, RATE))
     # (where every run overturned there are no curves, and no rates to draw)

@@ -12,6 +12,8 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, 
 from ...aliases import Array
 from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
+from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
+from ...fragility.analyses.joint import SAMPLE
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST_BLOCKS_A_MOTION
 from ...fragility.analyses.pooled import MOST as MOST_POOLED
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
@@ -50,6 +52,8 @@ LEVEL_UNITS: dict[str, tuple[float, str]] = {
 }
 
 
+EVENTS = 200
+"""Events of a generator at each level."""
 MOST_LEVEL = 1e9
 """Highest level in any unit: beyond it the arithmetic overflows."""
 
@@ -184,6 +188,20 @@ class IdaTable(Table):
             "they do, and one surface holds the curves of all blocks)."
         ),
     ]
+
+
+class EventsTable(Table):
+    """Events in each of which a sample of the region is run, so that it is known how much of it falls at once."""
+
+    levels: Annotated[LevelsTable, Field(description="Levels of the measure that the events have.")]
+    motions: Annotated[
+        int | None,
+        KeyInfo(f"{EVENTS}; a set of motions is taken whole"),
+        Field(ge=FEWEST_EVENTS, le=20_000, description="Events at each level, of a generator."),
+    ] = None
+    sample: Annotated[
+        int, Field(ge=2, le=20_000, description="Blocks of the region that are run, drawn at random.")
+    ] = SAMPLE
 
 
 class NumberTable(Table):

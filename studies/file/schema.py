@@ -20,6 +20,7 @@ from ...aliases import Array
 from ...doubts import KINDS, Doubt, noted
 from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
 from ...fragility.adaptive.until import MEDIAN, TARGETS
+from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION
 from ...fragility.analyses.pooled import MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
@@ -34,12 +35,14 @@ from ...motions.arrays import REVERSE_OF
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
-from ..plan.designs import Cloud, Design, Incremental, Pooled, Sequential, Stripes
+from ..plan.designs import Cloud, Design, Events, Incremental, Pooled, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from .analyses import (
+    EVENTS,
     LEVEL_UNITS,
     CloudTable,
+    EventsTable,
     FitTable,
     FrictionTable,
     IdaTable,
@@ -145,6 +148,11 @@ class StudyFile(Table):
         UntilTable | None,
         KeyInfo("the median within 10 %"),
         Field(description="Precision at which adaptive levels stop."),
+    ] = None
+    events: Annotated[
+        EventsTable | None,
+        KeyInfo("none"),
+        Field(description="How much of a region falls in one event, from a sample of it."),
     ] = None
     stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
     cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
@@ -340,6 +348,8 @@ class StudyFile(Table):
 
     def _check_until(self) -> None:
         """Raise a ValueError where adaptive levels do not go with what else a study has."""
+        if self.events is not None and (self.ida is None or self.ida.levels != POOLED):
+            raise ValueError("events are of a region: they need ida with levels = 'pooled'")
         word = None if self.ida is None or not isinstance(self.ida.levels, str) else self.ida.levels
         if word is None:
             if self.until is not None:
@@ -670,7 +680,18 @@ class StudyFile(Table):
         each = BLOCKS_A_MOTION if asked.runs_per_motion is None else asked.runs_per_motion
         seed = asked.seed if generator is None else motions.seed or 0
         kept = shaken.motions, shaken.ground, self.analysis.im, until, each, seed, generator, both
-        return Pooled(*kept, reading=shaken.reading)
+        return Pooled(*kept, reading=shaken.reading, events=self._events(generator is not None, number))
+
+    def _events(self, made: bool, number: int) -> Events | None:
+        """Return the events in which a sample of the region is run: made by a generator, or all `number` of a set."""
+        if self.events is None:
+            return None
+        if not made and self.events.motions is not None:
+            raise ValueError("events.motions is of motions that a generator makes: a set of motions is taken whole")
+        if not made and number < FEWEST_EVENTS:
+            raise ValueError(f"events need {FEWEST_EVENTS} motions at least, got {number}")
+        levels = self.events.levels.build(self.analysis.im)
+        return Events(levels, (self.events.motions or EVENTS) if made else number, self.events.sample)
 
     def _levels(self) -> Array:
         """Return the levels in SI, none for a cloud; ValueError where their unit is not the measure's."""

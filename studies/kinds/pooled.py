@@ -30,7 +30,7 @@ from ..plan.risk import Risk
 from ..region.reading import read_region
 from ..region.rows import pooled_notes
 from .fragility import median_doubts
-from .study import BlockStudy, Expected, Study, blocks_of, each, plain
+from .study import BlockStudy, Expected, Study, blocks_of, each, part_of, plain
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
@@ -71,10 +71,7 @@ class PooledStudy(BlockStudy, Study):
             if content.blocks_file is None
             else read_region(folder / content.blocks_file)
         )
-        width, height, centre, inertia = (
-            float(one[0]) for one in (region.width, region.height, region.cm_height, region.inertia)
-        )
-        first = Block(width, height, centre, inertia)
+        (first,) = region.some(np.array([0]))
         models = each("models", content.models, (first,))
         design = content.design(folder, content.both_ways(()))
         assert isinstance(design, Pooled)  # (the table makes it this kind of study)
@@ -95,12 +92,17 @@ class PooledStudy(BlockStudy, Study):
 
     @property
     def runs(self) -> int:
-        return len(self.models) * self.design.runs
+        return len(self.models) * self.design.runs + self.event_runs
+
+    @property
+    def event_runs(self) -> int:
+        """Number of runs of the sample of which falls in one event are counted."""
+        return 0 if self.design.events is None else len(self.models) * self.design.events.runs_of(len(self.region))
 
     @property
     def expected(self) -> Expected:
         motions = self.design.expected
-        few, usual, many = (len(self.models) * self.design.runs_of(n) for n in motions)
+        few, usual, many = (len(self.models) * self.design.runs_of(n) + self.event_runs for n in motions)
         return Expected((few, usual, many), "of some {1:,} motions ({0:,} to {2:,})".format(*motions))
 
     @property
@@ -143,6 +145,8 @@ class PooledStudy(BlockStudy, Study):
         )
         if self.risk is not None:
             found = found.assign(self._chances(found, self.risk.years)).assign_attrs(years=self.risk.years)
+        if self.design.events is not None:
+            found = found.merge(self._events(client, progress), combine_attrs="no_conflicts")
         return found.assign_attrs(
             fit_method=FORM,
             form="lognormal",
@@ -152,6 +156,14 @@ class PooledStudy(BlockStudy, Study):
             state=state_name(OVERTURNED),
             notes="\n".join([*pooled_notes(found), *median_doubts(found["median"].values, run.attrs["units"])]),
         )
+
+    def _events(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Return how much of the region falls in one event, on axes of its own."""
+        # (the runs of the surfaces are as many as progress says in the end)
+        falls = self.design.falls(self.region, self.models, client, part_of(progress, 0, self.event_runs))
+        kept = falls.drop_vars([name for name in falls.coords if name not in {*falls.dims} - {"model"}])
+        renamed = kept.rename({name: f"event_{name}" for name in ("level", "motion", "quantile")})
+        return xr.Dataset(renamed.variables, attrs={"event_sample": falls.attrs["sample"]})
 
     @staticmethod
     def _chances(found: xr.Dataset, years: float) -> dict[str, Any]:

@@ -10,14 +10,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
-from ...fragility import HazardCurve, cloud, ida, pooled, stripes
+from ...fragility import HazardCurve, cloud, ida, joint_falls, pooled, stripes
 from ...fragility.adaptive.curve import EXPLORING
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
@@ -262,6 +262,18 @@ class Sequential(Design):
         )
 
 
+class Events(NamedTuple):
+    """Events in which a sample of a region is run: levels (level,), SI, motions at each, and blocks of the sample."""
+
+    levels: Array
+    motions: int
+    sample: int
+
+    def runs_of(self, blocks: int) -> int:
+        """Return the number of runs of a region of so many blocks under one law."""
+        return self.levels.size * self.motions * min(self.sample, blocks)
+
+
 @dataclass(frozen=True)
 class Pooled(Design):
     """One surface of all blocks under each law: motion after motion, each of which runs several blocks once.
@@ -280,6 +292,7 @@ class Pooled(Design):
     both: bool = False
     hazard: HazardCurve | None = None
     reading: Reading = UNREAD
+    events: Events | None = None
     name: ClassVar[str] = "ida"
 
     @property
@@ -331,6 +344,22 @@ class Pooled(Design):
         """Return the curves of blocks, and the surfaces that they are from (`toppling.fragility.pooled`)."""
         with noted():  # (a study has doubts among its notes)
             return pooled(blocks, models, **self.options, client=client, progress=progress)
+
+    def falls(
+        self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
+    ) -> xr.Dataset:
+        """Return how much of the region falls in one event (`toppling.fragility.joint_falls`).
+
+        The motions of a generator are others than those of the surfaces.
+        """
+        assert self.events is not None
+        motions: Any = list(self.motions)
+        if self.generator is not None:
+            motions = self.generator.sample(self.events.motions, self.seed, self.until.most)
+        levels, _, sample = self.events
+        options: dict[str, Any] = {"ground": self.ground or None, "sample": sample, "seed": self.seed}
+        with noted():
+            return joint_falls(blocks, models, motions, levels, self.im, client, progress=progress, **options)
 
     @property
     def options(self) -> dict[str, Any]:

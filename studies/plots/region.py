@@ -37,6 +37,38 @@ def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         yield f"map_{name}", _map(results, name, words, size)
 
 
+def event_figure(results: xr.Dataset) -> Figure:
+    """Return how often more than a share of the region falls in one event, a panel for each law."""
+    scale, unit = display_unit(axis_of(results))
+    measure = measure_name(str(results.attrs["im"]))
+    laws, events = results.sizes["model"], results.sizes["event_motion"]
+    columns = axes.columns_for(laws)
+    rows = math.ceil(laws / columns)
+    figure = axes.figure(max(4.6, 3.9 * columns), 0.6 + 3.4 * rows)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    beyond = 1.0 - np.arange(events + 1) / events
+    for i, ax in enumerate(grid.flat[:laws]):
+        label = axes.model_name(str(results["model"].values[i]))
+        ax.set_title(axes.wrapped(label, axes.width_of(ax)), fontsize=10.0)
+        for k, level in enumerate(results["event_level"].values.tolist()):
+            one = results.isel(model=i, event_level=k)
+            shares = 100.0 * np.sort(one["fallen_share"].values)
+            text = f"{measure} {level / scale:.3g}{f' {unit}' if unit else ''}"
+            ax.step(np.concatenate([[0.0], shares]), beyond, where="post", color=axes.colour(k), label=text)
+            middle, apart = (100.0 * float(one[name]) for name in ("fallen_mean", "fallen_sd_independent"))
+            ax.axvspan(middle - 2.0 * apart, middle + 2.0 * apart, color=axes.colour(k), alpha=0.25, lw=0.0)
+        ax.set_xlabel("share of the region that falls, %")
+        ax.set_ylabel("share of events in which more falls")
+        ax.legend(fontsize=8)
+        axes.grid(ax)
+    axes.remove_spare(grid, laws)
+    number = f"{results.sizes['block']:,} blocks"
+    axes.heading(
+        figure, f"Share of {number} that falls in one event", "bands: 95 % of events if blocks fell independently"
+    )
+    return figure
+
+
 def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
     """Return the map of a quantity."""
     kept = np.unique(np.linspace(0, results.sizes["block"] - 1, MOST_POINTS).astype(int))

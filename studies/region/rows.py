@@ -34,10 +34,11 @@ def pooled_notes(results: xr.Dataset) -> list[str]:
             law = f"{one['model'].item()}: " if several else ""
             said.append(f"{law}{one['account'].item()}")
     said += measure_notes(results)
-    said.append(
-        "blocks that are alike fall in the same earthquakes: how many fall at once does not follow from their curves, "
-        "but from an inventory of them under common motions"
-    )
+    if "fallen_mean" not in results:
+        said.append(
+            "blocks that are alike fall in the same earthquakes: how many fall at once does not follow from their "
+            "curves, but from a sample of them under common motions ([events])"
+        )
     if "rate" in results and str(json.loads(str(results.attrs["hazard"])).get("weights", "")):
         said.append("rates are at the mean hazard curve; their intervals do not hold the spread of its realisations")
     return said
@@ -73,6 +74,43 @@ def surface_rows(results: xr.Dataset) -> Rows | None:
     title = f"One surface a law: asked are ±{100.0 * asked:g} % of the medians of all blocks at once (95 %)"
     headings = ("law", "reached", "motions", "runs", "blocks run by themselves differ", "stopped because")
     return Rows(title, headings, lines)
+
+
+def event_rows(results: xr.Dataset) -> Iterator[Rows]:
+    """Yield, for each law, how much of the region falls in one event at each level; none without events."""
+    if "fallen_mean" not in results:
+        return
+    scale, unit = display_unit(axis_of(results))
+    sample, events = int(results.attrs["event_sample"]), results.sizes["event_motion"]
+    for j, model in enumerate(results["model"].values.tolist()):
+        lines = []
+        for k, level in enumerate(results["event_level"].values.tolist()):
+            one = results.isel(model=j, event_level=k)
+            mean, low, high = (100.0 * float(one[f"fallen_mean{end}"]) for end in ("", "_lower", "_upper"))
+            few, middle, many = (f"{100.0 * value:.3g} %" for value in one["fallen_quantile"].values)
+            spread, apart = (100.0 * float(one[f"fallen_sd{end}"]) for end in ("", "_independent"))
+            correlation = float(one["fallen_correlation"])
+            lines.append(
+                (
+                    f"{level / scale:.3g}{f' {unit}' if unit else ''}",
+                    f"{mean:.3g} % ({low:.3g}–{high:.3g})",
+                    few,
+                    middle,
+                    many,
+                    f"{spread:.2g} %",
+                    f"{apart:.2g} %",
+                    f"{correlation:.2f}" if np.isfinite(correlation) else "–",
+                )
+            )
+        noise = 100.0 * float(results["fallen_sampling_error"].isel(model=j).max())
+        title = (
+            f"Share of the region that falls in one event, under {model}: {events:,} events at each level, {sample:,} "
+            f"blocks of it run under each"
+            + (f" (a share is uncertain by ±{noise:.1g} % from the sample)" if noise else "")
+        )
+        headings = ("level", "mean (95 %)", "5 % of events: below", "half: below", "95 %: below")
+        spreads = ("standard deviation", "if blocks fell independently", "correlation of two blocks")
+        yield Rows(title, (*headings, *spreads), lines)
 
 
 def region_rows(results: xr.Dataset) -> Iterator[Rows]:

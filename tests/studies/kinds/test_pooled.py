@@ -18,7 +18,7 @@ from toppling.studies.file.blocks import read_blocks
 from toppling.studies.file.table import StudyError
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
-from toppling.studies.region.rows import examples, region_rows, surface_rows
+from toppling.studies.region.rows import event_rows, examples, region_rows, surface_rows
 from toppling.studies.report.page import write_report
 
 STUDY = """
@@ -315,3 +315,53 @@ def test_the_example_is_of_this_kind():
     one = tp.Study.from_toml(folder / "region.toml")
     assert (one.kind, len(one.region)) == ("pooled", 300)
     assert json.loads(json.dumps(one.configuration))["ida"]["levels"] == "pooled"
+
+
+EVENTS = '[events]\nlevels = { values = [0.3, 0.5], unit = "g" }\nmotions = 40\nsample = 25\n'
+
+
+@pytest.fixture(scope="module")
+def with_events(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("events")
+    (folder / "study.toml").write_text(STUDY + EVENTS, encoding="utf-8")
+    (folder / "blocks.csv").write_text(csv(), encoding="utf-8")
+    made = tp.Study.from_toml(folder / "study.toml")
+    return made, made.run(folder / "out"), folder / "out/results.nc"
+
+
+def test_falls_in_one_event_are_those_of_the_analysis(with_events):
+    made, results, _ = with_events
+    motions = SHAKES.sample(40, 4, 2000)
+    g = 9.80665
+    own = tp.fragility.joint_falls(made.region, made.models, motions, [0.3 * g, 0.5 * g], sample=25, seed=4)
+    for name in own.data_vars:
+        np.testing.assert_array_equal(results[name].values, own[name].values)
+    np.testing.assert_allclose(results["event_level"], [0.3 * g, 0.5 * g])
+    assert made.runs - made.event_runs == made.design.runs
+    assert made.event_runs == 2 * 40 * 25
+    (rows,) = event_rows(results)
+    assert "40 events at each level, 25 blocks" in rows.title
+    assert [line[0] for line in rows.rows] == ["0.3 g", "0.5 g"]
+    assert not any("fall in the same earthquakes" in one for one in results.attrs["notes"].splitlines())
+
+
+def test_the_report_shows_the_events(with_events, tmp_path):
+    (page,) = write_report(with_events[2], tmp_path / "report.html")
+    text = page.read_text(encoding="utf-8")
+    assert "Share of the region that falls in one event" in text
+    assert "that falls in one event" in text
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("[events]", "[events]\nsamples = 3"), "did you mean 'sample'?"),
+        (("motions = 40", "motions = 4"), "events.motions: must be"),
+        (('"g"', '"m/s"'), "unit of levels of pga must be"),
+        (('levels = "pooled"', 'levels = "adaptive"'), "events are of a region: they need ida with levels = 'pooled'"),
+    ],
+)
+def test_events_that_are_refused(change, said, study):
+    with pytest.raises(StudyError) as refused:
+        study((STUDY + EVENTS).replace(*change, 1))
+    assert said in str(refused.value)

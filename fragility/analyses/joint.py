@@ -1,0 +1,197 @@
+"""Blocks that fall in the same event: a sample of a region, run under common motions.
+
+Blocks that are alike fall in the same earthquakes.  The number that fall in one event therefore varies far more from
+event to event than independent falls of the same probabilities would, and does not follow from fragility curves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array, Flags, Progress
+from ...models import Block, Law
+from ...models.columns import BlockArray
+from ...motions.intensity.measure import Measure
+from ...streams import stream
+from ...units import DIMENSIONLESS, provenance
+from ..adaptive.probit import student
+from ..runs.scaling import BlockMeasure, intensity_measure
+from .ida import ida
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ..runs.runners import Runner
+
+SAMPLE = 2000
+"""Blocks of which runs are made: a share has an error of one hundredth at most."""
+FEWEST_MOTIONS = 8
+SAMPLE_KEY = (4, 0)
+"""Key, under a seed, of the random numbers that the sample is drawn with."""
+QUANTILES = (0.05, 0.5, 0.95)
+
+
+def joint_falls(
+    blocks: Block | Sequence[Block] | BlockArray,
+    models: Law | Sequence[Law],
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    levels: Any,
+    im: str | Measure = "pga",
+    client: Client | Runner | None = None,
+    *,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    sample: int = SAMPLE,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Distribution, over events, of the share of many blocks that falls in one event.
+
+    Parameters
+    ----------
+    blocks : Block, sequence of them, or BlockArray
+        The blocks of the region, at least two; those of a sequence may have walls or restraints.
+    models : one or a sequence
+        Damping laws, with unique labels.
+    motions : xarray.DataArray or a sequence of them
+        Events, at least 8: each shakes all blocks, scaled to the level.
+    levels, im, client, ground, progress
+        As of `toppling.ida`.
+    sample : int
+        Blocks that are run, drawn without replacement from all; all where there are no more.
+    seed : int
+        Of the sample.
+
+    Returns
+    -------
+    xarray.Dataset
+        `fallen_share` on (model, level, motion): share of the sample that falls in each event.  On (model, level):
+        `fallen_mean` with the 95 % interval `fallen_mean_lower`, `fallen_mean_upper`; `fallen_sd`, the standard
+        deviation between events of the share of *all* blocks, without what the sample adds; `fallen_sd_independent`,
+        what it would be if blocks fell independently of each other, with the same probabilities; `fallen_correlation`,
+        the mean correlation of the falls of two blocks.  On (model, level, quantile): `fallen_quantile`, of the shares
+        of the events, and `fallen_sampling_error`, the standard error of a share from the sample.  Bit-identical for
+        any chunking and any number of workers.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `toppling.ida`; fewer than two blocks, 8 motions or 2 blocks of the sample; a measure that depends on the
+        block.
+
+    Notes
+    -----
+    With c_ij the covariance of the falls of blocks i and j over the events, the share of N blocks has the variance
+    (sum of all c_ij)/N² = ((N - 1) c + v)/N, v the mean of c_ii = P_i (1 - P_i) and c that of the others.  Means over
+    a sample of n blocks are unbiased for those over all; with s² the variance of the shares of the sample,
+    c = (n s² - v)/(n - 1).  Independent falls have v/N, and the correlation is c/v (*derived*).
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shelves = BlockArray([0.4, 0.41, 0.42, 0.43], [1.8, 1.8, 1.9, 1.9])
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(40, seed=1)
+    >>> found = joint_falls(shelves, tp.HousnerImpact(), shakes, [4.0])
+    >>> bool((found["fallen_sd"] > 1.5 * found["fallen_sd_independent"]).item())
+    True
+    """
+    if isinstance(intensity_measure(im), BlockMeasure):
+        raise ValueError(f"im must not depend on the block, whose motions would differ in one event, got {im!r:.40}")
+    number, chosen = _sample(blocks, checks.count("sample", sample, at_least=2), checks.count("seed", seed))
+    runs = ida(
+        chosen, models, motions, levels, im, ["overturned"], client, screen=False, ground=ground, progress=progress
+    )
+    if runs.sizes["motion"] < FEWEST_MOTIONS:
+        raise ValueError(f"motions must be at least {FEWEST_MOTIONS} for a distribution, got {runs.sizes['motion']}")
+    fell = runs["overturned"].transpose("model", "level", "block", "motion").values
+    table = [[_falls(fell[i, j], number) for j in range(fell.shape[1])] for i in range(fell.shape[0])]
+    dims = ("model", "level")
+    variables: dict[str, Any] = {}
+    for name, text in _LABELS.items():
+        values = np.array([[getattr(one, name) for one in row] for row in table])
+        more = {"share": ("motion",), "quantile": ("quantile",), "sampling_error": ("quantile",)}.get(name, ())
+        variables[f"fallen_{name}"] = ((*dims, *more), values, {"units": DIMENSIONLESS, "long_name": text})
+    shares = {"units": DIMENSIONLESS, "long_name": "share of the events in which less falls"}
+    kept = [name for name, one in runs.coords.items() if not {"block", "reason"} & {*one.dims}]
+    return xr.Dataset(
+        variables,
+        coords={**{name: runs[name].variable for name in kept}, "quantile": ("quantile", list(QUANTILES), shares)},
+        attrs={
+            "title": "Share of the blocks that fall in one event",
+            "blocks": number,
+            "sample": len(chosen),
+            **provenance({"design": "joint falls", "blocks": number, "sample": len(chosen), "seed": seed}),
+        },
+    )
+
+
+class _Falls(NamedTuple):
+    """What the falls of a sample say of all blocks, as `joint_falls` returns it."""
+
+    share: Array
+    mean: float
+    mean_lower: float
+    mean_upper: float
+    sd: float
+    sd_independent: float
+    correlation: float
+    quantile: Array
+    sampling_error: Array
+
+
+_LABELS = {
+    "share": "share of the sampled blocks that falls in the event",
+    "mean": "mean share of the blocks that falls in an event",
+    "mean_lower": "lower end of the 95 % interval of the mean share that falls",
+    "mean_upper": "upper end of the 95 % interval of the mean share that falls",
+    "sd": "standard deviation between events of the share of all blocks that falls",
+    "sd_independent": "what this standard deviation would be if blocks fell independently of each other",
+    "correlation": "mean correlation between events of the falls of two blocks",
+    "quantile": "quantile over events of the share of the blocks that falls",
+    "sampling_error": "standard error of that share from the sample of blocks",
+}
+
+
+def _sample(blocks: Block | Sequence[Block] | BlockArray, sample: int, seed: int) -> tuple[int, list[Block]]:
+    """Return the number of blocks, and those that are run, in the order in which they were given."""
+    if not isinstance(blocks, Block | Iterable | BlockArray):
+        raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(blocks)}")
+    given = blocks if isinstance(blocks, BlockArray) else [blocks] if isinstance(blocks, Block) else list(blocks)
+    number = len(given)
+    if number < 2:
+        raise ValueError(f"blocks must be at least two to fall together, got {number}")
+    which = np.arange(number)
+    if sample < number:
+        which = np.sort(stream(seed, *SAMPLE_KEY).choice(number, sample, replace=False))
+    return number, given.some(which) if isinstance(given, BlockArray) else [given[i] for i in which.tolist()]
+
+
+def _falls(fell: Flags, number: int) -> _Falls:
+    """Return what falls (block of the sample, motion) say of the shares of `number` blocks."""
+    n, motions = fell.shape
+    share = fell.mean(axis=0)
+    chances = fell.mean(axis=1)
+    alone = float((chances * (1.0 - chances)).mean()) * motions / (motions - 1.0)
+    together = (n * float(share.var(ddof=1)) - alone) / (n - 1.0)
+    left = 1.0 - n / number
+    # (errors of the mean: few events, and blocks of the sample that fall more or less often than the others)
+    spread = max(float(chances.var(ddof=1)) - alone / motions, 0.0)
+    reach = student(motions - 1) * math.sqrt(float(share.var(ddof=1)) / motions + left * spread / n)
+    mean = float(share.mean())
+    quantile = np.quantile(share, QUANTILES)
+    return _Falls(
+        share,
+        mean,
+        max(mean - reach, 0.0),
+        min(mean + reach, 1.0),
+        math.sqrt(max((number - 1.0) * together + alone, 0.0) / number),
+        math.sqrt(alone / number),
+        together / alone if alone > 0.0 else math.nan,
+        quantile,
+        np.sqrt(left * quantile * (1.0 - quantile) / (n - 1.0)),
+    )
