@@ -253,7 +253,7 @@ def main() -> None:
         motions=MOTIONS,
         points=POINTS,
         exponent=f"{slope[0]:.2f} ({slope[1]:.2f}–{slope[2]:.2f})",
-        halving=f"{2 ** (1 / slope[0]):,.0f}",
+        halving="{:,.0f} ({:,.0f} to {:,.0f})".format(*(2 ** (1 / slope[i]) for i in (0, 2, 1))),
         growth=f"{-growth:.2f}",
         fine=f"{100 * SPACINGS[FINE]:g}",
         fewest=f"{intervals[0]:.1f}",
