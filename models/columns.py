@@ -27,6 +27,9 @@ class BlockArray:
         lambda = I_O/(m R²), 1 < lambda <= 2; NaN or not given: 4/3, which needs a centre of mass at mid-height.
     names : sequence of str, shape (block,), optional
         Unique labels; by default ``block 1``, ``block 2``, …
+    e, delta : array_like, shape (block,), optional
+        Coefficients of restitution, 0 < e <= 1, and half widths of the elastic zones over alpha, 0 < delta < 1, that
+        pooled curves take instead of those of the damping laws.
 
     Raises
     ------
@@ -35,7 +38,7 @@ class BlockArray:
 
     Notes
     -----
-    alpha, R, p as of `Block`, whose sizes and properties these are.
+    alpha, R, p as of `Block`, whose sizes and properties these are; `own` holds e and delta where they are given.
 
     Examples
     --------
@@ -51,6 +54,9 @@ class BlockArray:
         cm_height: Any = None,
         inertia_factor: Any = None,
         names: Sequence[str] | None = None,
+        *,
+        e: Any = None,
+        delta: Any = None,
     ) -> None:
         self.width = _column("width", width)
         self.height = _column("height", height, self.width.size)
@@ -76,6 +82,13 @@ class BlockArray:
         self._check(within, given, "inertia_factor must be above 1 and at most 2", self.inertia)
         upright = (self.alpha >= MIN_ANGLE) & (self.alpha <= 0.5 * np.pi - MIN_ANGLE)
         self._check(upright, given, "the slenderness angle must be inside (0, pi/2)", self.alpha)
+        self.own: dict[str, Array] = {
+            name: _column(name, values, n) for name, values in (("e", e), ("delta", delta)) if values is not None
+        }
+        for name, values in self.own.items():
+            below = values <= 1.0 if name == "e" else values < 1.0
+            text = f"{name} must be above 0 and {'at most' if name == 'e' else 'below'} 1"
+            self._check((values > 0.0) & below, given, text, values)
         self._names = given
         if given is not None:
             if given.shape != (n,):
@@ -117,7 +130,7 @@ class BlockArray:
         return int(self.width.size)
 
     def some(self, which: Index) -> list[Block]:
-        """Return the blocks of these numbers (block,) as objects."""
+        """Return the blocks of these numbers (block,) as objects, which have no e and delta of their own."""
         columns = self.width, self.height, self.cm_height, self.inertia, self.names
         lists = (one[which].tolist() for one in columns)
         return [

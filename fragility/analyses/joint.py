@@ -102,6 +102,9 @@ def joint_falls(
     """
     if isinstance(intensity_measure(im), BlockMeasure):
         raise ValueError(f"im must not depend on the block, whose motions would differ in one event, got {im!r:.40}")
+    if isinstance(blocks, BlockArray) and blocks.own:
+        own = " and ".join(blocks.own)
+        raise ValueError(f"blocks must take {own} from the laws, and not have their own: give laws for each {own}")
     number, chosen = _sample(blocks, checks.count("sample", sample, at_least=2), checks.count("seed", seed))
     runs = ida(
         chosen, models, motions, levels, im, ["overturned"], client, screen=False, ground=ground, progress=progress

@@ -30,7 +30,7 @@ from ..surfaces.curves import PooledCurves
 from ..surfaces.domain import domain_of, some_points
 from ..surfaces.evaluation import LawSurfaces, curves_at
 from ..surfaces.rate_checks import RatePlane
-from .region_runs import PooledPlan, PooledRuns, blocks_at
+from .region_runs import PooledPlan, PooledRuns, blocks_at, own_options, with_own
 from .surface_results import POOLED, surface_curves, surface_dataset, variables_of
 from .waves import MotionSource, scaled_to
 
@@ -67,7 +67,8 @@ def pooled(
     Parameters
     ----------
     blocks : Block, sequence of them, or BlockArray
-        Blocks that stand free on a rigid floor; any number, a million as a `BlockArray`.
+        Blocks that stand free on a rigid floor; any number, a million as a `BlockArray`, which may have e and delta of
+        each block instead of those of the laws.
     models : one or a sequence
         Damping laws, with unique labels.
     motions : Generator, or xarray.DataArray or a sequence of them
@@ -103,19 +104,21 @@ def pooled(
     Raises
     ------
     TypeError, ValueError
-        Blocks with a wall, a restraint, a bed, an offset or a lean; sliding; pairs of components; motions of several
+        Blocks with a wall, a restraint, a bed, an offset or a lean; e or delta of blocks' own under laws that have none
+        or give e; sliding; pairs of components; motions of several
         floors; another target than the median; nothing or everything overturns at all levels tried.
 
     Notes
     -----
     ln(median) over the measure's unit g tan(alpha) and ln(dispersion) are polynomials in ln p, ln tan(alpha) and the
-    inertia factor, as far as these vary, of total degree 4 and 2 at first and 6 and 4 at most: a further degree is
-    taken where Wald's test with the motions as clusters asks for it, and where the check does.  Blocks are D-optimal in
-    the convex hull of those given.  Medians are fitted to runs near them alone.  The check runs 24 blocks under fresh
-    motions (of a set: under the same); a difference beyond chance that further degrees do not remove is added to every
-    interval and is named in `account`.  Blocks that are close to each other fall together more often than their curves
-    say: the number that fall in one event cannot be found from this result, but from runs of all of them under common
-    motions (`toppling.ida`).
+    inertia factor, and in e and ln delta where blocks have their own, as far as these vary, of total degree 4 and 2 at
+    first (3 and 2 of more than three variables) and 6 and 4 at most: a further degree is taken where Wald's test with
+    the motions as clusters asks for it, and where the check does.  Blocks are D-optimal in the convex hull of those
+    given.  Medians are fitted to runs near them alone.  The check runs 24 blocks under fresh motions (of a set: under
+    the same); a difference beyond chance that further degrees do not remove is added to every interval and is named in
+    `account`.  Blocks that are close to each other fall together more often than their curves say: the number that fall
+    in one event cannot be found from this result, but from runs of a sample of them under common motions
+    (`joint_falls`).
 
     References
     ----------
@@ -156,6 +159,7 @@ def pooled(
     described = {
         "design": POOLED,
         "models": [describe_law(law) for law in plan.laws],
+        **({"own": list(plan.own)} if plan.own else {}),
         "blocks": len(columns),
         **plan.source.describe(),
         **({"polarity": BOTH} if polarity == BOTH else {}),
@@ -199,9 +203,14 @@ def checked_plan(
         raise ValueError("pooled curves are of blocks that rock: sliding ones differ in other numbers")
     request = check_request(blocks_at(domain, domain.vertices[:1]), models, ["overturned"], True, client, None)
     laws = [one for one in request.models if isinstance(one, Law)]
-    for block in blocks_at(domain, domain.vertices):
+    varied = tuple(columns.own)
+    for law in laws:
+        _check_own(law, varied)
+    options = own_options(domain, domain.vertices, varied)
+    for block, each in zip(blocks_at(domain, domain.vertices), options, strict=True):
         for law in laws:
-            law.oscillator(block)  # (what no law knows, such as an e_R below 0, is refused before the runs)
+            # (what no law knows, such as an e_R below 0, is refused before the runs)
+            with_own(law, each).oscillator(block)
     scaled = scaled_to(im)
     if isinstance(scaled.one, BlockMeasure):
         raise ValueError(f"im must not depend on the block, got {scaled.name}: give {scaled.one.measure.label}")
@@ -220,10 +229,19 @@ def checked_plan(
     source = MotionSource(motions, seed, ground, polarity)
     if source.size is not None and source.size < goal.least:
         raise ValueError(f"motions must be {goal.least} at least (until motions least), got {source.size}")
-    plan = PooledPlan(request, laws, scaled, source, domain, goal, blocks_per_motion, seed, hazard)
+    plan = PooledPlan(request, laws, scaled, source, domain, goal, blocks_per_motion, seed, hazard, varied)
     if hazard is not None:
         _check_hazard(hazard, plan)
     return plan
+
+
+def _check_own(law: Law, own: Sequence[str]) -> None:
+    """Raise ValueError for a law that does not take the options that blocks have of their own."""
+    for name in own:
+        if name not in law.options:
+            raise ValueError(f"blocks have {name} of their own, and {law.label!r} has none: leave it out, or the law")
+        if name == "e" and law.options["e"] is not None:
+            raise ValueError(f"e must be left out of laws where blocks have their own, got {law.label!r}")
 
 
 def _check_hazard(hazard: HazardCurve, plan: PooledPlan) -> None:

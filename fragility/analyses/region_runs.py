@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,7 +45,7 @@ CHECKED_TOGETHER = 500
 
 
 class PooledPlan(NamedTuple):
-    """A pooled analysis, checked."""
+    """A pooled analysis, checked; own: the options of its laws that blocks have of their own."""
 
     request: Request
     laws: Sequence[Law]
@@ -55,6 +56,7 @@ class PooledPlan(NamedTuple):
     blocks_per_motion: int
     seed: int
     hazard: HazardCurve | None
+    own: tuple[str, ...] = ()
 
     @property
     def power(self) -> float:
@@ -70,11 +72,25 @@ class PooledPlan(NamedTuple):
 def blocks_at(domain: Domain, points: Array) -> list[Block]:
     """Return blocks of the properties at points of the region."""
     found: list[Block] = []
-    for log_p, log_tan, inertia in domain.variables(points).tolist():
+    for log_p, log_tan, inertia in domain.variables(points)[:, :3].tolist():
         factor = min(max(inertia, 1.0 + 1e-9), 2.0)
         size = STANDARD_GRAVITY / (factor * math.exp(2.0 * log_p))
         found.append(Block.from_slenderness(math.atan(math.exp(log_tan)), size, factor, f"point {len(found)}"))
     return found
+
+
+def own_options(domain: Domain, points: Array, own: Sequence[str]) -> list[dict[str, float]]:
+    """Return the options of the laws that blocks have of their own (`BlockArray.own`), at points of the region."""
+    found = domain.variables(points)[:, 3:]
+    for column, name in enumerate(own):
+        # (rounding on the way from the axes must not put an e above 1)
+        found[:, column] = np.exp(found[:, column]) if name == "delta" else np.minimum(found[:, column], 1.0)
+    return [dict(zip(own, row, strict=True)) for row in found.tolist()]
+
+
+def with_own(law: Law, own: Mapping[str, float]) -> Law:
+    """Return a law with the options that a block has of its own."""
+    return replace(law, **own) if own else law  # type: ignore[type-var]
 
 
 class PooledRuns:
@@ -142,7 +158,7 @@ class PooledRuns:
         unit = self._unit(blocks)
         start = self._start(blocks, part, measured) if any(self.laws[k].near is None for k in going) else (unit, unit)
         x = np.stack([self.laws[k].plan(points, part.numbers, start) for k in going])
-        fell = self._fell([blocks] * len(going), going, part, (x + unit[:, None])[:, :, None], measured)
+        fell = self._fell(points, going, part, (x + unit[:, None])[:, :, None], measured)
         for own, k in enumerate(going):
             self.laws[k].add(points, part.numbers, x[own], fell[own, :, 0])
         self._runs += x.size
@@ -194,12 +210,12 @@ class PooledRuns:
         unit = self._unit(blocks)
         return ends[:, 0] - unit, ends[:, 1] - unit
 
-    def _fell(
-        self, blocks: Sequence[Sequence[Block]], laws: Sequence[int], wave: MotionWave, x: Array, measured: Array
-    ) -> Any:
-        """Run blocks of each law at ln levels (law, block, run, motion); return outcomes of the same shape."""
+    def _fell(self, points: Array, laws: Sequence[int], wave: MotionWave, x: Array, measured: Array) -> Any:
+        """Run blocks at points (block, axis) at ln levels (law, block, run, motion); return outcomes of that shape."""
         plan = self.plan
-        specimens = [oscillator_of(one, plan.laws[k]) for k, own in zip(laws, blocks, strict=True) for one in own]
+        blocks, options = blocks_at(plan.domain, points), own_options(plan.domain, points, plan.own)
+        pieces = list(zip(blocks, options, strict=True))
+        specimens = [oscillator_of(one, with_own(plan.laws[k], own)) for k in laws for one, own in pieces]
         levels = np.exp(x).reshape(len(specimens), *x.shape[2:])
         factors = np.asarray(plan.scaled.factors(levels, measured))
         check_factors(factors, wave.records)
@@ -216,7 +232,7 @@ class PooledRuns:
             shares = np.broadcast_to(np.linspace(-1.0, 1.0, RUNS)[:, None, None], (RUNS, 1, len(wave.records)))
             x = np.moveaxis(np.stack([law.near_medians(points, one) for one in shares]), 0, 1)
             measured = plan.scaled.measured(wave, blocks)[0]
-            parts.append((wave.numbers, x, self._fell([blocks], [k], wave, (x + unit)[None], measured)[0]))
+            parts.append((wave.numbers, x, self._fell(points, [k], wave, (x + unit)[None], measured)[0]))
         motions, x, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
         while True:
             assert law.near is not None
@@ -237,7 +253,7 @@ class PooledRuns:
             drawn = [stream(plan.seed, *RATE_KEY, int(one)).random((2, STRATA)) for one in wave.numbers]
             x, weights = rate_levels(plan.hazard, curves.log_curve_median, curves.dispersion, np.stack(drawn, axis=-1))
             measured = plan.scaled.measured(wave, blocks)[0]
-            parts.append((wave.numbers, weights, self._fell([blocks], [k], wave, x[None], measured)[0]))
+            parts.append((wave.numbers, weights, self._fell(self.check_points, [k], wave, x[None], measured)[0]))
         motions, weights, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
         return check_rates(self.check_points, curves.rate, weights, fell, motions)
 

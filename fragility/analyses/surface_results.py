@@ -24,7 +24,7 @@ from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
 from ..surfaces.gain import gain_words
 from ..surfaces.rate_checks import RatePlane
 from ..surfaces.surface import Surface
-from .region_runs import PooledPlan, PooledRuns
+from .region_runs import PooledPlan, PooledRuns, own_options
 
 POOLED = "pooled"
 """Name of the design."""
@@ -59,6 +59,10 @@ def surface_curves(
     columns = BlockArray.of(blocks)
     if hazard is not None and json.dumps(hazard.describe()) != surface.attrs.get("hazard"):
         raise ValueError("hazard must be that of the analysis, on which its check of rates depends")
+    own = json.loads(surface.attrs["own"])
+    if list(columns.own) != own:
+        having = " and ".join(own) or "neither e nor delta"
+        raise ValueError(f"blocks must have {having} of their own, as those of the analysis")
     domain = Domain(*(surface[f"region_{name}"].values for name in Domain._fields))
     points = domain.points(variables_of(columns))
     inside = domain.holds(points)
@@ -78,8 +82,9 @@ def surface_curves(
 
 
 def variables_of(columns: BlockArray) -> Array:
-    """Return ln p, ln tan(alpha) and the inertia factor of blocks, (block, 3)."""
-    return np.stack([np.log(columns.p), np.log(np.tan(columns.alpha)), columns.inertia], axis=1)
+    """Return ln p, ln tan(alpha), the inertia factor, and own e and ln delta of blocks, (block, variable)."""
+    own = [np.log(values) if name == "delta" else values for name, values in columns.own.items()]
+    return np.stack([np.log(columns.p), np.log(np.tan(columns.alpha)), columns.inertia, *own], axis=1)
 
 
 def surface_dataset(
@@ -96,7 +101,7 @@ def surface_dataset(
         "inside": ("face", "face_term"),
     }
     for name, dim in dims.items():
-        text = f"region of the blocks in ln p, ln tan(alpha) and inertia factor: {name}"
+        text = f"region of the blocks in ln p, ln tan(alpha), inertia factor, and own e and ln delta: {name}"
         variables[f"region_{name}"] = xr.Variable(dim, getattr(plan.domain, name), {**none, "long_name": text})
     for kind in ("near", "curve"):
         surfaces: list[Surface] = [getattr(one, kind) for one in known]
@@ -134,7 +139,7 @@ def surface_dataset(
     if plan.hazard is not None:
         variables |= _rate_variables(known, plan.domain.size + 1)
     variables |= _check_variables(plan, checked) | _run_variables(plan, found)
-    surfaces_found = xr.Dataset(variables, coords=law_coordinates(plan.laws), attrs=_attributes(plan, found))
+    surfaces_found = xr.Dataset(variables, coords=_law_coordinates(plan), attrs=_attributes(plan, found))
     return surfaces_found.merge(found.others.variables(gains, ("model",), (len(gains),)))
 
 
@@ -144,6 +149,7 @@ def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
     asked = json.dumps(plan.until.describe())
     return {
         "until": asked,
+        "own": json.dumps(plan.own),
         "power": plan.power,
         "level_units": plan.scaled.units,
         "level_name": found.level_name,
@@ -191,10 +197,13 @@ def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Va
 def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr.Variable]:
     most = max(one.difference.size for one in checked)
     shape = len(checked), most
-    columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha")}
+    columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha", *plan.own)}
     for i, one in enumerate(checked):
         n = one.difference.size
-        log_p, log_tan, _ = plan.domain.variables(one.points).T
+        log_p, log_tan = plan.domain.variables(one.points)[:, :2].T
+        options = own_options(plan.domain, one.points, plan.own)
+        for name in plan.own:
+            columns[name][i, :n] = [each[name] for each in options]
         for name, values in (
             ("difference", one.difference),
             ("error", one.error),
@@ -207,6 +216,7 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
         "error": (DIMENSIONLESS, "standard error of the difference"),
         "p": (ANGULAR_VELOCITY, "rocking frequency parameter of the block"),
         "alpha": (RADIAN, "slenderness angle of the block"),
+        **{name: (DIMENSIONLESS, f"{_OWN[name]} of the block") for name in plan.own},
     }
     return {
         f"check_{name}": xr.Variable(
@@ -219,7 +229,8 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
 def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable]:
     pools = [law.runs for law in found.laws]
     points = np.concatenate([one.points for one in pools])
-    log_p, log_tan, inertia = plan.domain.variables(points).T
+    log_p, log_tan, inertia = plan.domain.variables(points)[:, :3].T
+    options = own_options(plan.domain, points, plan.own)
     unit = plan.power * (math.log(STANDARD_GRAVITY) + log_tan)
     model = np.repeat(np.arange(len(pools)), [one.x.size for one in pools])
     labels: dict[str, tuple[Any, str, str]] = {
@@ -228,6 +239,10 @@ def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable
         "run_p": (np.exp(log_p), ANGULAR_VELOCITY, "rocking frequency parameter of its block"),
         "run_alpha": (np.arctan(np.exp(log_tan)), RADIAN, "slenderness angle of its block"),
         "run_inertia_factor": (inertia, DIMENSIONLESS, "inertia factor of its block"),
+        **{
+            f"run_{name}": (np.array([one[name] for one in options]), DIMENSIONLESS, f"{_OWN[name]} of its block")
+            for name in plan.own
+        },
         "run_level": (
             np.exp(np.concatenate([one.x for one in pools]) + unit),
             plan.scaled.units,
@@ -239,6 +254,25 @@ def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable
         name: xr.Variable("pooled_run", values, {"units": units, "long_name": text})
         for name, (values, units, text) in labels.items()
     }
+
+
+_OWN = {"e": "coefficient of restitution", "delta": "half width of the elastic zone over alpha"}
+
+
+def _law_coordinates(plan: PooledPlan) -> dict[str, xr.Variable]:
+    """Return the labels and options of laws, without the options that blocks have of their own."""
+    found = law_coordinates(plan.laws)
+    signs = {"e": "e=", "delta": "δ="}
+    labels = []
+    for law in plan.laws:
+        parts = law.label.split(" ")
+        for name in plan.own:
+            parts = [f"{signs[name]}own" if part.startswith(signs[name]) else part for part in parts]
+        labels.append(" ".join(parts))
+    found["model"] = xr.Variable("model", np.array(labels, dtype=object), found["model"].attrs)
+    if "delta" in plan.own:
+        found["delta"] = xr.Variable("model", np.full(len(labels), np.nan), found["delta"].attrs)
+    return found
 
 
 def _law_surfaces(surface: xr.Dataset, i: int, variables: int) -> LawSurfaces:
@@ -306,6 +340,7 @@ def _block_columns(columns: BlockArray) -> dict[str, xr.Variable]:
         "R": (columns.R, METRE, "distance from the centre of mass to the corner"),
         "p": (columns.p, ANGULAR_VELOCITY, "rocking frequency parameter"),
         "inertia_factor": (columns.inertia, DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+        **{f"own_{name}": (values, DIMENSIONLESS, f"{_OWN[name]} of its own") for name, values in columns.own.items()},
     }
     return {
         name: xr.Variable("block", values, {"units": units, "long_name": text})

@@ -27,8 +27,10 @@ STEP = math.log(8.0)
 FEW = 0.05
 """Share of falls, or of blocks that stand, below which levels move on: the curves lie beyond."""
 EXPLORATIONS = 6
-BEGIN, MOST_DEGREES = (4, 2), (6, 4)
-"""Degrees of ln median and ln dispersion at the first fit, and at most."""
+BEGIN, BEGIN_WIDE, MOST_DEGREES = (4, 2), (3, 2), (6, 4)
+"""Degrees of ln median and ln dispersion at the first fit, where blocks differ in up to three numbers and in more, and
+at most."""
+FEW_VARIABLES = 3
 RUNS_A_TERM = 24
 """Fewest runs for each term of a surface: levels are spread over all of the range before."""
 LIKELY = 0.1
@@ -82,7 +84,7 @@ class PooledCurves:
         self._shift = 0.0
         self._explored = 0
         self._asked = 0
-        self.degrees = BEGIN
+        self.degrees = BEGIN if points.shape[1] <= FEW_VARIABLES else BEGIN_WIDE
         self.curve: Surface | None = None
         self.near: Surface | None = None
         self.ratios: list[tuple[int, float]] = []

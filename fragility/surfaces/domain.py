@@ -2,7 +2,8 @@
 
 What a free-standing block does depends on its frequency p, its slenderness and its inertia factor alone, under laws
 without sizes of their own (docs/theory).  The region is the convex hull of the blocks in ln p, ln tan(alpha) and
-the inertia factor, turned to its principal axes and scaled to [-1, 1].
+the inertia factor, and in e and ln delta where blocks have their own, turned to its principal axes and scaled to
+[-1, 1].
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ from ...streams import stream
 from ..numerics.products import crossed, squares, times
 from .surface import basis
 
-NAMES = ("ln p", "ln tan(alpha)", "inertia factor")
 NARROW = 1e-3
 """Width of the region along an axis, in ln or in the inertia factor, that no median can tell from 0."""
 CANDIDATES = 1000
@@ -74,7 +74,7 @@ class Domain(NamedTuple):
 
 
 def domain_of(variables: Array) -> Domain:
-    """Return the region of blocks from their variables (block, variable): ln p, ln tan(alpha), inertia factor.
+    """Return the region of blocks from their variables (block, variable): ln p, ln tan(alpha), inertia factor, and own.
 
     Axes along which blocks differ by less than a thousandth are left out.
     """

@@ -82,6 +82,8 @@ class PooledStudy(BlockStudy, Study):
         study = cls(content.title, plain(content), (first,), models, design, risk, region=region)
         design.check(study.blocks)
         checked_plan(region, models, **design.options, client=None)
+        if region.own and design.events is not None:
+            raise ValueError(f"events take {' and '.join(region.own)} from the laws: leave the columns out, or events")
         return study
 
     @property
@@ -125,8 +127,9 @@ class PooledStudy(BlockStudy, Study):
     @property
     def _read(self) -> list[Any]:
         columns = self.region.width, self.region.height, self.region.cm_height, self.region.inertia
-        found = hashlib.sha256("\n".join(self.region.names.tolist()).encode())
-        for one in columns:
+        own = list(self.region.own.values())
+        found = hashlib.sha256("\n".join([*self.region.own, *self.region.names.tolist()]).encode())
+        for one in (*columns, *own):
             found.update(np.ascontiguousarray(one).tobytes())
         return [*super()._read, found.hexdigest()]
 

@@ -22,6 +22,8 @@ MOST_POINTS = 3000
 """Blocks of which a map is drawn, evenly among all; what lies between is interpolated."""
 STEPS = 9
 """Steps of colour at the most."""
+OWN = "own_e", "own_delta"
+"""What blocks may have of their own: neighbours on the map then differ."""
 FLAT = 1e-3
 """Ratio of the narrow to the wide way of a region from which it is drawn as a line."""
 
@@ -83,17 +85,22 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
     slender, size = 1.0 / np.tan(drawn["alpha"].values), drawn["R"].values
     values = drawn[name].transpose("model", "block").values / scale
     flat = _is_line(slender, size)
+    own = any(name in drawn.coords for name in OWN)
     for i, ax in enumerate(grid.flat[:laws]):
         label = axes.model_name(str(results["model"].values[i]))
         ax.set_title(axes.wrapped(label, axes.width_of(ax)), fontsize=10.0)
-        if flat:
+        if own:
+            _points(ax, figure, slender, size, values[i], words)
+        elif flat:
             _line(ax, drawn.isel(model=i), slender, size, name, words, scale)
         else:
             _area(ax, figure, slender, size, values[i], words)
             checked = results.isel(model=i)
             _checks(ax, checked, float(drawn["inertia_factor"].mean()))
     axes.remove_spare(grid, laws)
-    what = "the lines are of equal values; crosses: blocks that were run by themselves, to check" if not flat else ""
+    crosses = "crosses: blocks that were run by themselves, to check"
+    what = f"each block with its own e and δ; {crosses}" if own else f"the lines are of equal values; {crosses}"
+    what = "" if flat and not own else what
     number = f"{results.sizes['block']:,} blocks"
     axes.heading(figure, f"{words[:1].upper()}{words[1:]} of {number}", what)
     return figure
@@ -120,6 +127,18 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
     ax.tricontour(shape, values[known], levels=levels[1:-1], colors="white", linewidths=0.6)
     bar = figure.colorbar(filled, ax=ax)
     bar.set_ticks(levels[1:-1].tolist(), labels=[f"{one:.2g}" for one in levels[1:-1]])
+    bar.set_label(words, fontsize=9)
+    ax.set_xlabel("height of the mass centre over half the width")
+    ax.set_ylabel("size R, m")
+
+
+def _points(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, words: str) -> None:
+    """Draw each block, as neighbours differ in what they have of their own."""
+    known = np.isfinite(values) & (values > 0.0)
+    low, high = float(values[known].min()), float(values[known].max())
+    norm = LogNorm(low, max(high, low * 1.0001))
+    drawn = ax.scatter(slender[known], size[known], c=values[known], s=10.0, norm=norm, cmap="viridis")
+    bar = figure.colorbar(drawn, ax=ax)
     bar.set_label(words, fontsize=9)
     ax.set_xlabel("height of the mass centre over half the width")
     ax.set_ylabel("size R, m")

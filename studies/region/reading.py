@@ -22,6 +22,8 @@ from ..file.table import StudyError
 _NOT_A_NUMBER = re.compile(r"(?:^|[,;\t])\s*[-+]?nan\s*(?:[,;\t]|$)", re.IGNORECASE | re.MULTILINE)
 
 NUMBERS = ("width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m")
+OWN = ("e", "delta")
+"""Columns of what blocks have of their own, instead of the damping laws."""
 SIZES, SLENDERNESS = ("width_m", "height_m"), ("alpha_rad", "R_m")
 
 
@@ -31,7 +33,8 @@ def read_region(file: Path) -> BlockArray:
     Parameters
     ----------
     file : Path
-        A file as of ``blocks_file``: a line for each block, of which none has a scene.
+        A file as of ``blocks_file``: a line for each block, of which none has a scene; and columns ``e`` and ``delta``,
+        if blocks have their own.
 
     Returns
     -------
@@ -41,12 +44,22 @@ def read_region(file: Path) -> BlockArray:
     Raises
     ------
     StudyError
-        As `read_blocks`; or a block that does not stand free on a rigid floor.
+        As `read_blocks`; or a block that does not stand free on a rigid floor; columns ``e`` and ``delta`` with values
+        out of range or missing, or in a file that cannot be read column by column.
     """
-    table = CsvTable(file, KIND)
-    found = _by_column(table)
+    table = CsvTable(file, KIND._replace(columns=(*KIND.columns, *OWN)))
+    try:
+        found = _by_column(table)
+    except (TypeError, ValueError) as error:
+        raise StudyError(f"{file}: {error}") from None
     if found is not None:
         return found
+    own = [name for name in OWN if name in table.columns]
+    if own:
+        raise StudyError(
+            f"{file}: with the column {own[0]} every line must have a name, its sizes and {' and '.join(own)} as plain "
+            "numbers, without quotes, decimal commas and catalogue names"
+        )
     blocks = read_blocks(file)
     try:
         return BlockArray.of(blocks)
@@ -58,7 +71,7 @@ def _by_column(table: CsvTable) -> BlockArray | None:
     """Return the blocks of a plain table without errors; None for others."""
     if not {*SIZES} <= {*table.columns} and not {*SLENDERNESS} <= {*table.columns}:
         return None
-    if "name" not in table.columns or not {*table.columns} <= {"name", *NUMBERS}:
+    if "name" not in table.columns or not {*table.columns} <= {"name", *NUMBERS, *OWN}:
         return None
     columns = _columns(table)
     if columns is None:
@@ -66,9 +79,12 @@ def _by_column(table: CsvTable) -> BlockArray | None:
     given = {name: columns[name] for name in NUMBERS if name in columns}
     width, height = _outer_sizes(given)
     centre, factor = given.get("cm_height_m"), given.get("inertia_factor")
+    own = {name: columns[name] for name in OWN if name in columns}
     try:
-        return BlockArray(width, height, centre, factor, columns["name"].tolist())
+        return BlockArray(width, height, centre, factor, columns["name"].tolist(), **own)
     except (TypeError, ValueError):
+        if own:
+            raise
         return None
 
 

@@ -41,6 +41,7 @@ STUDIES = {
     "adaptive_chance": ("adaptive", "", ""),
     "adaptive_rate": ("adaptive_rate", "", ""),
     "region": ("region", "", ""),
+    "region_own": ("region", "", ""),
     "cloud": ("cloud", "", ""),
     "bookcase": ("bookcase", "", FIT),
     "risk": ("risk", EVERY_OUTPUT, FIT + "[friction]\nstatic = 0.4\ndispersion = 0.2\ntrip_mm = 5\n"),
@@ -88,6 +89,14 @@ def results(tmp_path_factory):
             text = text.replace("number = 6", "number = 40") + "\n[until.motions]\nleast = 32\n"
         if name == "region":
             text = re.sub(r"number = 6\b.*", "number = 400", text).replace("median = 0.1", "median = 0.5")
+        if name == "region_own":  # blocks with their own e and delta, which events do not take
+            text = re.sub(r"number = 6\b.*", "number = 400", text).replace("median = 0.1", "median = 0.5")
+            text = re.sub(r"\[events\]\nlevels.*\n", "", text).replace("region_blocks.csv", "own_blocks.csv")
+            _, headings, *lines = (EXAMPLES / "region_blocks.csv").read_text(encoding="utf-8").splitlines()
+            own = [
+                f"{line},{0.86 + 0.003 * (i % 30):.3f},{0.02 + 0.001 * (i % 47):.3f}" for i, line in enumerate(lines)
+            ]
+            (folder / "own_blocks.csv").write_text("\n".join([f"{headings},e,delta", *own]), encoding="utf-8")
         if name == "adaptive_chance":
             text = text.replace("median = 0.1", 'probability = { level = 0.5, unit = "m/s", within = 0.2 }')
         if name == "risk":  # near an edge, too

@@ -173,3 +173,69 @@ def test_what_needs_runs_of_each_block_refuses_surfaces(found):
     for function in (tp.fit_fragility, tp.overturning_probability, tp.fragility.overturning_capacity):
         with pytest.raises((ValueError, TypeError, KeyError)):
             function(found)
+
+
+def own_region(n=300, seed=4):
+    """Blocks that differ in e and delta, too."""
+    random = np.random.default_rng(seed)
+    height, slenderness = random.uniform(1.2, 2.0, n), random.uniform(3.0, 5.0, n)
+    own = {"e": random.uniform(0.86, 0.96, n), "delta": np.exp(random.uniform(np.log(0.02), np.log(0.08), n))}
+    return BlockArray(height / slenderness, height, **own)
+
+
+def test_medians_of_blocks_with_their_own_e_and_delta_are_those_of_their_runs():
+    """Four numbers a block: medians are those of sequential analyses of blocks under laws with their options."""
+    region = own_region()
+    found = pooled(region, tp.DiscreteDamping(), SHAKES, until={"median": 0.2})
+    assert found["near_degrees"][0].values.tolist() >= [3, 1]
+    assert found["model"].values.tolist() == ["discrete e=own δ=own"]
+    assert found.sizes["region_axis"] == 4
+    np.testing.assert_array_equal(found["own_delta"], region.own["delta"])
+    gaps, reaches = [], []
+    for i in (3, 120, 200):
+        (block,) = region.some(np.array([i]))
+        law = tp.DiscreteDamping(e=float(region.own["e"][i]), delta=float(region.own["delta"][i]))
+        one = tp.ida(block, law, SHAKES, "adaptive", until={"median": 0.05}, seed=9)
+        gaps.append(np.log(found["median"][i, 0].item() / one["median"].item()))
+        reaches.append(np.log(found["median_upper"][i, 0] / found["median"][i, 0]).item())
+    assert np.sqrt(np.mean(np.square(gaps))) < 0.08
+    assert (np.abs(gaps) < np.array(reaches) + 0.05).all()
+    # (medians do depend on them: with e and delta of another block they are others)
+    size = {"width": [0.4, 0.4], "height": [1.6, 1.6]}
+    lossy, bouncy = surface_curves(found, BlockArray(**size, e=[0.88, 0.94], delta=[0.04, 0.04]))["median"].values[:, 0]
+    assert lossy > 1.1 * bouncy
+
+
+def test_own_e_that_is_that_of_the_law_gives_its_curves():
+    """With one e for all blocks the surface has no further axis, and its runs are those of a law with this e."""
+    plain = own_region(40)
+    alike = BlockArray(plain.width, plain.height, e=np.full(40, 0.9))
+    until = {"median": 0.3}
+    found = pooled(alike, tp.HousnerImpact(), SHAKES, until=until)
+    law = pooled(BlockArray(plain.width, plain.height), tp.HousnerImpact(e=0.9), SHAKES, until=until)
+    np.testing.assert_allclose(found["median"], law["median"], rtol=1e-9)
+    assert found["model"].values.tolist() == ["housner e=own"]
+
+
+@pytest.mark.parametrize(
+    ("own", "law", "words"),
+    [
+        ({"e": [0.9, 0.8]}, tp.HousnerImpact(e=0.9), "e must be left out of laws where blocks have their own"),
+        ({"delta": [0.05, 0.04]}, tp.HousnerImpact(), "blocks have delta of their own, and 'housner e=e_R' has none"),
+        ({"e": [0.9, 1.2]}, tp.HousnerImpact(), "e must be above 0 and at most 1, got 1.2 of block 2"),
+        ({"delta": [0.9, 1.0]}, tp.DiscreteDamping(), "delta must be above 0 and below 1, got 1 of block 2"),
+        ({"e": [0.9]}, tp.HousnerImpact(), "e must have 2 entries, as width has, got 1"),
+        ({"e": [0.9, np.nan]}, tp.HousnerImpact(), "e must be finite, got nan of block 2"),
+        ({"e": [0.9, 0.8]}, tp.HousnerImpact(restitution_factor=0.9), "restitution_factor is a factor on e_R"),
+    ],
+)
+def test_own_options_that_are_refused(own, law, words):
+    with pytest.raises(ValueError, match=words):
+        pooled(BlockArray([0.4, 0.5], [1.8, 1.7], **own), law, SHAKES)
+
+
+def test_surfaces_refuse_blocks_without_what_they_are_of(found):
+    with pytest.raises(ValueError, match="blocks must have neither e nor delta of their own"):
+        surface_curves(found, BlockArray([0.4], [1.6], e=[0.9]))
+    with pytest.raises(ValueError, match="blocks must take e from the laws"):
+        tp.fragility.joint_falls(BlockArray([0.4, 0.5], [1.6, 1.6], e=[0.9, 0.9]), LAWS[0], SHAKES.sample(8), [1.0])

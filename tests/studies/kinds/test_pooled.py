@@ -365,3 +365,44 @@ def test_events_that_are_refused(change, said, study):
     with pytest.raises(StudyError) as refused:
         study((STUDY + EVENTS).replace(*change, 1))
     assert said in str(refused.value)
+
+
+def test_columns_of_what_blocks_have_of_their_own(study, tmp_path):
+    text = "name,width_m,height_m,e,delta\na,0.4,1.8,0.9,0.05\nb,0.5,1.6,0.92,0.03\n"
+    found = read_region(columns(tmp_path, text))
+    np.testing.assert_array_equal(found.own["e"], [0.9, 0.92])
+    np.testing.assert_array_equal(found.own["delta"], [0.05, 0.03])
+    one = study(blocks=text)
+    other = study(blocks=text.replace("0.03", "0.04"))
+    assert one.region.own["delta"][1] == 0.03
+    assert one.identity != other.identity
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("a,0.4,1.8,1.2\nb,0.5,1.6,0.9\n", "e must be above 0 and at most 1, got 1.2 of 'a'"),
+        ("a,0.4,1.8,\nb,0.5,1.6,0.9\n", "e must be finite, got nan of block 1"),
+        ('"a",0.4,1.8,0.9\nb,0.5,1.6,0.9\n', "with the column e every line must have a name, its sizes and e as plain"),
+    ],
+)
+def test_own_columns_that_are_refused(lines, said, study):
+    with pytest.raises(StudyError) as refused:
+        study(blocks=f"name,width_m,height_m,e\n{lines}")
+    assert said in str(refused.value)
+
+
+def test_events_of_blocks_with_their_own_e_are_refused(study):
+    with pytest.raises(StudyError, match="events take e from the laws: leave the columns out, or events"):
+        study(STUDY + EVENTS, "name,width_m,height_m,e\na,0.4,1.8,0.9\nb,0.5,1.6,0.92\n")
+
+
+@pytest.mark.slow
+def test_a_study_of_blocks_with_their_own_e(study, tmp_path):
+    table = csv().splitlines()
+    text = "\n".join([f"{table[0]},e", *(f"{line},{0.86 + 0.002 * i:.3f}" for i, line in enumerate(table[1:]))])
+    results = study(blocks=text + "\n").run(tmp_path / "out")
+    assert results["model"].values.tolist() == ["energy-consistent e=own δ=0.05"]
+    np.testing.assert_allclose(results["own_e"], 0.86 + 0.002 * np.arange(40))
+    assert np.isfinite(results["check_e"].values).any()
+    assert len(list(maps(results))) == 1
