@@ -132,9 +132,10 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
 
 
 @pytest.mark.slow
-def test_ten_kills_change_nothing(tmp_path):
+@pytest.mark.parametrize(("until", "hazard"), [("median = 0.02", ""), ("rate = 0.1", HAZARD)])
+def test_ten_kills_change_nothing(until, hazard, tmp_path):
     """Killed ten times, whenever it has kept something new, a study has the bytes of an undisturbed run."""
-    text = STUDY.replace("number = 200", "number = 2000").replace("median = 0.15", "median = 0.02")
+    text = STUDY.replace("number = 200", "number = 2000").replace("median = 0.15", until) + hazard
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "toppling", "run", "study.toml", "--out"]
 
