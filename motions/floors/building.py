@@ -31,9 +31,13 @@ from ..arrays import (
 )
 from ..kernels import oscillators as engine
 from ..plausibility import record_doubts, ringing_doubts
+from ..supports.isolator import Isolator
+from ..supports.support import Support
+from .isolation import Isolation
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
 from .yielding import HARDENING, YieldingBuilding, yielding_building
 
+NO_STRENGTH = "hardening, p_delta and strength_dispersion are of storeys that yield: give a yield_coefficient"
 MIN_PERIOD, MAX_PERIOD = 1e-3, 100.0
 MAX_ALPHA0 = 1e4
 MAX_STOREYS = 500
@@ -235,23 +239,8 @@ class Building:
         >>> [round(float(one), 3) for one in building.periods]
         [0.508, 0.194]
         """
-        m = checks.finite_array("masses", np.atleast_1d(np.asarray(masses)), unit="kg")
-        k = checks.finite_array("stiffnesses", np.atleast_1d(np.asarray(stiffnesses)), unit="N/m")
-        if m.size != k.size or m.size > MAX_STOREYS:
-            raise ValueError(
-                f"masses and stiffnesses must be one a storey, 1 to {MAX_STOREYS}, got {m.size} and {k.size}"
-            )
-        for name, values in (("masses", m), ("stiffnesses", k)):
-            if values.min() <= 0.0:
-                raise ValueError(f"{name} must be > 0, got {values.min():g}")
-        omega, shares = storey_modes(m, k)
+        m, k, omega, shares = _chain(masses, stiffnesses)
         count = m.size if modes is None else _up_to("modes", modes, m.size)
-        # limits within which the squares of the frequencies do not vanish in rounding
-        if not (omega[0] > 0.0 and 2.0 * math.pi / omega[0] <= MAX_PERIOD and 2.0 * math.pi / omega[-1] >= MIN_PERIOD):
-            raise ValueError(
-                f"masses and stiffnesses must give periods between {MIN_PERIOD:g} and {MAX_PERIOD:g} s, got "
-                f"{2.0 * math.pi / omega[-1]:g} to {2.0 * math.pi / max(omega[0], 1e-300):g} s"
-            )
         heights = storey_heights(storey_height, m.size)
         if yield_coefficient is not None:
             if modes is not None:
@@ -262,15 +251,92 @@ class Building:
                 m, k, omega, damping, heights, yield_coefficient, hardening, p_delta, strength_dispersion, seed, text
             )
         if p_delta is not None or hardening != HARDENING or strength_dispersion != 0.0:
-            raise ValueError(
-                "hardening, p_delta and strength_dispersion are of storeys that yield: give a yield_coefficient"
-            )
+            raise ValueError(NO_STRENGTH)
         at_floors = np.concatenate([np.zeros((count, 1)), shares[:count]], axis=1)
         text = (
             f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s, {count} "
             f"modes, {_damping_text(damping)}"
         )
         return cls(2.0 * math.pi / omega[:count], _damping(damping, count), at_floors, heights, text)
+
+    @classmethod
+    def isolated(
+        cls,
+        isolator: Isolator | Support,
+        base_mass: float,
+        masses: Any,
+        stiffnesses: Any,
+        damping: float = 0.05,
+        storey_height: float | Sequence[float] = 3.0,
+        *,
+        yield_coefficient: float | Sequence[float] | None = None,
+        hardening: float = HARDENING,
+        p_delta: Any = None,
+        strength_dispersion: float = 0.0,
+        seed: int = 0,
+    ) -> YieldingBuilding:
+        """Return a shear building on isolators: a slab on an isolation storey, and the storeys above it.
+
+        Parameters
+        ----------
+        isolator : Isolator or Support
+            `Isolator.linear(period, damping)` or `Isolator.bilinear(period, strength, yield_displacement)`, of the
+            whole weight.
+        base_mass : float
+            Mass of the slab above the isolators, kg, > 0.
+        masses, stiffnesses, storey_height
+            As of `from_storeys`; floor 0 is the slab.
+        damping : float
+            Damping ratio of the storeys at their first mode on a fixed base; it is proportional to stiffness, so that
+            higher modes have more and the isolators none of it.
+        yield_coefficient, hardening, p_delta, strength_dispersion, seed
+            As of `from_storeys`, with the weight above the slab; the storeys are elastic without the first.
+
+        Returns
+        -------
+        YieldingBuilding
+            Whose floors do not scale; its motions say how far the isolators move.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `from_storeys`; a pendulum, or stops.
+
+        Notes
+        -----
+        Uplift and torsion of the isolators, their P-delta and the wall of the moat are left out.
+
+        Examples
+        --------
+        >>> from toppling import motions
+        >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
+        >>> lead = motions.Isolator.bilinear(2.5, 0.06)
+        >>> building = motions.Building.isolated(lead, 2e5, [2e5, 2e5], [2e8, 2e8])
+        >>> floors = building.floor_motions(ground, [0, 2])
+        >>> bool((abs(floors).max("time") < abs(ground).max("time")).all()), floors["isolator_displacement"].dims
+        (True, ('motion',))
+        """
+        m, k, omega, _ = _chain(masses, stiffnesses)
+        isolation = Isolation(isolator, base_mass)
+        if yield_coefficient is None and (p_delta is not None or hardening != HARDENING or strength_dispersion != 0.0):
+            raise ValueError(NO_STRENGTH)
+        heights = storey_heights(storey_height, m.size)
+        text = f"isolated shear building, {m.size} storeys, {heights[-1]:g} m, T1 on a fixed base = "
+        text += f"{2.0 * math.pi / omega[0]:.4g} s, {_damping_text(damping)}"
+        return yielding_building(
+            m,
+            k,
+            omega,
+            damping,
+            heights,
+            yield_coefficient,
+            hardening,
+            p_delta,
+            strength_dispersion,
+            seed,
+            text,
+            isolation,
+        )
 
     @property
     def floors(self) -> tuple[int, ...]:
@@ -521,6 +587,25 @@ def storey_heights(storey_height: Any, storeys: int) -> Array:
     if not np.isfinite(heights[-1]):
         raise ValueError(f"storey_height must have a finite sum (in m), got {values.max():g} and {storeys} storeys")
     return heights
+
+
+def _chain(masses: Any, stiffnesses: Any) -> tuple[Array, Array, Array, Array]:
+    """Return checked masses, kg, and stiffnesses, N/m, with frequencies and shares of their modes (`storey_modes`)."""
+    m = checks.finite_array("masses", np.atleast_1d(np.asarray(masses)), unit="kg")
+    k = checks.finite_array("stiffnesses", np.atleast_1d(np.asarray(stiffnesses)), unit="N/m")
+    if m.size != k.size or m.size > MAX_STOREYS:
+        raise ValueError(f"masses and stiffnesses must be one a storey, 1 to {MAX_STOREYS}, got {m.size} and {k.size}")
+    for name, values in (("masses", m), ("stiffnesses", k)):
+        if values.min() <= 0.0:
+            raise ValueError(f"{name} must be > 0, got {values.min():g}")
+    omega, shares = storey_modes(m, k)
+    # limits within which the squares of the frequencies do not vanish in rounding
+    if not (omega[0] > 0.0 and 2.0 * math.pi / omega[0] <= MAX_PERIOD and 2.0 * math.pi / omega[-1] >= MIN_PERIOD):
+        raise ValueError(
+            f"masses and stiffnesses must give periods between {MIN_PERIOD:g} and {MAX_PERIOD:g} s, got "
+            f"{2.0 * math.pi / omega[-1]:g} to {2.0 * math.pi / max(omega[0], 1e-300):g} s"
+        )
+    return m, k, omega, shares
 
 
 def _damping(damping: Any, modes: int) -> Array:

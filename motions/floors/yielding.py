@@ -1,4 +1,4 @@
-"""Shear buildings whose storeys yield: floor motions, drifts and collapse under ground motions of given strength.
+"""Shear buildings that yield or are isolated: floor motions, drifts and collapse under motions of given strength.
 
 Bilinear storeys with kinematic hardening and, where wanted, P-delta.  Between yielding and unloading the building is
 linear and is integrated exactly (`kernels.yielding`).  What yields does not scale: floor motions belong to the ground
@@ -24,6 +24,7 @@ from ...units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOC
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
 from ..plausibility import collapse_doubts, record_doubts
+from .isolation import Isolation
 
 HARDENING = 0.03
 MOST_DISPERSION = 1.0
@@ -31,6 +32,7 @@ COLLAPSE_DRIFT = 0.1
 """Drift over the storey's height at which a storey counts as collapsed (judgement)."""
 
 
+DISPLACEMENT = {"units": METRE, "long_name": "greatest displacement of the isolators"}
 FACTOR = {"units": DIMENSIONLESS, "long_name": "factor on the strengths of the building that the motion meets"}
 
 
@@ -39,9 +41,10 @@ class CollapsingBuilding(UserWarning):
 
 
 class Response(NamedTuple):
-    """Response of one building under one motion: accelerations and relative velocities (storey, time), m/s² and m/s;
-    peaks, residual: of drifts, (storey,), m; collapsed: storey from 1, 0 for none; end: sample at which it collapsed;
-    ductility: peaks over yield drifts, (storey,); strength: factor on the strengths of the storeys.
+    """Response of one building under one motion: absolute accelerations, m/s², and velocities relative to the ground,
+    m/s, of all floors (floor, time); peaks, residual: of drifts, (storey,), m; collapsed: storey from 1, 0 for none;
+    end: sample at which it collapsed; ductility: peaks over yield drifts, (storey,); strength: factor on the strengths
+    of the storeys; isolator: greatest displacement of the isolators, m, 0 without any.
     """
 
     accelerations: Array
@@ -52,28 +55,33 @@ class Response(NamedTuple):
     end: int
     ductility: Array
     strength: float
+    isolator: float
 
 
 @dataclass(frozen=True, eq=False)
 class YieldingBuilding:
-    """Shear building whose storeys yield; made by `Building.from_storeys` with a yield coefficient.
+    """Shear building that does not scale: its storeys yield (made by `Building.from_storeys` with a yield coefficient),
+    or it stands on isolators (`Building.isolated`).
 
     Attributes
     ----------
     masses, stiffnesses, strengths : ndarray, shape (storey,)
-        Mass of every floor, kg; initial stiffness, N/m, and yield strength, N, of the storey below it.
+        Mass of every floor, kg; initial stiffness, N/m, and yield strength, N, of the storey below it, infinite where
+        it is elastic.
     hardening, p_delta : ndarray, shape (storey,)
         Stiffness after yielding over the initial one; stability coefficient theta = P/(k h).
     damping : tuple of float
         Factors of the masses, 1/s, and of the initial stiffnesses, s, in the damping matrix.
     heights : ndarray, shape (floor,)
-        Height of the floors above the ground, m.
+        Height of the floors above the ground, or above the slab on isolators, m.
     collapse_drift : float
         Drift over the storey's height at which a storey has collapsed.
     strength_dispersion : float
         Standard deviation of the logarithm of the strength about the one given, 0 for none.
     seed : int
         Seed of the strengths.
+    isolation : Isolation, optional
+        The isolators below it.
     description : str
         Text that states the parameters of the building.
 
@@ -96,6 +104,7 @@ class YieldingBuilding:
     collapse_drift: float
     strength_dispersion: float
     seed: int
+    isolation: Isolation | None
     description: str
 
     def __repr__(self) -> str:
@@ -103,7 +112,7 @@ class YieldingBuilding:
 
     @property
     def floors(self) -> tuple[int, ...]:
-        """The floors: 0 (ground) to the number of storeys (roof)."""
+        """The floors: 0 (ground, or the slab on isolators) to the number of storeys (roof)."""
         return tuple(range(self.heights.size))
 
     @property
@@ -130,7 +139,8 @@ class YieldingBuilding:
         xarray.DataArray
             ``acceleration`` (motion, floor, time), m s-2, with ``height`` on floor; on motion ``ductility``, the
             greatest drift of a storey over its yield drift, ``collapsed``, the storey that collapsed, 0 for none, and
-            of a building whose strength is uncertain ``strength_factor``, what multiplied its strengths.
+            of a building whose strength is uncertain ``strength_factor``, what multiplied its strengths, and of an
+            isolated one ``isolator_displacement``, the greatest of its isolators (m).
             Floors of a collapsed building are still from then on; motions that collapse it are warned of.  The
             coordinate ``own_level`` bars analyses from scaling them.
 
@@ -155,16 +165,16 @@ class YieldingBuilding:
         n = plain[0].acceleration.size
         values = np.empty((len(plain), len(chosen), n))
         ductility = np.empty(len(plain))
-        strength = np.empty(len(plain))
+        strength, isolator = np.empty((2, len(plain)))
         collapsed = np.zeros(len(plain), np.int64)
         for i, record in enumerate(plain):
             one = self._respond(record, scale)
             for j, floor in enumerate(chosen):
-                values[i, j] = one.accelerations[floor - 1] if floor else scale * record.acceleration
+                values[i, j] = one.accelerations[floor]
                 if one.collapsed:
                     values[i, j, one.end :] = 0.0
             ductility[i] = one.ductility.max()
-            strength[i] = one.strength
+            strength[i], isolator[i] = one.strength, one.isolator
             collapsed[i] = one.collapsed
         of = f" times {scale:g}" if scale != 1.0 else ""
         labels = np.array([record.label for record in plain], dtype=object)
@@ -186,6 +196,8 @@ class YieldingBuilding:
         )
         if self.strength_dispersion > 0.0:
             found = found.assign_coords(strength_factor=("motion", strength, FACTOR))
+        if self.isolation is not None:
+            found = found.assign_coords(isolator_displacement=("motion", isolator, DISPLACEMENT))
         warn(collapse_doubts(labels.tolist(), collapsed, scale), CollapsingBuilding)
         return found
 
@@ -205,8 +217,8 @@ class YieldingBuilding:
             On (factor, motion, floor): ``pfa`` (m s-2) and ``pfv`` (m s-1), the peak absolute acceleration and
             velocity, at the samples.  On (factor, motion, storey): ``drift``, the greatest (m), ``ductility``, over the
             yield drift, and ``residual`` plastic drift (m).  On (factor, motion): ``collapsed``, the storey, 0 for
-            none; peaks of a collapsed building are those until then.  On motion ``strength_factor``, where the strength
-            is uncertain.
+            none, and of an isolated building ``isolator_displacement``, the greatest (m); peaks of a collapsed building
+            are those until then.  On motion ``strength_factor``, where the strength is uncertain.
 
         Raises
         ------
@@ -220,20 +232,21 @@ class YieldingBuilding:
         storeys = self.masses.size
         floor = np.empty((2, scales.size, len(plain), storeys + 1))
         storey = np.empty((3, scales.size, len(plain), storeys))
-        collapsed = np.zeros((scales.size, len(plain)), np.int64)
+        collapsed, isolator = np.zeros((scales.size, len(plain)), np.int64), np.empty((scales.size, len(plain)))
         for k, scale in enumerate(scales.tolist()):
             for i, record in enumerate(plain):
                 one = self._respond(record, scale)
                 ground = scale * record.acceleration[: one.end + 1]
                 speed = np.concatenate([[0.0], np.cumsum(0.5 * record.dt * (ground[1:] + ground[:-1]))])
-                floor[0, k, i] = [np.abs(ground).max(), *np.abs(one.accelerations).max(axis=1)]
-                absolute = one.velocities[:, : one.end + 1] + speed
-                floor[1, k, i] = [np.abs(speed).max(), *np.abs(absolute).max(axis=1)]
+                floor[0, k, i] = np.abs(one.accelerations[:, : one.end + 1]).max(axis=1)
+                floor[1, k, i] = np.abs(one.velocities[:, : one.end + 1] + speed).max(axis=1)
+                isolator[k, i] = one.isolator
                 storey[:, k, i] = one.peaks, one.ductility, one.residual
                 collapsed[k, i] = one.collapsed
             warn(collapse_doubts([record.label for record in plain], collapsed[k], scale), CollapsingBuilding)
         on_floor, on_storey = ("factor", "motion", "floor"), ("factor", "motion", "storey")
         numbers = np.arange(1, storeys + 1)
+        isolated = {"isolator_displacement": (("factor", "motion"), isolator, DISPLACEMENT)} if self.isolation else {}
         strengths = [self.strength_of(record.label) for record in plain]
         uncertain = {"strength_factor": ("motion", strengths, FACTOR)} if self.strength_dispersion > 0.0 else {}
         return xr.Dataset(
@@ -248,6 +261,7 @@ class YieldingBuilding:
                     collapsed,
                     {"units": DIMENSIONLESS, "long_name": "storey that collapsed, from 1; 0 for none"},
                 ),
+                **isolated,
             },
             coords={
                 **motion_coordinates(plain),
@@ -279,27 +293,48 @@ class YieldingBuilding:
 
     def _respond(self, record: Record, factor: float) -> Response:
         strength = self.strength_of(record.label)
-        n, size = self.masses.size, record.acceleration.size
-        accelerations, velocities = np.empty((2, n, size))
-        peaks, residual = np.empty((2, n))
         yields = strength * self.yield_drifts
-        storeys = np.array([self.stiffnesses, yields, self.hardening, self.p_delta])
+        mass = np.array(self.masses)
+        of_mass, of_stiffness = self.damping
+        storeys = np.array([self.stiffnesses, yields, self.hardening, self.p_delta, of_stiffness * self.stiffnesses])
         limits = self.collapse_drift * np.diff(self.heights)
-        damping = np.array(self.damping)
+        below = 0  # (storeys below the building)
+        if self.isolation is not None:
+            own = self.isolation.storey(float(mass.sum()))
+            mass, below = np.append(own.mass, mass), 1
+            column = np.array([own.stiffness, own.yield_drift, own.hardening, 0.0, own.viscosity])
+            storeys, limits = np.column_stack([column, storeys]), np.append(np.inf, limits)
+        size, first = record.acceleration.size, 1 - below
+        accelerations, velocities = np.zeros((2, mass.size + first, size))
+        peaks, residual = np.empty((2, mass.size))
+        ground = factor * record.acceleration
         found = storey_response(
-            factor * record.acceleration,
+            ground,
             record.dt,
-            np.array(self.masses),
+            mass,
             storeys,
-            damping,
+            of_mass,
             limits,
-            accelerations,
-            velocities,
+            accelerations[first:],
+            velocities[first:],
             peaks,
             residual,
         )
         _, storey, end = (int(one) for one in found)
-        return Response(accelerations, velocities, peaks, residual, storey + 1, end, peaks / yields, strength)
+        if self.isolation is None:
+            accelerations[0] = ground
+        drifts = peaks[below:]
+        return Response(
+            accelerations,
+            velocities,
+            drifts,
+            residual[below:],
+            storey + first if storey >= 0 else 0,
+            end,
+            drifts / yields,
+            strength,
+            float(peaks[0]) if below else 0.0,
+        )
 
     def _chosen(self, floors: Sequence[int] | None) -> list[int]:
         if floors is None:
@@ -314,7 +349,8 @@ class YieldingBuilding:
     def _described(self) -> dict[str, Any]:
         return {
             "description": self.description,
-            "strengths": self.strengths.tolist(),
+            "strengths": self.strengths.tolist() if np.isfinite(self.strengths).all() else "elastic",
+            "isolation": "" if self.isolation is None else self.isolation.text,
             "hardening": self.hardening.tolist(),
             "p_delta": self.p_delta.tolist(),
             "collapse_drift": self.collapse_drift,
@@ -335,25 +371,34 @@ def yielding_building(
     strength_dispersion: Any,
     seed: Any,
     text: str,
+    isolation: Isolation | None = None,
 ) -> YieldingBuilding:
     """Return the yielding building of checked masses, stiffnesses and frequencies omega (mode,), rad/s, lowest first.
 
-    Rayleigh damping has the ratio at the first and the last mode; one storey has that of its mass.
+    Rayleigh damping has the ratio at the first and the last mode; one storey has that of its mass.  On isolators it is
+    proportional to stiffness alone, with the ratio at the first mode on a fixed base.  Without a yield coefficient
+    storeys are elastic.
     """
     ratio = checks.number("damping", damping, at_least=0.0, below=1.0)
     rho = checks.number("hardening", hardening, at_least=0.0, below=1.0)
     beta = checks.number("strength_dispersion", strength_dispersion, at_least=0.0, at_most=MOST_DISPERSION)
     own_seed = checks.count("seed", seed)
     weight = STANDARD_GRAVITY * masses
-    strengths = _strengths(yield_coefficient, weight, heights, 2.0 * math.pi / float(omega[0]))
+    strengths = np.full(masses.size, math.inf)
+    if yield_coefficient is not None:
+        strengths = _strengths(yield_coefficient, weight, heights, 2.0 * math.pi / float(omega[0]))
     theta = _stability(p_delta, weight, stiffnesses, heights)
-    if masses.size == 1:
+    if isolation is not None:
+        factors = (0.0, 2.0 * ratio / float(omega[0]))
+    elif masses.size == 1:
         factors = (2.0 * ratio * float(omega[0]), 0.0)
     else:
         of_stiffness = 2.0 * ratio / float(omega[0] + omega[-1])
         factors = (of_stiffness * float(omega[0] * omega[-1]), of_stiffness)
-    own = np.array2string(np.asarray(yield_coefficient), threshold=10)
-    said = f"{text}, yield coefficient {own}, hardening {rho:g}, P-delta {'none' if not theta.any() else 'counted'}"
+    said = text if isolation is None else f"{text}, {isolation.text}"
+    if yield_coefficient is not None:
+        own = np.array2string(np.asarray(yield_coefficient), threshold=10)
+        said += f", yield coefficient {own}, hardening {rho:g}, P-delta {'counted' if theta.any() else 'none'}"
     if beta > 0.0:
         said += f", strength dispersion {beta:g}, seed {own_seed}"
     return YieldingBuilding(
@@ -367,6 +412,7 @@ def yielding_building(
         COLLAPSE_DRIFT,
         beta,
         own_seed,
+        isolation,
         said,
     )
 

@@ -240,15 +240,16 @@ def _floors(drifts, rates, plastic, flow, storeys, damp, step, accelerations, ve
 
 
 @kernel(keep=True)
-def storey_response(ground, dt, mass, storeys, damping, limits, accelerations, velocities, peaks, residual):
+def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velocities, peaks, residual):
     """Fill the response of a shear building to ground acceleration, from rest; return events, collapsed storey, sample.
 
     Storey forces are k [(hardening - theta) d + (1 - hardening) e] of the drifts d and their elastic parts e = d - d_p,
-    |e| at most the yield drift.  Damping forces are those of damping[0] times the masses and damping[1] times the
-    initial stiffnesses.  Shapes: ground (n,), m/s²; mass (storey,); storeys (4, storey): stiffness, yield drift, m,
-    hardening, theta; limits (storey,), of drifts, m; accelerations, absolute, and velocities, relative to the ground:
-    (storey, n); peaks and residual (plastic) drifts: (storey,).  A storey whose drift exceeds its limit at a sample has
-    collapsed (its number, else -1): the response ends there, and zeros follow.
+    |e| at most the yield drift.  Damping forces are those of `damp` (1/s) times the masses, against the ground, and of
+    the viscosities of the storeys.  Shapes: ground (n,), m/s²; mass (storey,); storeys (5, storey): stiffness, yield
+    drift, m (infinite of an elastic one), hardening, theta, viscosity; limits (storey,), of drifts, m; accelerations,
+    absolute, and velocities, relative to the ground: (storey, n); peaks and residual (plastic) drifts: (storey,).  A
+    storey whose drift exceeds its limit at a sample has collapsed (its number, else -1): the response ends there, and
+    zeros follow.
     """
     n = mass.size
     drifts = np.zeros(n)
@@ -258,7 +259,7 @@ def storey_response(ground, dt, mass, storeys, damping, limits, accelerations, v
     x = np.empty(TERMS * n)
     y = np.empty(TERMS * n)
     force, far, fast = np.zeros(n + 1), np.empty(n), np.empty(n)
-    rows = (storeys[0], storeys[1], storeys[2], storeys[3], damping[1] * storeys[0], 1.0 / mass, np.zeros(n))
+    rows = (storeys[0], storeys[1], storeys[2], storeys[3], storeys[4], 1.0 / mass, np.zeros(n))
     events = np.zeros(1, np.int64)
     accelerations[:] = 0.0
     velocities[:] = 0.0
@@ -268,7 +269,7 @@ def storey_response(ground, dt, mass, storeys, damping, limits, accelerations, v
             residual[i] = plastic[i] if flow[i] == ELASTIC else drifts[i] - flow[i] * storeys[1, i]
             if not abs(drifts[i]) <= limits[i]:
                 return events[0], i, step
-        _floors(drifts, rates, plastic, flow, rows, damping[0], step, accelerations, velocities)
+        _floors(drifts, rates, plastic, flow, rows, damp, step, accelerations, velocities)
         if step + 1 == ground.size:
             break
         slope = (ground[step + 1] - ground[step]) / dt
@@ -281,7 +282,7 @@ def storey_response(ground, dt, mass, storeys, damping, limits, accelerations, v
                 plastic,
                 flow,
                 rows,
-                damping[0],
+                damp,
                 start,
                 slope,
                 dt - done,

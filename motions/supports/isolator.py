@@ -290,9 +290,9 @@ class Isolator:
     def _bilinear(self, acceleration: Array, dt: float) -> Motion:
         after = (2.0 * math.pi / self.period) ** 2
         initial = after + self.strength * STANDARD_GRAVITY / self.yield_displacement
-        storeys = np.array([[initial], [self.yield_displacement], [after / initial], [0.0]])
+        storeys = np.array([[initial], [self.yield_displacement], [after / initial], [0.0], [0.0]])
         accelerations, velocities = np.empty((2, 1, acceleration.size))
         peaks, residual = np.empty((2, 1))
-        no, far = np.zeros(2), np.full(1, np.inf)
-        storey_response(acceleration, dt, np.ones(1), storeys, no, far, accelerations, velocities, peaks, residual)
+        far = np.full(1, np.inf)
+        storey_response(acceleration, dt, np.ones(1), storeys, 0.0, far, accelerations, velocities, peaks, residual)
         return Motion(accelerations[0], float(peaks[0]))

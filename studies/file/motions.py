@@ -70,15 +70,58 @@ BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
     "ground": (set(), set()),
     "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
     "storeys": (
-        {"masses_kg", "stiffnesses_n_m", *STRENGTH, *YIELDING},
+        {"masses_kg", "stiffnesses_n_m", "isolation", *STRENGTH, *YIELDING},
         {"masses_kg", "stiffnesses_n_m"},
     ),
 }
 """Kinds of buildings, each with its own keys and the keys that must be given."""
 
 
+ISOLATORS: dict[str, tuple[set[str], set[str]]] = {
+    "linear": ({"period_s", "damping"}, {"period_s", "damping"}),
+    "bilinear": ({"period_s", "strength", "yield_displacement_mm"}, {"period_s", "strength"}),
+}
+"""Kinds of isolators below a building, each with its own keys and the keys that must be given."""
+
+
+class IsolationTable(Table):
+    """Isolators below a building, and the slab on them."""
+
+    kind: Annotated[str, one_of(ISOLATORS), Field(description="Linear, or bilinear as lead rubber.")]
+    period_s: Annotated[
+        float,
+        Field(
+            ge=0.01, le=100.0, description="Period of the whole weight on them, s; of a bilinear one after yielding."
+        ),
+    ]
+    damping: Annotated[
+        float | None, KeyInfo(at_least=0.0, below=1.0), Field(description="Damping ratio of linear ones.")
+    ] = None
+    strength: Annotated[
+        float | None, KeyInfo(above=0.0, below=1.0), Field(description="Force at rest over the whole weight.")
+    ] = None
+    yield_displacement_mm: Annotated[
+        float | None, KeyInfo(10.0, above=0.0), Field(description="Displacement at which they yield, mm.")
+    ] = None
+    base_mass_kg: Annotated[float, Field(gt=0.0, description="Mass of the slab above them, kg.")]
+
+    def build(self) -> shaking.Support | shaking.Isolator:
+        """Make the isolators; ValueError where a key does not belong to them or is out of range."""
+        own, needed = ISOLATORS[self.kind]
+        refuse_foreign(self, own | {"kind", "period_s", "base_mass_kg"}, f"isolation of kind {self.kind!r}")
+        missing = sorted(name for name in needed if getattr(self, name) is None)
+        if missing:
+            raise ValueError(f"isolation of kind {self.kind!r} needs {' and '.join(missing)}")
+        if self.kind == "linear":
+            assert self.damping is not None
+            return shaking.Isolator.linear(self.period_s, self.damping)
+        assert self.strength is not None
+        yields = 0.01 if self.yield_displacement_mm is None else 1e-3 * self.yield_displacement_mm
+        return shaking.Isolator.bilinear(self.period_s, self.strength, yields)
+
+
 class BuildingTable(Table):
-    """A building between the motions and the blocks: elastic, or with storeys that yield."""
+    """A building between the motions and the blocks: elastic, with storeys that yield, or on isolators."""
 
     name: Annotated[
         str | None,
@@ -151,6 +194,9 @@ class BuildingTable(Table):
         Field(description="Standard deviation of the logarithm of the real strength about that one."),
     ] = None
     seed: Annotated[int | None, KeyInfo(0, at_least=0), Field(description="Seed of the strengths.")] = None
+    isolation: Annotated[
+        IsolationTable | None, Field(description="Isolators below the building; floor 0 is the slab on them.")
+    ] = None
     modes: Annotated[
         int | None, KeyInfo("6, or all of `storeys`", at_least=1), Field(description="Number of modes.")
     ] = None
@@ -171,21 +217,34 @@ class BuildingTable(Table):
         for key in YIELDING:
             if getattr(self, key) is not None and not self.yields:
                 raise ValueError(f"{key} needs yield_coefficient or system: an elastic building does not yield")
-        if self.yields and isinstance(self.damping, list):
-            raise ValueError(
-                "damping of a building that yields must be one number, that of the first and the last mode"
-            )
-        given = self.model_dump(exclude={"name", "kind", "floors", *CODE_STRENGTH}, exclude_none=True)
+        if not self.scales and isinstance(self.damping, list):
+            raise ValueError(f"damping of {self.what} must be one number, that of the first and the last mode")
+        apart = {"name", "kind", "floors", "isolation", *CODE_STRENGTH}
+        given = self.model_dump(exclude=apart, exclude_none=True)
         options = {bare(key): value for key, value in given.items() if value is not False}
         if strength is not None:
             options["yield_coefficient"] = strength.coefficient
+        if self.isolation is not None:
+            if self.modes is not None:
+                raise ValueError("modes must be left out of an isolated building: it has all of them")
+            return shaking.Building.isolated(self.isolation.build(), self.isolation.base_mass_kg, **options)
         make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys
         return make(**options)
 
     @property
     def yields(self) -> bool:
-        """Whether storeys yield: floor motions then belong to the strength of their ground motions."""
+        """Whether storeys yield."""
         return self.yield_coefficient is not None or self.system is not None
+
+    @property
+    def scales(self) -> bool:
+        """Whether floor motions scale with the ground motions; they belong to the strength of these if not."""
+        return not self.yields and self.isolation is None
+
+    @property
+    def what(self) -> str:
+        """What it is where it does not scale."""
+        return "a building that yields" if self.isolation is None else "an isolated building"
 
     @property
     def default_strength(self) -> Strength | None:
@@ -227,8 +286,8 @@ class BuildingTable(Table):
 
     @property
     def elastic(self) -> Self:
-        """The same building, as if its storeys could not yield."""
-        return self.model_copy(update=dict.fromkeys((*STRENGTH, *YIELDING)))
+        """The same building, as if its storeys could not yield, on a fixed base."""
+        return self.model_copy(update=dict.fromkeys((*STRENGTH, *YIELDING, "isolation")))
 
     def made(self) -> shaking.Building:
         """Make the only building of a study, as elastic as it is before it yields; an error names the table."""
@@ -248,7 +307,7 @@ class BuildingTable(Table):
         return len(self.floors) if self.floors is not None else len(self.build().floors)
 
     def yielding(self, ground: list[xr.DataArray], floors: list[xr.DataArray]) -> str:
-        """Return how far storeys yield under ground motions, and the last floor beside that of an elastic building."""
+        """Return how far storeys and isolators go, and the last floor beside that of an elastic building."""
         top = floors[0]["floor"].values[-1]
         with noted():  # (what is doubted of the elastic building is not of this one)
             beside = self.elastic.shake(ground)
@@ -258,13 +317,23 @@ class BuildingTable(Table):
             pga = np.median([np.abs(one.acceleration).max() for one in plain]) / STANDARD_GRAVITY
             return float(pga), float(np.median([peak_velocity(one.acceleration, one.dt) for one in plain]))
 
-        ductility = np.concatenate([one["ductility"].values for one in floors])
+        def extent(name: str) -> tuple[str, str]:
+            values = np.concatenate([one[name].values for one in floors])
+            ends = f"{short_digits(float(values.min()))} to {short_digits(float(values.max()))}"
+            return short_digits(float(np.median(values))), ends
+
+        said = []
+        if self.isolation is not None:
+            middle, ends = extent("isolator_displacement")
+            said.append(f"isolators move {middle} m ({ends})")
+        if self.yields:
+            middle, ends = extent("ductility")
+            said.append(f"drifts reach {middle} times those at yielding ({ends})")
+        base = "" if self.isolation is None else " on a fixed base"
         (pfa, pfv), (elastic_pfa, elastic_pfv) = medians(floors), medians(beside)
-        middle = short_digits(float(np.median(ductility)))
         return (
-            f"drifts reach {middle} times those at yielding ({short_digits(float(ductility.min()))} to "
-            f"{short_digits(float(ductility.max()))}); floor {top}: PGA {short_digits(pfa)} g (elastic "
-            f"{short_digits(elastic_pfa)}), PGV {short_digits(pfv)} m/s (elastic {short_digits(elastic_pfv)}), medians"
+            f"{', '.join(said)}; floor {top}: PGA {short_digits(pfa)} g (elastic{base} {short_digits(elastic_pfa)}), "
+            f"PGV {short_digits(pfv)} m/s (elastic{base} {short_digits(elastic_pfv)}), medians"
         )
 
     def shake(self, ground: list[xr.DataArray]) -> list[xr.DataArray]:

@@ -299,11 +299,11 @@ class StudyFile(Table):
     @property
     def _scales(self) -> bool:
         """Whether twice the ground motion gives twice the motion that shakes the blocks."""
-        return not any(one.yields for one in self._stand) and (self.support is None or self.support.scales)
+        return all(one.scales for one in self._stand) and (self.support is None or self.support.scales)
 
     def _check_what_does_not_scale(self) -> None:
         """Raise a ValueError where a building that yields, or such an isolator, does not go with the analysis."""
-        what = "a building that yields" if any(one.yields for one in self._stand) else "an isolator that yields"
+        what = next((one.what for one in self._stand if not one.scales), "an isolator that yields")
         if self.performance is not None:
             return  # (its motions go through what yields at each level)
         if self.ida is not None:
@@ -591,7 +591,7 @@ class StudyFile(Table):
             except ValueError as error:
                 raise ValueError(f"{self._called(i)}: {error}") from None
             floors = [*floors, *moved]
-            if building.yields:
+            if not building.scales:
                 line = f"{where}{building.yielding(ground, moved)}"
                 doubts = [one._replace(sentence=f"{where}{one.sentence}") for one in _collapses(moved)]
                 said = (*reading.storeys, *building.strength_text, line)

@@ -19,7 +19,7 @@ from ...motions.arrays import Record
 from ...motions.floors.histories import FloorHistories, History
 from ...motions.plausibility import collapse_doubts
 from ...motions.scaling import scale_to
-from ...units import DIMENSIONLESS
+from ...units import DIMENSIONLESS, METRE
 from ..buildings.shaking import Shaking
 from ..buildings.variables import variable
 from ..file.analyses import LEVEL_UNITS, PerformanceTable
@@ -39,7 +39,8 @@ class LevelFloors(NamedTuple):
     """Floor motions at each level, what is to be said of them, and the building's own response (level, motion).
 
     ductility: greatest drift of a storey over its yield drift; collapsed: the storey that collapsed, 0 for none; both
-    None where the building does not yield.  strength: factor on its strengths (motion,), None where it is certain.
+    None where the building scales.  strength: factor on its strengths (motion,), None where it is certain.  isolator:
+    greatest displacement of its isolators, m, None without any.
     """
 
     histories: FloorHistories
@@ -47,6 +48,7 @@ class LevelFloors(NamedTuple):
     ductility: Array | None
     collapsed: Index | None
     strength: Array | None
+    isolator: Array | None
 
     def variables(self, polarities: int) -> dict[str, xr.Variable]:
         """Return the building's response as variables of the results; each motion has so many runs."""
@@ -59,6 +61,10 @@ class LevelFloors(NamedTuple):
             name: variable(("level", "motion"), np.repeat(values, polarities, axis=1), DIMENSIONLESS, text)
             for name, (values, text) in found.items()
         }
+        if self.isolator is not None:
+            text = "greatest displacement of the isolators below the building"
+            values = np.repeat(self.isolator, polarities, axis=1)
+            variables["building_isolator_displacement"] = variable(("level", "motion"), values, METRE, text)
         if self.strength is not None:
             of = np.repeat(self.strength, polarities)
             text = "factor on the strengths of the building that the motion meets"
@@ -68,8 +74,8 @@ class LevelFloors(NamedTuple):
 
 def what_yields(building: BuildingTable | None, inventory: Inventory) -> str:
     """Return in words what does not scale between the ground and the pieces of an inventory, '' for nothing."""
-    if building is not None and building.yields:
-        return "a building that yields"
+    if building is not None and not building.scales:
+        return building.what
     return "an isolator that yields" if any(row.stand and not row.stand.scales for row in inventory.rows) else ""
 
 
@@ -124,10 +130,10 @@ def level_floors(
     table = None if building is None else building.model_copy(update={"floors": floors, "name": None})
     own = levels if unit else np.ones(1)
     refuse_samples(len(floors) * own.size * sum(array.size for array in ground), "motions on all floors at all levels")
-    reading = reading_of(tuple(ground), generator, None if building is None or building.yields else building.made())
+    reading = reading_of(tuple(ground), generator, None if building is None or not building.scales else building.made())
     doubts, lines = list(reading.doubts), []
     found: list[History] = []
-    ductility, collapsed = [], []
+    ductility, collapsed, isolator = [], [], []
     strength = None
     if table is not None:
         lines += table.strength_text
@@ -136,10 +142,12 @@ def level_floors(
         where = f"at {im} of {given:.4g} {unit} " if unit else ""
         scaled = [scale_to(one, level, im) for one in ground] if unit else list(ground)
         moved = _moved(table, scaled)
-        if table is not None and table.yields:
+        if table is not None and not table.scales:
             labels = [str(label) for one in moved for label in one["motion"].values]
             ductility.append(np.concatenate([one["ductility"].values for one in moved]))
             collapsed.append(np.concatenate([one["collapsed"].values for one in moved]))
+            if table.isolation is not None:
+                isolator.append(np.concatenate([one["isolator_displacement"].values for one in moved]))
             if "strength_factor" in moved[0].coords:  # (the same at every level)
                 strength = np.concatenate([one["strength_factor"].values for one in moved])
             lines.append(f"{where}{table.yielding(scaled, moved)}")
@@ -154,6 +162,7 @@ def level_floors(
         np.array(ductility) if ductility else None,
         np.array(collapsed) if collapsed else None,
         strength,
+        np.array(isolator) if isolator else None,
     )
 
 

@@ -460,6 +460,7 @@ BELOW: dict[str, tuple[str, float]] = {
     "ductility": ("building_ductility", math.nan),
     "collapsed": ("building_collapsed", 0.0),
     "strength_factor": ("building_strength_factor", math.nan),
+    "isolator_displacement": ("building_isolator_displacement", math.nan),
     "support_displacement": ("support_displacement", math.nan),
     "strikes": ("support_strikes", 0.0),
     "strike_acceleration": ("support_strike_acceleration", math.nan),

@@ -17,7 +17,7 @@ from ...motions.arrays import POLARITY
 from ...wording import confidence_text, counted, given_number
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, INSTEAD
-from ..text.words import block_title, reference_law, roof_of, storeys_yield
+from ..text.words import block_title, reference_law, roof_of, scales, storeys_yield
 from .method import lifted, study_of
 
 LOST = "The energy that a piece loses in rocking follows"
@@ -98,15 +98,14 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         what = f"The building{roof}"
         period = building.get("period_s")
         first = "" if period is None else f", with a first natural period of {given_number(float(period))} s"
-        if storeys_yield(building):
-            yield from _yielding(results)
+        if not scales(building):
+            yield from _yielding(results, building)
         else:
             yield f"{what} is taken as elastic{first}; each piece is shaken by the motion of its own floor."
         if storeys is not None:
             yield from _on_the_roof(results, roof_of(results))
     elif "buildings" in study:
-        yields = any(map(storeys_yield, study["buildings"]))
-        but = ", but for those whose storeys yield" if yields else ""
+        but = "" if all(map(scales, study["buildings"])) else ", but for those that yield or are isolated"
         yield f"The buildings are taken as elastic{but}; each piece is shaken by the motion of its own floor."
     elif _histories(study):
         yield from _own_building(results, study)
@@ -285,10 +284,12 @@ def _histories(study: Mapping[str, Any]) -> bool:
     return isinstance(motions, dict) and ("floors_index" in motions or bool(motions.get("elastic")))
 
 
-def _yielding(results: xr.Dataset) -> Iterator[str]:
-    """Yield how a building with storeys that yield moves, and what is not known where it collapses."""
+def _yielding(results: xr.Dataset, building: Mapping[str, Any]) -> Iterator[str]:
+    """Yield how a building that yields or is isolated moves, and what is not known where it collapses."""
+    what = "The storeys of the building yield" if storeys_yield(building) else "The building is elastic"
+    on = "" if building.get("isolation") is None else ", on isolators below the slab that is floor 0 here"
     yield (
-        "The storeys of the building yield: each ground motion goes through it at its own level of shaking, and each "
+        f"{what}{on}: each ground motion goes through it at its own level of shaking, and each "
         "piece is shaken by the motion of its own floor."
     )
     if "building_collapsed" in results and bool(results["building_collapsed"].any()):

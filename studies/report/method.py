@@ -20,7 +20,7 @@ from ..plan.slides import INSTEAD
 from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.rows import Rows
-from ..text.words import storeys_yield
+from ..text.words import scales, storeys_yield
 
 MOST_LINES = 6
 """Most records whose corrections are written out."""
@@ -82,6 +82,10 @@ YIELDING_ASSUMPTION = (
     "Storeys of the building yield: each ground motion goes through it at its level, and its floor motions are not "
     "scaled. Strengths follow a lateral load of the codes where only that of the lowest storey is given; neither the "
     "soil below nor its contents change floor motions."
+)
+ISOLATION_ASSUMPTION = (
+    "The building stands on isolators: each ground motion goes through it at its level, and its floor motions are not "
+    "scaled; floor 0 is the slab on them. Uplift and torsion of the isolators and the wall of the moat are left out."
 )
 UNCERTAIN_STRENGTH = (
     "Each ground motion meets a building of its own strength, the same at every level, so that curves and rates hold "
@@ -283,7 +287,7 @@ def method(results: xr.Dataset) -> list[str]:
     if "scenario" in results.attrs:
         words.append(f"Simulated earthquakes: {'; '.join(str(results.attrs['scenario']).splitlines())}.")
     if "storeys" in results.attrs:
-        words.append(f"The building yields: {'; '.join(str(results.attrs['storeys']).splitlines())}.")
+        words.append(f"The building: {'; '.join(str(results.attrs['storeys']).splitlines())}.")
     if "fit_method" in results.attrs:
         words.append(f"Curves: {results.attrs['fit_method']}.")
     if "rate" in results or "annual_number" in results:
@@ -332,7 +336,8 @@ def assumptions(results: xr.Dataset) -> list[str]:
     study = study_of(results)
     stand = [one for one in [study.get("building"), *_listed(study.get("buildings"))] if isinstance(one, dict)]
     yields = [one for one in stand if storeys_yield(one)]
-    building = [BUILDING_ASSUMPTION] if len(yields) < len(stand) else []
+    building = [BUILDING_ASSUMPTION] if any(map(scales, stand)) else []
+    building += [ISOLATION_ASSUMPTION] if any(one.get("isolation") is not None for one in stand) else []
     building += [YIELDING_ASSUMPTION] if yields else []
     building += [UNCERTAIN_STRENGTH] if any(one.get("strength_dispersion") for one in stand) else []
     building += [DEFAULT_STRENGTH] if any(one.get("system") is not None for one in stand) else []

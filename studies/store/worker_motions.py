@@ -12,7 +12,7 @@ from ...fragility.runs.cluster import Cluster, Remake
 from ...motions.arrays import Record, records
 from ..file.motions import MotionsTable
 from ..file.schema import StudyFile
-from ..text.words import storeys_yield
+from ..text.words import scales
 from .differences import makes_motions
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def cluster(
     """
     # (the workers may lack the files, and do not know what yields above the ground makes of each level)
     yields = "performance" in configuration and (
-        "supports" in configuration or storeys_yield(configuration.get("building") or {})
+        "supports" in configuration or not scales(configuration.get("building") or {})
     )
     if yields or not makes_motions(configuration):
         return Cluster(client, None, stop)

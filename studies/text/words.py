@@ -226,6 +226,11 @@ def reference_position(laws: Sequence[str]) -> tuple[int, bool]:
     return (laws.index(REFERENCE_LAW), True) if REFERENCE_LAW in laws else (0, False)
 
 
+def scales(building: Mapping[str, Any]) -> bool:
+    """Return whether floors of a building scale with the ground motions, by its table as plain values."""
+    return not storeys_yield(building) and building.get("isolation") is None
+
+
 def storeys_yield(building: Mapping[str, Any]) -> bool:
     """Return whether the storeys of a building yield, by its table in a study file as plain values."""
     return any(building.get(key) is not None for key in STRENGTHS)

@@ -33,6 +33,11 @@ masses_kg = [2e5, 2e5, 2e5, 2e5]
 stiffnesses_n_m = [2e8, 2e8, 2e8, 2e8]
 yield_coefficient = 0.2
 strength_dispersion = 0.3
+[building.isolation]
+kind = "bilinear"
+period_s = 2.5
+strength = 0.05
+base_mass_kg = 2e5
 """
 STUDIES = {
     "stripes": ("stripes", "", ""),

@@ -21,7 +21,7 @@ def reference(ground, dt, mass, stiffness, yields, hardening, theta, damping):
         return stiffness * ((hardening - theta) * d + (1.0 - hardening) * elastic)
 
     def damped(v):
-        return damping[0] * mass * v + damping[1] * b.T @ (stiffness * (b @ v))
+        return damping[0] * mass * v + b.T @ (damping[1] * stiffness * (b @ v))
 
     def slope(t, y, a, rise):
         u, v = y[:n], y[n : 2 * n]

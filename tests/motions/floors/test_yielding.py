@@ -23,9 +23,11 @@ def response(ground, dt, mass, stiffness, yields, hardening=0.0, theta=0.0, damp
     n = len(mass)
     accelerations, velocities = np.empty((2, n, len(ground)))
     peaks, residual = np.empty((2, n))
-    storeys = np.array([np.broadcast_to(one, n).astype(float) for one in (stiffness, yields, hardening, theta)])
+    viscous = damping[1] * np.broadcast_to(stiffness, n)
+    rows = (stiffness, yields, hardening, theta, viscous)
+    storeys = np.array([np.broadcast_to(one, n).astype(float) for one in rows])
     found = storey_response(
-        np.asarray(ground, float), dt, np.asarray(mass, float), storeys, np.array(damping), np.full(n, limit),
+        np.asarray(ground, float), dt, np.asarray(mass, float), storeys, float(damping[0]), np.full(n, limit),
         accelerations, velocities, peaks, residual,
     )  # fmt: skip
     return accelerations, velocities, peaks, residual, found

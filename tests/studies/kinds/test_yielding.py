@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, default_yield_coefficient, scale_to
+from toppling.motions import Building, CloughPenzien, Isolator, default_yield_coefficient, scale_to
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.report.method import assumptions
@@ -151,6 +151,32 @@ def test_each_motion_meets_its_own_strength(tmp_path):
     assert any("meets a building of its own strength" in one for one in assumptions(result))
 
 
+ISOLATED = (
+    '[building.isolation]\nkind = "bilinear"\nperiod_s = 2.5\nstrength = 0.05\nyield_displacement_mm = 8\n'
+    "base_mass_kg = 3e5\n"
+)
+
+
+@pytest.mark.parametrize("strength", [{}, {"yield_coefficient": 0.05}])
+def test_an_isolated_building(tmp_path, strength):
+    """Every run is that of the same steps in Python; floor 0 is the slab; how far the isolators move is said."""
+    stated = "".join(f"{key} = {value}\n" for key, value in strength.items())
+    changes = ((STATED + "p_delta = true\n", stated), ("[stripes]", f"{ISOLATED}[stripes]"))
+    result = study(tmp_path, *changes).run()
+    lead = Isolator.bilinear(2.5, 0.05, 0.008)
+    ground, floors = steps(lambda: Building.isolated(lead, 3e5, [2e5, 2e5], [2e8, 2e8], **strength))
+    block, law = tp.Block(0.4, 1.8, name="cabinet"), tp.EnergyConsistent()
+    runs = tp.stripes(block, law, floors, [4.0, 12.0], "Sa(0.5)", scale=False, ground=ground)
+    np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
+    moved = np.concatenate([np.repeat(one["isolator_displacement"].values, 2) for one in floors])
+    np.testing.assert_allclose(result["building_isolator_displacement"], moved, rtol=1e-12)
+    line = result.attrs["storeys"].splitlines()[0]
+    assert line.startswith("at Sa(0.5) of 4 m/s2 isolators move")
+    assert ("drifts reach" in line) == bool(strength)
+    assert "(elastic on a fixed base " in line
+    assert any("floor 0 is the slab on them" in one for one in assumptions(result))
+
+
 def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
     _ground, floors = steps(yielding)
     _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
@@ -179,6 +205,11 @@ def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
         ([(STATED, 'system = "light-frame-wall"\nsd1_g = 0.6\n')], "without one there is no default strength"),
         ([(STATED, "sds_g = 1.0\n")], "sds_g needs system"),
         ([(STATED, STATED + "strength_dispersion = 2\n")], "strength_dispersion"),
+        ([("[stripes]", ISOLATED.replace("bilinear", "pendulum") + "[stripes]")], "pendulum"),
+        ([("[stripes]", ISOLATED.replace("strength = 0.05\n", "") + "[stripes]")], "'bilinear' needs strength"),
+        ([("[stripes]", ISOLATED + "damping = 0.1\n[stripes]")], "has no key 'damping'"),
+        ([("floors =", "modes = 1\nfloors ="), ("[stripes]", f"{ISOLATED}[stripes]")], "of an isolated building"),
+        ([('im_at = "ground"\n', f"{''}"), ("[stripes]", f"{ISOLATED}[stripes]")], "an isolated building needs"),
         ([(STATED, 'system = "tent"\n')], "tent"),
         ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "yield_coefficient"),
         ([("yield_coefficient = 0.15", "yield_coefficient = 0")], "yield_coefficient"),

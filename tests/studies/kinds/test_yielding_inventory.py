@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, scale_to
+from toppling.motions import Building, CloughPenzien, Isolator, scale_to
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.inventory.reading import read_inventory
@@ -79,6 +79,19 @@ def test_each_motion_meets_its_own_strength_at_every_level(tmp_path):
     np.testing.assert_allclose(result["building_ductility"], [one["ductility"] for one in floors], rtol=1e-9)
     for one in floors:
         np.testing.assert_array_equal(result["building_strength_factor"], one["strength_factor"])
+
+
+def test_an_isolated_building(tmp_path):
+    """Chances are those of the same steps in Python on the slab and above it; the isolators' way is in the results."""
+    isolation = '[building.isolation]\nkind = "linear"\nperiod_s = 2.0\ndamping = 0.1\nbase_mass_kg = 2e5\n'
+    changes = (("yield_coefficient = 0.15\np_delta = true\n", ""), ("[performance]", f"{isolation}[performance]"))
+    result = study(tmp_path, *changes).run()
+    building = Building.isolated(Isolator.linear(2.0, 0.1), 2e5, [2e5, 2e5], [2e8, 2e8])
+    floors = [building.floor_motions(scale_to(ground(), level, "Sa(0.5)")) for level in LEVELS]
+    np.testing.assert_allclose(result["probability"].isel(model=0), chances(floors, tmp_path), rtol=1e-12)
+    moved = [one["isolator_displacement"] for one in floors]
+    np.testing.assert_allclose(result["building_isolator_displacement"], moved, rtol=1e-12)
+    assert any("below the slab that is floor 0 here" in one for one in _sentences(result, study_of(result)))
 
 
 def frame(**strength):
