@@ -1,7 +1,7 @@
 """Pooled surfaces against runs of the blocks themselves: errors of medians and rates, coverage, time of 10^6 blocks.
 
 `python -m toppling.benchmarks.sequential.regions [part …]` prints the parts named, or all: sizes, plane, band, kink,
-rates, million.
+rates, million, site.
 """
 
 from __future__ import annotations
@@ -28,11 +28,12 @@ from ...models import Block, DiscreteDamping, EnergyConsistent, HousnerImpact, L
 from ...models.columns import BlockArray
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
-from ...motions import CloughPenzien
+from ...motions import CloughPenzien, SiteBasedScenario
 from ...motions.simulated.generator import Generator
 from ...streams import stream
 
 MOTIONS = CloughPenzien(duration=20.0, dt=0.005)
+SITE_BASED = SiteBasedScenario(magnitude=6.8, distance=15e3, vs30=620.0)
 OTHER_SEED = 90_000
 """Seed of the motions of direct runs, which no surface has seen."""
 LAWS: tuple[Law, ...] = (
@@ -242,12 +243,15 @@ def _shares(block: Block, law: Law, levels: Array, motions: int) -> Array:
     return np.asarray(total / motions)
 
 
-def million(number: int = 1_000_000, tolerance: float = 0.02) -> tuple[float, float, float, xr.Dataset]:
+def million(
+    number: int = 1_000_000, tolerance: float = 0.02, generator: Generator = MOTIONS, im: str = "pga"
+) -> tuple[float, float, float, xr.Dataset]:
     """Return seconds, CPU seconds and GB for medians and rates of a region of so many blocks under two laws."""
     columns = region(number, 1)
-    hazard = HazardCurve([0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0], [6e-2, 2e-2, 7e-3, 2e-3, 4.5e-4, 7e-5, 7e-6], "pga")
+    levels = np.array([0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0]) * (0.1 if im == "pgv" else 1.0)
+    hazard = HazardCurve(levels.tolist(), [6e-2, 2e-2, 7e-3, 2e-3, 4.5e-4, 7e-5, 7e-6], im)
     wall, cpu = perf_counter(), process_time()
-    found = pooled(columns, LAWS[:2], MOTIONS, until={"median": tolerance}, hazard=hazard, seed=1)
+    found = pooled(columns, LAWS[:2], generator, im, until={"median": tolerance}, hazard=hazard, seed=1)
     wall, cpu = perf_counter() - wall, process_time() - cpu
     return wall, cpu, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, found
 
@@ -259,8 +263,8 @@ def _text(one: Errors) -> str:
     )
 
 
-def _print_million() -> None:
-    wall, cpu, memory, found = million()
+def _print_million(generator: Generator = MOTIONS, im: str = "pga") -> None:
+    wall, cpu, memory, found = million(generator=generator, im=im)
     print(f"10^6 blocks, two laws, ±2 %, rates: {wall:.0f} s, {cpu:.0f} s CPU, {memory:.2f} GB")
     print("\n".join(found["account"].values.tolist()))
 
@@ -272,6 +276,7 @@ _PARTS: dict[str, Callable[[], Any]] = {
     "kink": lambda: print("kink:", kink()["account"].values[0]),
     "rates": lambda: print("\n".join(f"k = {k:g}: {np.round(100.0 * rates(k), 1).tolist()} %" for k in (2.0, 3.0))),
     "million": _print_million,
+    "site": lambda: _print_million(SITE_BASED, "pgv"),
 }
 
 
