@@ -20,6 +20,7 @@ FIGURES = {
     "uncertainty": ("uncertainty", "sobol"),
     "clinic": ("number", "exceedance", "anchoring"),
     "tower": ("fragility",),
+    "isolated": ("fragility",),
     "branches": ("branches",),
     "clinic_branches": ("branches",),
 }
