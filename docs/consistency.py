@@ -19,6 +19,7 @@ from scipy.special import ndtr
 
 import toppling as tp
 from toppling.fragility import rates_by_measure
+from toppling.fragility.curves.published import fema_p58
 from toppling.motions import Scenario
 from toppling.studies.plots import axes
 
@@ -39,7 +40,8 @@ PERIODS = (25.0, 43.0, 72.0, 144.0, 288.0, 575.0, 1150.0, 2475.0, 5000.0, 10_000
 NUMBER = 40
 REPLICATES = 1000
 SEED = 4
-SPECTRUM = [f"Sa({period:g})" for period in (0.3, 0.5, 0.75, 1.0, 1.5, 2.0)]
+SPECTRUM = [f"Sa({period:g})" for period in (0.1, 0.15, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0)]
+"""From the bench's period to beyond that of the isolators."""
 WEIGHTS = {"pgv": 3.0, "d5_95": 3.0}
 POOL = [
     tp.motions.SiteBasedScenario(magnitude=magnitude, distance=distance, vs30=VS30, dt=0.01)
@@ -49,6 +51,23 @@ POOL = [
 EACH = 80
 A_CANDIDATE = 3
 """Motions of each simulated earthquake where all candidates are scaled."""
+LEAST_FALLS = 10
+"""Falls in the runs below which their number is given in place of a ratio."""
+MOST_ABOVE = 0.5
+"""Share of a rate from above the stripes beyond which its ratio is in brackets."""
+LEAST_STRIPES = 4
+"""Stripes that agree below which a measure is left out at a site."""
+STRONG = tp.motions.SiteBasedScenario(magnitude=7.2, distance=8e3, vs30=VS30, dt=0.01)
+"""The earthquake of the page on FEMA P-58's contents."""
+VELOCITIES = (0.25, 0.4, 0.55, 0.7, 0.9, 1.1, 1.4, 1.8)
+"""Levels of peak velocity at which that is done, m/s."""
+MANY = 400
+"""Motions of one earthquake that are selected from by themselves."""
+OTHER_SEEDS = (5, 6, 7)
+COMPARED = ("pga", "pgv", "Sa(0.2)", "Sa(2.0)", "d5_95")
+"""Measures of scaled motions that are held against the hazard's."""
+RARE = 7
+"""The stripe at which that is done: 2475 years."""
 OTHERS = {"PGV": "pgv", "average Sa": tp.motions.AvgSa([0.3, 0.5, 0.75, 1.0, 1.5, 2.0])}
 """Further measures that the motions are selected at levels of."""
 ONE = POOL[7]
@@ -79,8 +98,24 @@ SITES = (
 )
 
 
+CHOICES = ("spectra alone", "one earthquake", "all candidates")
 FURTHER = SITES[1]
 """The site at which floors and supports are compared."""
+
+
+def _curve_of(site: Site, given: str | tp.motions.Measure) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the medians of a measure in a site's earthquakes, and its standard deviations of the logarithm."""
+    on = [tp.motions.expected_target(one, given, [*SPECTRUM, "pgv"]) for one in site.scenarios]
+    # (epsilon is linear in the logarithm of the level)
+    at_one, at_e = (np.array([one.at(level).epsilon for one in on]) for level in (1.0, math.e))
+    sigmas = 1.0 / (at_e - at_one)
+    return np.exp(-at_one * sigmas), sigmas
+
+
+def _density(site: Site, level: float, given: str | tp.motions.Measure = GIVEN) -> NDArray[np.float64]:
+    """Return the weight of each earthquake of a site where a measure has a level."""
+    medians, sigmas = _curve_of(site, given)
+    return np.asarray(np.exp(-0.5 * (np.log(level / medians) / sigmas) ** 2) / sigmas * site.rates)
 
 
 class Hazard(NamedTuple):
@@ -94,11 +129,7 @@ class Hazard(NamedTuple):
 
 def hazard_of(site: Site, given: str | tp.motions.Measure = GIVEN) -> Hazard:
     """Return the hazard of a site by a measure: lognormal motions of every earthquake."""
-    on = [tp.motions.expected_target(one, given, [*SPECTRUM, "pgv"]) for one in site.scenarios]
-    # (epsilon is linear in the logarithm of the level)
-    at_one, at_e = (np.array([one.at(level).epsilon for one in on]) for level in (1.0, math.e))
-    sigmas = 1.0 / (at_e - at_one)
-    medians = np.exp(-at_one * sigmas)
+    medians, sigmas = _curve_of(site, given)
 
     def exceeded(levels: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(ndtr(np.log(medians / levels[:, None]) / sigmas) @ site.rates)
@@ -107,7 +138,7 @@ def hazard_of(site: Site, given: str | tp.motions.Measure = GIVEN) -> Hazard:
     levels = np.exp(np.interp(np.log(PERIODS), -np.log(exceeded(grid)), np.log(grid)))
     wide, spectral = [], []
     for level in levels:
-        density = np.exp(-0.5 * (np.log(level / medians) / sigmas) ** 2) / sigmas * site.rates
+        density = _density(site, float(level), given)
         for measures, found in (([*SPECTRUM, "pgv", "d5_95"], wide), (SPECTRUM, spectral)):
             found.append(tp.motions.expected_target(site.scenarios, given, measures, weights=density))
     return Hazard(tp.HazardCurve(grid.tolist(), exceeded(grid).tolist(), given), levels, wide, spectral)
@@ -127,7 +158,7 @@ def scaled(
 
 
 def chosen(
-    candidates: tp.motions.Candidates, hazard: Hazard, spectra_alone: bool = False
+    candidates: tp.motions.Candidates, hazard: Hazard, spectra_alone: bool = False, seed: int = SEED
 ) -> list[tp.motions.Selection]:
     """Return the selection of every level."""
     targets = hazard.spectral if spectra_alone else hazard.wide
@@ -135,17 +166,18 @@ def chosen(
         warnings.simplefilter("ignore")
         return [
             tp.motions.select(
-                candidates, target, NUMBER, level=level, weights=None if spectra_alone else WEIGHTS, seed=SEED
+                candidates, target, NUMBER, level=level, weights=None if spectra_alone else WEIGHTS, seed=seed
             )
             for target, level in zip(targets, hazard.levels.tolist(), strict=True)
         ]
 
 
 class Rates(NamedTuple):
-    """Annual rates (piece,) with replicates (replicate, piece)."""
+    """Annual rates (piece,) with replicates (replicate, piece), and the falls in the runs (piece,)."""
 
     values: NDArray[np.float64]
     samples: NDArray[np.float64]
+    falls: NDArray[np.int64]
 
 
 def rates_of(
@@ -169,16 +201,46 @@ def rates_of(
         curves = tp.fit_fragility(runs, intervals="bootstrap", replicates=REPLICATES, keep_replicates=True)
         rate = tp.annual_rate(curves, hazard.curve)
     samples = rate["rate_sample"].isel(model=0, drop=True).squeeze(drop=True).transpose("replicate", "block")
-    return Rates(rate["rate"].values.ravel(), samples.values)
+    fell = runs["overturned"].isel(model=0).transpose("block", ...).values.reshape(len(PIECES), -1)
+    return Rates(rate["rate"].values.ravel(), samples.values, fell.sum(axis=1))
+
+
+def ratios(one: Rates, other: Rates) -> NDArray[np.float64]:
+    """Return the ratios of two sets of rates (piece,), NaN where too few runs fell for one."""
+    enough = np.minimum(one.falls, other.falls) >= LEAST_FALLS
+    return np.where(enough, one.values / np.where(enough, other.values, 1.0), np.nan)
+
+
+def interval(one: Rates, other: Rates, piece: int) -> NDArray[np.float64]:
+    """Return the 95 % interval of the ratio of two rates of a piece, by replicates."""
+    found: NDArray[np.float64] = np.nanquantile(one.samples[:, piece] / other.samples[:, piece], (0.025, 0.975))
+    return found
 
 
 def ratio(one: Rates, other: Rates, piece: int) -> str:
-    """Return the ratio of two rates of a piece with its 95 % interval, by replicates."""
-    value = one.values[piece] / other.values[piece]
+    """Return the ratio of two rates of a piece with its 95 % interval, or how many runs fell where they are too few."""
+    value = ratios(one, other)[piece]
     if not np.isfinite(value):
-        return "no fall in the runs"
-    low, high = np.nanquantile(one.samples[:, piece] / other.samples[:, piece], (0.025, 0.975))
-    return f"{value:.2f} ({low:.2f}–{high:.2f})"
+        few = min(one.falls[piece], other.falls[piece])
+        return f"*{few} fall{'' if few == 1 else 's'}*"
+    low, high = interval(one, other, piece)
+    return f"{value:.2f}\u00a0({low:.2f}\u2060–\u2060{high:.2f})"
+
+
+def span(values: NDArray[np.float64]) -> str:
+    """Return the least and the greatest of some ratios, in words."""
+    return f"{np.nanmin(values):.2f} to {np.nanmax(values):.2f}"
+
+
+def holding_one(found: Sequence[tuple[Rates, Rates]]) -> tuple[int, int]:
+    """Return in how many of the known ratios the interval holds 1, and how many are known."""
+    known = [
+        interval(one, other, i)
+        for one, other in found
+        for i, value in enumerate(ratios(one, other))
+        if np.isfinite(value)
+    ]
+    return sum(bool(low <= 1.0 <= high) for low, high in known), len(known)
 
 
 def choices(candidates: tp.motions.Candidates, hazard: Hazard) -> dict[str, Rates]:
@@ -204,38 +266,146 @@ def _pairs(selections: list[tp.motions.Selection], hazard: Hazard) -> list[tuple
     return list(zip(selections, hazard.levels.tolist(), strict=True))
 
 
+def seeds(candidates: tp.motions.Candidates, hazard: Hazard, base: Rates) -> str:
+    """Return the ratios of the rates under other seeds of the selection to those of the page's, in words."""
+    found = []
+    for seed in OTHER_SEEDS:
+        sets = [scaled(one, level) for one, level in _pairs(chosen(candidates, hazard, seed=seed), hazard)]
+        found.append(ratios(rates_of(sets, hazard), base))
+    return span(np.array(found))
+
+
+def one_earthquake(hazard: Hazard) -> str:
+    """Return at which levels motions of one earthquake alone can be selected to agree with a hazard, in words."""
+    alone = tp.motions.Candidates([ONE.sample(MANY, seed=SEED)])
+    medians, sigmas = _curve_of(Site("one", ((6.5, 15e3, 1.0),)), GIVEN)
+    agreeing = []
+    for target, level in zip(hazard.wide, hazard.levels.tolist(), strict=True):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                found = tp.motions.select(alone, target, NUMBER, level=level, weights=WEIGHTS, seed=SEED)
+        except ValueError:  # (too few of them reach the level)
+            continue
+        if found.consistent:
+            agreeing.append((np.log(level) - np.log(medians[0])) / sigmas[0])
+    if not agreeing:
+        return f"none of {len(PERIODS)} stripes"
+    return (
+        f"{len(agreeing)} of {len(PERIODS)} stripes, the highest {max(agreeing):.1f} standard deviations above the "
+        "median of that earthquake"
+    )
+
+
+def contents(candidates: tp.motions.Candidates) -> tuple[str, str]:
+    """Return medians (PGV) of FEMA P-58's contents from selected motions and from those of one earthquake, scaled."""
+    measures = [*SPECTRUM, "pgv", "d5_95"]
+    target = tp.motions.expected_target(Scenario(STRONG.magnitude, STRONG.distance, VS30), "pgv", measures)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = [
+            tp.motions.select(candidates, target, NUMBER, level=level, weights=WEIGHTS, seed=SEED)
+            for level in VELOCITIES
+        ]
+    agree = [(one, level) for one, level in zip(found, VELOCITIES, strict=True) if one.consistent]
+    levels = [level for _, level in agree]
+    own = STRONG.sample(NUMBER, seed=99)
+    sets = [
+        [scaled(one, level, "pgv") for one, level in agree],
+        [[tp.motions.scale_to(own, level, "pgv")] for level in levels],
+    ]
+    known = fema_p58()
+    items = [tp.catalogue[name] for name in known["block"].values.tolist()]
+    medians, samples = [], []
+    for one in sets:
+        runs = tp.stripes(items, LAW, one, levels, "pgv", ("overturned",), scale=False, screen=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            curves = tp.fit_fragility(runs, intervals="bootstrap", replicates=REPLICATES, keep_replicates=True)
+        medians.append(curves["median"].values.ravel())
+        samples.append(curves["median_sample"].isel(model=0).transpose("replicate", "block").values)
+    lines = ["| item | P-58 (m/s) | selected (m/s) | over P-58 | one earthquake over selected |", "|---|" + "---|" * 4]
+    reached = medians[0] <= levels[-1]
+    over = np.where(reached, medians[0] / known["median"].values, np.nan)
+    scaled_over = np.where(reached, medians[1] / medians[0], np.nan)
+    for i, item in enumerate(items):
+        own = f"{known['median'].values[i]:.2f}"
+        if not reached[i]:  # (NaN, too)
+            lines.append(f"| {item.label} | {own} | above {levels[-1]:g} | – | – |")
+            continue
+        low, high = np.nanquantile(samples[0][:, i], (0.025, 0.975)) / medians[0][i]
+        first = f"{over[i]:.2f}\u00a0({over[i] * low:.2f}\u2060–\u2060{over[i] * high:.2f})"
+        low, high = np.nanquantile(samples[1][:, i] / samples[0][:, i], (0.025, 0.975))
+        second = f"{scaled_over[i]:.2f}\u00a0({low:.2f}\u2060–\u2060{high:.2f})"
+        lines.append(f"| {item.label} | {own} | {medians[0][i]:.2f} | {first} | {second} |")
+    said = f"{span(over)} times the published ones, and {span(1.0 / scaled_over)} times those of the scaled motions"
+    return "\n".join(lines), f"{said} ({len(levels)} of {len(VELOCITIES)} stripes agree and are used)"
+
+
+def excess(hazard: Hazard) -> str:
+    """Return the table of what motions of one earthquake, scaled to a rare level, have over the hazard there."""
+    level = float(hazard.levels[RARE])
+    target = tp.motions.expected_target(FURTHER.scenarios, GIVEN, list(COMPARED), weights=_density(FURTHER, level))
+    given = target.at(level)
+    own = tp.motions.scale_to(ONE.sample(NUMBER, seed=99), level, GIVEN)
+    every = [tp.motions.scale_to(one.sample(A_CANDIDATE, seed=SEED + i), level, GIVEN) for i, one in enumerate(POOL)]
+    lines = ["| over the hazard's median | " + " | ".join(NAMES) + " |", "|---|" + "---|" * len(NAMES)]
+    for name, arrays in (("one earthquake", [own]), ("all candidates", every)):
+        cells = []
+        for measure in COMPARED:
+            values = np.concatenate([tp.motions.measures(one, measure)[measure].values for one in arrays])
+            wanted = given.medians[[one.label for one in given.measures].index(measure)]
+            cells.append(f"{math.exp(np.log(values).mean()) / wanted:.2f}")
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+NAMES = ("PGA", "PGV", "Sa(0.2 s)", "Sa(2 s)", "D5–95")
+
+
 def by_measure(site: Site, candidates: tp.motions.Candidates) -> xr.Dataset:
-    """Return the rates of a site from stripes at levels of each measure; `stripes`: how many agree and are used."""
-    runs, curves, kept = [], [], []
-    for given in (GIVEN, *OTHERS.values()):
+    """Return the rates of a site from stripes at levels of each measure; `stripes`: how many agree and are used.
+
+    Measures of which fewer than LEAST_STRIPES agree are named in the attribute `left_out`.
+    """
+    runs, curves, names, kept, left = [], [], [], [], []
+    for name, given in {GIVEN: GIVEN, **OTHERS}.items():
         hazard = hazard_of(site, given)
         agree = [(one, level) for one, level in _pairs(chosen(candidates, hazard), hazard) if one.consistent]
+        if len(agree) < LEAST_STRIPES:
+            left.append(f"{name} {len(agree)}")
+            continue
         sets = [scaled(one, level, given) for one, level in agree]
         levels = [level for _, level in agree]
         runs.append(tp.stripes(list(PIECES), LAW, sets, levels, given, ("overturned",), scale=False, screen=False))
         curves.append(hazard.curve)
+        names.append(name)
         kept.append(len(agree))
     found = rates_by_measure(runs, curves, replicates=REPLICATES).squeeze("model", drop=True)
-    return found.assign(stripes=("measure", np.array(kept)))
+    return found.assign(stripes=("measure", np.array(kept)), name=("measure", names)).assign_attrs(
+        left_out=", ".join(left)
+    )
 
 
 def measures_table(found: xr.Dataset) -> str:
     """Return the table of a site: the rate by levels of GIVEN, and the ratios of those by other measures to it."""
-    lines = [f"| piece | {GIVEN}: 1/1000 years | {' | '.join(OTHERS)} |", "|---|" + "---|" * (len(OTHERS) + 1)]
+    names = found["name"].values.tolist()
+    lines = [f"| piece | {GIVEN}: per 1,000 years | {' | '.join(names[1:])} |", "|---|" + "---|" * len(names)]
     for i, piece in enumerate(PIECES):
         own = found.isel(block=i)
         rate, low, high = (1e3 * float(own[f"rate{end}"][0]) for end in ("", "_lower", "_upper"))
-        cells = [f"{rate:.3g} ({low:.2g}–{high:.2g})"]
-        for k in range(1, len(OTHERS) + 1):
+        cells = [f"{rate:.3g}\u00a0({low:.2g}\u2060–\u2060{high:.2g})"]
+        for k in range(1, len(names)):
             value, low, high = (float(own[f"ratio{end}"][k]) for end in ("", "_lower", "_upper"))
-            cells.append(f"{value:.2f} ({low:.2f}–{high:.2f})" if np.isfinite(value) else "no fall in the runs")
+            if not np.isfinite(value):
+                cells.append("*no fall*")
+                continue
+            text = f"{value:.2f}\u00a0({low:.2f}\u2060–\u2060{high:.2f})"
+            cells.append(f"[{text}]" if float(own["share_above"][k]) > MOST_ABOVE else text)
         lines.append(f"| {piece.label} | {' | '.join(cells)} |")
-    kept = ", ".join(f"{name} {n}" for name, n in zip((GIVEN, *OTHERS), found["stripes"].values, strict=True))
-    above = ", ".join(
-        f"{name} {100.0 * float(share):.0f} %"
-        for name, share in zip((GIVEN, *OTHERS), found["share_above"].max("block").values, strict=True)
-    )
-    return "\n".join([*lines, "", f"Stripes used: {kept}. Greatest share of a rate from above them: {above}."])
+    kept = ", ".join(f"{name} {n}" for name, n in zip(names, found["stripes"].values, strict=True))
+    left = f" Too few agree: {found.attrs['left_out']}." if found.attrs["left_out"] else ""
+    return "\n".join([*lines, "", f"Stripes that agree with the hazard and are used: {kept}.{left}"])
 
 
 STOREYS, PERIOD = 5, 0.8
@@ -278,23 +448,26 @@ def on_roof(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard) -> tuple[dic
     return found, ductility
 
 
-def on_supports(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard) -> dict[str, Rates]:
-    """Return the rates on the ground and on supports of it."""
-    found = {"ground": rates_of(sets, hazard)}
+def on_supports(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard) -> tuple[dict[str, Rates], dict[str, str]]:
+    """Return the rates on the ground and on supports of it, and how far the supports move at the rarest level, m."""
+    found, ways = {"ground": rates_of(sets, hazard)}, {}
     for name, support in TOPS.items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found[name] = rates_of([[support.motions(one) for one in level] for level in sets], hazard, sets)
-    return found
+            moved = [[support.motions(one) for one in level] for level in sets]
+        found[name] = rates_of(moved, hazard, sets)
+        far = np.concatenate([np.atleast_1d(one["support_displacement"].values) for one in moved[-1]])
+        ways[name] = f"{np.median(far):.2f}, {far.max():.2f}"
+    return found, ways
 
 
 def table(found: dict[str, Rates], base: str) -> str:
     """Return the table of a base's rates and the ratios of the others to them, piece by piece."""
     others = [name for name in found if name != base]
-    lines = [f"| piece | {base}: 1/1000 years | {' | '.join(others)} |", "|---|" + "---|" * (len(others) + 1)]
+    lines = [f"| piece | {base}: per 1,000 years | {' | '.join(others)} |", "|---|" + "---|" * (len(others) + 1)]
     for i, piece in enumerate(PIECES):
         low, high = np.nanquantile(found[base].samples[:, i], (0.025, 0.975))
-        rate = f"{1e3 * found[base].values[i]:.3g} ({1e3 * low:.2g}–{1e3 * high:.2g})"
+        rate = f"{1e3 * found[base].values[i]:.3g}\u00a0({1e3 * low:.2g}\u2060–\u2060{1e3 * high:.2g})"
         lines.append(
             f"| {piece.label} | {rate} | {' | '.join(ratio(found[name], found[base], i) for name in others)} |"
         )
@@ -309,20 +482,23 @@ def draw(found: dict[str, dict[str, Rates]], folder: Path) -> None:
         others = [name for name in rates if name != "selected"]
         for k, (name, (colour, marker)) in enumerate(zip(others, styles, strict=True)):
             for i in range(len(PIECES)):
-                drawn = rates[name].samples[:, i] / rates["selected"].samples[:, i]
-                if not np.isfinite(drawn).any():
+                value = ratios(rates[name], rates["selected"])[i]
+                if not np.isfinite(value):
                     continue
-                low, high = np.nanquantile(drawn, (0.025, 0.975))
+                low, high = interval(rates[name], rates["selected"], i)
                 y = -i + 0.22 * (1 - k)
                 ax.plot([low, high], [y, y], color=colour, lw=1.2)
-                value = rates[name].values[i] / rates["selected"].values[i]
                 ax.plot(value, y, marker, color=colour, ms=5, mew=0, label=name if i == 0 else None)
         ax.axvline(1.0, color="0.3", lw=1.0)
         ax.set_xscale("log")
-        ax.set_xticks([0.5, 1, 2, 4], ["0.5", "1", "2", "4"])
+        ax.set_xticks([0.25, 0.5, 1, 2, 4, 8], ["¼", "½", "1", "2", "4", "8"])
         ax.minorticks_off()
         ax.set_title(site, fontsize=10)
-        ax.set_yticks([-i for i in range(len(PIECES))], [piece.label for piece in PIECES], fontsize=9)
+        ax.set_yticks(
+            [-i for i in range(len(PIECES))],
+            [f"{piece.label} ({piece.h / piece.b:.1f})" for piece in PIECES],
+            fontsize=9,
+        )
         axes.grid(ax)
     panels[-1].set_xlabel("annual rate over that of selected motions")
     panels[-1].legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.22), ncols=3)
@@ -352,18 +528,27 @@ def main() -> None:
         if site is FURTHER:
             sets = [scaled(one, level) for one, level in _pairs(selections, hazard)]
             roof, ductility = on_roof(sets, hazard)
-            tops = on_supports(sets, hazard)
+            tops, ways = on_supports(sets, hazard)
+            other_seeds = seeds(candidates, hazard, by_site[site.name]["selected"])
+            over = excess(hazard)
+            alone_agrees = one_earthquake(hazard)
+            contents_table, contents_said = contents(candidates)
     draw(by_site, folder)
-    every = {
-        name: np.concatenate([rates[name].values / rates["selected"].values for rates in by_site.values()])
-        for name in ("spectra alone", "one earthquake", "all candidates")
+    choice = {name: [(rates[name], rates["selected"]) for rates in by_site.values()] for name in CHOICES}
+    spans = {
+        name.replace(" ", "_"): span(np.concatenate([ratios(*pair) for pair in pairs]))
+        for name, pairs in choice.items()
     }
+    alone, known_alone = holding_one(choice["spectra alone"])
     pairs = [one.isel(measure=slice(1, None)) for one in measures.values()]
-    known = sum(int(np.isfinite(one["ratio"]).sum()) for one in pairs)
-    agree = sum(int(((one["ratio_lower"] <= 1.0) & (one["ratio_upper"] >= 1.0)).sum()) for one in pairs)
-    spans = {name.replace(" ", "_"): f"{np.nanmin(one):.2f} to {np.nanmax(one):.2f}" for name, one in every.items()}
-    weak = [roof[name].values / roof["elastic"].values for name in roof if name != "elastic"]
-    isolated = {name: tops[name].values / tops["ground"].values for name in TOPS}
+    known, agree = 0, 0
+    for one in pairs:
+        said = np.isfinite(one["ratio"]) & (one["share_above"] <= MOST_ABOVE)
+        known += int(said.sum())
+        agree += int((said & (one["ratio_lower"] <= 1.0) & (one["ratio_upper"] >= 1.0)).sum())
+    strong, weak = ([(roof[f"C_y = {one:g}"], roof["elastic"])] for one in STRENGTHS)
+    benched = [(tops["bench, 8 Hz"], tops["ground"])]
+    isolated = [(tops[name], tops["ground"]) for name in TOPS if "bench" not in name]
     text = (HERE / "consistency.md.in").read_text(encoding="utf-8")
     page = text.format(
         **spans,
@@ -375,16 +560,34 @@ def main() -> None:
         agrees="\n".join(agrees),
         tables="\n\n".join(f"**{name}**\n\n{table(found, 'selected')}" for name, found in by_site.items()),
         measures="\n\n".join(f"**{name}**\n\n{measures_table(one)}" for name, one in measures.items()),
+        alone_one=f"{alone} of {known_alone}",
         known=known,
         agree=agree,
-        strong=f"{np.nanmin(weak[0]):.2f} to {np.nanmax(weak[0]):.2f}",
-        weak=f"{np.nanmin(weak[1]):.2f} to {np.nanmax(weak[1]):.2f}",
+        over=over,
+        seeds=other_seeds,
+        pieces="\n".join(
+            f"| {piece.label} | {piece.width:.3g} × {piece.height:.3g} | {piece.h / piece.b:.1f} | {piece.R:.2f} |"
+            for piece in PIECES
+        ),
+        strong=span(ratios(*strong[0])),
+        strong_one="{} of {}".format(*holding_one(strong)),
+        weak=span(ratios(*weak[0])),
         roof_table=table(roof, "elastic"),
         ductilities="\n".join(f"| {name} | {one} |" for name, one in ductility.items()),
         top_table=table(tops, "ground"),
-        bench=f"{np.nanmin(isolated['bench, 8 Hz']):.2f} to {np.nanmax(isolated['bench, 8 Hz']):.2f}",
-        isolators=f"{min(np.nanmin(one) for name, one in isolated.items() if 'bench' not in name):.2f} to "
-        f"{max(np.nanmax(one) for name, one in isolated.items() if 'bench' not in name):.2f}",
+        ways="\n".join(f"| {name} | {one} |" for name, one in ways.items()),
+        bench=span(ratios(*benched[0])),
+        bench_one="{} of {}".format(*holding_one(benched)),
+        isolators=span(np.concatenate([ratios(*pair) for pair in isolated])),
+        unknown=sum(int(np.isnan(ratios(*pair)).sum()) for pair in isolated),
+        few=max(int(one.falls[np.isnan(ratios(one, other))].max(initial=0)) for one, other in isolated),
+        many=MANY,
+        alone_agrees=alone_agrees,
+        contents=contents_table,
+        contents_said=contents_said,
+        isolated=3 * len(PIECES),
+        runs=NUMBER * len(PERIODS),
+        least=LEAST_FALLS,
         number=NUMBER,
         candidates=len(POOL) * EACH,
         levels=len(PERIODS),

@@ -357,7 +357,13 @@ def test_every_key_of_a_study_file_is_documented():
         "factors": "code",
         "": "file",
     }
-    within |= {"restraints": "blocks", "restraint": "blocks", "target": "performance", "supports": "support"}
+    within |= {
+        "restraints": "blocks",
+        "restraint": "blocks",
+        "target": "performance",
+        "supports": "support",
+        "isolation": "building",
+    }
     for place in key_reference._places(schema, schema, ""):
         path = place.heading.strip("`[]").removesuffix(".NAME")
         table = "until" if path.startswith("until") else path.rpartition(".")[2]

@@ -42,11 +42,14 @@ class Forecast(NamedTuple):
             few, usual, many = self.expected.runs
             runs = f"about {usual:,} ({few:,} to {many:,}), at most {self.runs:,}, {self.expected.words}"
             each = self.seconds / max(self.runs, 1)
-            seconds = f"{time_text(each * usual)} or so, up to {time_text(each * many)}"
+            few_seconds, most_seconds = time_text(each * usual), time_text(each * many)
+            seconds = few_seconds if few_seconds == most_seconds else f"{few_seconds} or so, up to {most_seconds}"
+            seconds += " of runs"
         return [
             f"runs:    {runs}",
             f"chunks:  about {self.chunks:,}" + (" at most" if self.expected is not None else ""),
-            f"time:    {seconds} on {counted(self.threads, 'thread')}, then {self.fits} and figures",
+            f"time:    {seconds} on {counted(self.threads, 'thread')}, "
+            + (f"then {self.fits} and figures" if self.expected is None else "and the motions, fits and figures"),
             f"memory:  about {size_text(self.memory)}",
             f"disk:    about {size_text(self.disk)} while it runs, {size_text(self.left)} afterwards"
             + ("" if self.free is None else f"; {size_text(self.free)} are free"),
