@@ -363,6 +363,7 @@ def test_every_key_of_a_study_file_is_documented():
         "target": "performance",
         "supports": "support",
         "isolation": "building",
+        "events": "pooled",
     }
     for place in key_reference._places(schema, schema, ""):
         path = place.heading.strip("`[]").removesuffix(".NAME")
