@@ -21,7 +21,9 @@ from . import axes
 MOST_POINTS = 3000
 """Blocks of which a map is drawn, evenly among all; what lies between is interpolated."""
 STEPS = 9
-"""Steps of colour at the most."""
+"""Steps of colour where no round numbers serve."""
+LEAST_STEPS = 4
+"""Round numbers between the ends of the values from which they are the steps of colour."""
 OWN = "own_e", "own_delta"
 """What blocks may have of their own: neighbours on the map then differ."""
 FLAT = 1e-3
@@ -98,9 +100,11 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
             checked = results.isel(model=i)
             _checks(ax, checked, float(drawn["inertia_factor"].mean()))
     axes.remove_spare(grid, laws)
-    crosses = "crosses: blocks that were run by themselves, to check"
-    what = f"each block with its own e and δ; {crosses}" if own else f"the lines are of equal values; {crosses}"
-    what = "" if flat and not own else what
+    what = "lines: equal values; crosses: blocks that were run by themselves as a check"
+    if own:
+        what = "each block with its own e and δ"
+    elif flat:
+        what = ""
     number = f"{results.sizes['block']:,} blocks"
     axes.heading(figure, f"{words[:1].upper()}{words[1:]} of {number}", what)
     return figure
@@ -120,9 +124,12 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
     shape = Triangulation(slender[known], size[known])
     low, high = float(values[known].min()), float(values[known].max())
     levels = np.geomspace(low, max(high, low * 1.0001), STEPS)
-    # (round numbers where there are enough of them)
-    ticks = [one for one in LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)).tick_values(low, high) if low < one < high]
-    levels = np.array([low * 0.999, *ticks, high * 1.001]) if len(ticks) >= 3 else levels
+    # (round numbers where there are enough of them: closer ones where the values vary little)
+    for subs in ((1.0, 1.5, 2.0, 3.0, 5.0, 7.0), (1.0, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0)):
+        ticks = [one for one in LogLocator(subs=subs).tick_values(low, high) if low < one < high]
+        if len(ticks) >= LEAST_STEPS:
+            levels = np.array([low * 0.999, *ticks, high * 1.001])
+            break
     filled = ax.tricontourf(shape, values[known], levels=levels, norm=LogNorm(low, high), cmap="viridis")
     ax.tricontour(shape, values[known], levels=levels[1:-1], colors="white", linewidths=0.6)
     bar = figure.colorbar(filled, ax=ax)

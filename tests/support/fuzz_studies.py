@@ -101,9 +101,10 @@ def bases() -> list[dict[str, str]]:
             table = path.with_suffix(".csv").read_text(encoding="utf-8")
             found.append({"study.toml": text.replace(f"{path.stem}.csv", "inventory.csv"), "inventory.csv": table})
             continue
-        if path.stem in ("selected", "risk"):
-            target = (EXAMPLES / f"{path.stem}_target.csv").read_text(encoding="utf-8")
-            found.append({"study.toml": text.replace(f"{path.stem}_target", "target"), "target.csv": target})
+        named = re.search(r'(?m)^target = "(\w+_target)\.csv"', text)
+        if named is not None:
+            target = (EXAMPLES / f"{named[1]}.csv").read_text(encoding="utf-8")
+            found.append({"study.toml": text.replace(named[1], "target"), "target.csv": target})
             continue
         if path.stem == "region":
             found.append({"study.toml": text.replace("region_blocks", "blocks"), "blocks.csv": REGION})

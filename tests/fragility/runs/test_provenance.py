@@ -72,6 +72,7 @@ CALLS = {
     ),
     "morris_indices": lambda *_: fragility.morris_indices(INPUTS, response, 2),
     "overturning_capacity": lambda runs, *_: fragility.overturning_capacity(runs),
+    "joint_falls": lambda *_: fragility.joint_falls(BLOCKS, LAWS, SHAKES, [3.0]),
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
     "pooled": lambda *_: pooled(),
     "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),

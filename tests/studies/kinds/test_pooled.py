@@ -230,7 +230,8 @@ def test_the_forecast_has_a_range_that_holds_the_motions(study):
     assert one.design.runs_of(usual) == 16 * usual + BLOCKS * RUNS * max(200, usual // 8)
     lines = forecast(one).lines()
     assert "at most" in lines[0]
-    assert "up to" in lines[2]
+    assert "of runs on" in lines[2]
+    assert "and the motions, fits and figures" in lines[2]
 
 
 def test_tables_say_what_was_reached_and_how_blocks_differ(finished):

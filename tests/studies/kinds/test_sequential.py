@@ -168,7 +168,8 @@ def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
     assert 0.5 * few <= results.sizes["run"] <= many
     lines = forecast(one).lines()
     assert "at most" in lines[0]
-    assert "up to" in lines[2]
+    assert "of runs on" in lines[2]
+    assert "and the motions, fits and figures" in lines[2]
     assert one.work == 2 * (3 * 200 + 3 * 32)
 
 
