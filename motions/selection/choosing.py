@@ -7,6 +7,7 @@ seed and on nothing else.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -113,27 +114,29 @@ def improved(problem: Problem, chosen: Index) -> Index:
     free = np.ones(len(values), bool)
     free[chosen] = False
     taken = np.bincount(problem.groups[chosen], minlength=int(problem.groups.max()) + 1)
-    mean, off, spread = (np.empty_like(values) for _ in range(3))
+    total, off, spread = (np.empty_like(values) for _ in range(3))
+    # (divisions by n and n - 1 are taken out of the loops: they stand in the weights and in the target's sigmas)
+    root = math.sqrt(max(n - 1, 1))
+    of_means, of_spreads = problem.weights / n**2, SIGMA_WEIGHT * problem.weights / root**2
+    sigmas = problem.sigmas * root
     for _ in range(PASSES):
         changed = False
         for slot in range(n):
             present = chosen[slot]
             taken[problem.groups[present]] -= 1
             rest = chosen[np.arange(n) != slot]
-            np.add(values, values[rest].sum(axis=0), out=mean)
-            mean /= n
-            np.multiply(mean, mean, out=off)
-            cost = np.einsum("ij,j->i", off, problem.weights)
+            np.add(values, values[rest].sum(axis=0), out=total)
+            np.multiply(total, total, out=off)
+            cost = np.einsum("ij,j->i", off, of_means)
             if n > 1:
-                off *= n
+                off *= 1.0 / n
                 np.add(squares, squares[rest].sum(axis=0), out=spread)
                 spread -= off
                 np.maximum(spread, 0.0, out=spread)
-                spread /= n - 1
                 np.sqrt(spread, out=spread)
-                spread -= problem.sigmas
+                spread -= sigmas
                 np.multiply(spread, spread, out=spread)
-                cost += np.einsum("ij,j->i", spread, SIGMA_WEIGHT * problem.weights)
+                cost += np.einsum("ij,j->i", spread, of_spreads)
             barred = ~free | (taken[problem.groups] >= problem.most)
             barred[present] = False
             cost[barred] = np.inf

@@ -1,7 +1,10 @@
 """Studies run as processes of their own, for tests that kill them."""
 
+import os
+import signal
 import subprocess
 import sys
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -39,3 +42,28 @@ def finish(study, out, *arguments, **options):
     return subprocess.run(
         command(study, out, *arguments), capture_output=True, text=True, check=False, timeout=300, **options
     )
+
+
+def same_after_ten_kills(folder):
+    """True if a folder's study.toml, killed ten times when it has kept something new, ends with the same bytes."""
+    command = [sys.executable, "-m", "toppling", "run", "study.toml", "--out"]
+    shards = folder / "out/shards"
+
+    def kept():
+        return len(list(shards.glob("*.nc"))) if shards.is_dir() else 0
+
+    kills = 0
+    for _ in range(10):
+        before = kept()
+        process = subprocess.Popen([*command, "out"], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while process.poll() is None and kept() <= before:
+            time.sleep(0.002)
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+            kills += 1
+        process.wait()
+    assert kills == 10
+    assert kept() >= 10
+    for out in ("out", "undisturbed"):
+        subprocess.run([*command, out], cwd=folder, check=True, capture_output=True)
+    return (folder / "out/results.nc").read_bytes() == (folder / "undisturbed/results.nc").read_bytes()

@@ -234,3 +234,14 @@ def test_what_the_tutorial_says_of_its_example(tmp_path):
     of_all = tp.fragility.annual_rate(tp.fragility.fit_fragility(scaled), hazard)["rate"].item()
     assert 1.0 / results["rate"].item() == pytest.approx(1540.0, rel=0.05)
     assert 1.0 / of_all == pytest.approx(770.0, rel=0.05)
+    # … and what scaling brings along at that level, over the hazard's medians
+    wanted = results["selection_target_median"][at]
+    arrays = [tp.motions.scale_to(one, levels[at], "Sa(1.0)") for one in pool.arrays]
+    for name, over in (("pgv", 1.37), ("Sa(0.2)", 1.89), ("Sa(2.0)", 1.58), ("d5_95", 0.96)):
+        values = np.concatenate([tp.motions.measures(one, name)[name].values for one in arrays])
+        assert np.exp(np.log(values).mean()) / wanted.sel(selected_measure=name).item() == pytest.approx(over, abs=0.05)
+    factors = np.concatenate(
+        [levels[at] / tp.motions.measures(one, "Sa(1.0)")["Sa(1.0)"].values for one in pool.arrays]
+    )
+    assert np.mean(factors > 1.0) > 0.5
+    assert factors.max() > 10.0

@@ -1,16 +1,12 @@
 """Studies at adaptive levels: what they run, what they keep over kills, what they say, and what they refuse."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from real_processes import same_after_ten_kills
 
 import toppling as tp
 from toppling.fragility.adaptive.stopping import usual_motions
@@ -137,28 +133,7 @@ def test_ten_kills_change_nothing(until, hazard, tmp_path):
     """Killed ten times, whenever it has kept something new, a study has the bytes of an undisturbed run."""
     text = STUDY.replace("number = 200", "number = 2000").replace("median = 0.15", until) + hazard
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-    command = [sys.executable, "-m", "toppling", "run", "study.toml", "--out"]
-
-    def kept():
-        return len(list((tmp_path / "out/shards").glob("*.nc"))) if (tmp_path / "out/shards").is_dir() else 0
-
-    kills = 0
-    for _ in range(10):
-        before = kept()
-        process = subprocess.Popen(
-            [*command, "out"], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        while process.poll() is None and kept() <= before:
-            time.sleep(0.002)
-        if process.poll() is None:
-            os.kill(process.pid, signal.SIGKILL)
-            kills += 1
-        process.wait()
-    assert kills == 10
-    assert kept() >= 10
-    subprocess.run([*command, "out"], cwd=tmp_path, check=True, capture_output=True)
-    subprocess.run([*command, "undisturbed"], cwd=tmp_path, check=True, capture_output=True)
-    assert (tmp_path / "out/results.nc").read_bytes() == (tmp_path / "undisturbed/results.nc").read_bytes()
+    assert same_after_ten_kills(tmp_path)
 
 
 def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
