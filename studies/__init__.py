@@ -7,7 +7,6 @@ from ..faces import face
 if TYPE_CHECKING:
     from .buildings.anchoring import anchoring
     from .buildings.assessment import assess
-    from .file.table import StudyError
     from .inventory.consequences import Consequence, Injury
     from .inventory.contents import Contents, Inventory
     from .inventory.reading import read_inventory
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     from .kinds.sensitivity import SensitivityStudy
     from .kinds.study import Study
     from .kinds.uncertainty import UncertaintyStudy
+    from .text.error import StudyError
 
 __all__ = [
     "Consequence",
@@ -38,7 +38,7 @@ __getattr__, __dir__ = face(
     {
         "buildings.anchoring": ("anchoring",),
         "buildings.assessment": ("assess",),
-        "file.table": ("StudyError",),
+        "text.error": ("StudyError",),
         "inventory.consequences": ("Consequence", "Injury"),
         "inventory.contents": ("Contents", "Inventory"),
         "inventory.reading": ("read_inventory",),

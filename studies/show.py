@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from ..writing import remove_leftovers, whole_file
-from .file.table import StudyError
 from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
+from .text.error import StudyError
 from .text.names import drawable
 from .text.reached import within_levels
 from .text.rows import plain_table

@@ -17,12 +17,12 @@ from ...fragility.exchange.pelicun.consequences import UNITS, Amount, currency_u
 from ...fragility.fitting.isotonic import isotonic_probabilities
 from ...wording import counted, currency_of
 from ..buildings.variables import JOINT
-from ..file.table import StudyError
 from ..inventory.consequences import LOGNORMAL, Consequence, PieceScores
 from ..report.method import study_of
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.outputs import own_files
+from ..text.error import StudyError
 from .export import PELICUN, laws_of
 
 LIMITS = (

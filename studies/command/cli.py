@@ -103,10 +103,10 @@ def run(
         The study file (TOML).
     """
     from ...fragility.runs.runners import thread_count
-    from ..file.table import StudyError
     from ..kinds.study import Study
     from ..store.folder import RESULT_NAME
     from ..store.progress import show_progress
+    from ..text.error import StudyError
     from .forecast import forecast
     from .status import status_of
 
@@ -268,8 +268,8 @@ def look_at_motions(
         One study file (TOML), or record files: paths or patterns.
     """
     from ...motions import TargetSpectrum, matching_report
-    from ..file.table import StudyError
     from ..single import motions as looked_at
+    from ..text.error import StudyError
 
     shown = looked_at.read_motions(inputs)
     motions = shown.motions
@@ -355,7 +355,7 @@ def bench(
     from rich.console import Console
 
     from ...benchmarks import page, suite
-    from ..file.table import StudyError
+    from ..text.error import StudyError
     from ..text.rows import plain_table
 
     try:
@@ -409,7 +409,7 @@ def export(
     result
         The results (results.nc), or the folder that holds them.
     """
-    from ..file.table import StudyError
+    from ..text.error import StudyError
     from .building_files import write_building_files
     from .export import PERFORMANCE, guessed_lines, kind_of, missing_lines, read_curves, write_curves
     from .piece_files import write_pieces
@@ -498,7 +498,7 @@ def compare(
         The other results; may be left out with --laws.
     """
     from ..comparison.compare import compare as compared
-    from ..file.table import StudyError
+    from ..text.error import StudyError
     from ..text.rows import plain_table
 
     if b is None and laws is None:
@@ -569,7 +569,7 @@ def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed w
     try:
         write_bytes(out, stored)
     except OSError as error:
-        from ..file.table import StudyError
+        from ..text.error import StudyError
 
         raise StudyError(f"{out}: cannot be written ({system_reason(error)})") from None
 
@@ -583,7 +583,7 @@ def _result_file(path: Path) -> Path:
 def _connect(address: str) -> Client:
     from distributed import Client
 
-    from ..file.table import StudyError
+    from ..text.error import StudyError
 
     if "://" not in address:
         raise StudyError(f"--scheduler {address!r}: must be an address such as tcp://10.0.0.1:8786")
@@ -636,7 +636,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _code_of(error: ValueError | RuntimeError) -> int:
     """Print the sentence of an error of ours and return its exit code; another one is a fault here, and raised."""
     from ...fragility.runs.cluster import ClusterError
-    from ..file.table import StudyError
+    from ..text.error import StudyError
 
     if isinstance(error, StudyError):
         print(f"toppling: {error}", file=sys.stderr)

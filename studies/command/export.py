@@ -15,11 +15,11 @@ from ...fragility.curves.curve import TABULATED
 from ...fragility.exchange.pelicun.building import FILES, FRAGILITY
 from ...fragility.fitting.states import SEPARATED
 from ...fragility.risk.modelling import MODELLING
-from ..file.table import StudyError
 from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
 from ..store.outputs import own_files
+from ..text.error import StudyError
 from .choices import CurveFormat
 
 PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"

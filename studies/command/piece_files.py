@@ -12,7 +12,6 @@ import xarray as xr
 
 from ...wording import confidence_text
 from ...writing import write_bytes
-from ..file.table import StudyError
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.outputs import own_files
@@ -20,6 +19,7 @@ from ..tables.fragility import rate_values
 from ..tables.kits import kit_table
 from ..tables.pieces import piece_table
 from ..tables.values import Cell, ValueTable, csv_bytes
+from ..text.error import StudyError
 from ..text.names import clean
 from ..text.words import axis_of, level_text, measure_name, reference_law
 from .export import PERFORMANCE, laws_of

@@ -14,8 +14,8 @@ from pathlib import Path
 from ...motions import SiteBasedScenario
 from ...motions.readers.at2 import write_at2
 from ...wording import system_reason
-from ..file.table import StudyError
 from ..inventory.reading import KIND, example_path
+from ..text.error import StudyError
 from .choices import Starter
 from .piece_files import timeless
 

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...wording import part_text
-from ..file.table import StudyError
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
 from ..store.manifest import REACHED, kept_chunks, read_manifest
 from ..store.netcdf import load_small, title_of
+from ..text.error import StudyError
 
 
 class StudyStatus(NamedTuple):

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from ...wording import confidence_text, system_reason
 from ...writing import write_bytes
-from ..file.table import StudyError
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import csv_bytes
+from ..text.error import StudyError
 from ..text.rows import Rows
 from .answers import answer, reading
 from .curves import compare_curves

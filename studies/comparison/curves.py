@@ -17,11 +17,11 @@ from ...units import DIMENSIONLESS, PER_YEAR
 from ..buildings.recommendations import YEARS, Range
 from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
-from ..file.table import StudyError
 from ..plan.estimates import Fit
 from ..plan.ratios import ratio_of, verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
+from ..text.error import StudyError
 from ..text.reached import EDGE, highest_level
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name
 from .ratios import Found, Line, Quantity

@@ -13,10 +13,10 @@ import xarray as xr
 
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.provenance import as_given, number_of_motions
-from ..file.table import StudyError
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.differences import changes
+from ..text.error import StudyError
 from ..text.words import measure_name
 from .sources import result_of
 

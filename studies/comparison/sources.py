@@ -7,11 +7,11 @@ from pathlib import Path
 
 import xarray as xr
 
-from ..file.table import StudyError
 from ..kinds.study import Study
 from ..store.differences import makes_motions, same_inputs
 from ..store.folder import RESULT_NAME, UNREADABLE, is_locked
 from ..store.manifest import read_manifest
+from ..text.error import StudyError
 
 STUDY_FILE = ".toml"
 

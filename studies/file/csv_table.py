@@ -14,7 +14,8 @@ from typing import NamedTuple, NoReturn, TypeVar
 
 from ... import checks
 from ...wording import system_reason
-from .table import StudyError, shown
+from ..text.error import StudyError
+from .table import shown
 from .workbook import SUFFIXES, Unreadable, WorkbookError, sheet_rows
 
 UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}

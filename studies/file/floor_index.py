@@ -12,9 +12,10 @@ from ...motions import read_all
 from ...motions.arrays import records
 from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
 from ..plan.size import refuse_samples
+from ..text.error import StudyError
 from .analyses import LEVEL_UNITS
 from .csv_table import CsvLine, CsvTable, TableKind
-from .table import StudyError, shown
+from .table import shown
 
 LEVELS = {f"level ({unit})": unit for unit in LEVEL_UNITS if unit != "1"}
 """Columns that hold the level, with their units."""

@@ -18,7 +18,8 @@ from typing import Any, get_args
 
 from ...wording import system_reason
 from ..plan.size import MOST_BYTES
-from .table import PartialTable, RelativePath, StudyError, Table, shown
+from ..text.error import StudyError
+from .table import PartialTable, RelativePath, Table, shown
 
 MOST_FILES = 32
 MOST_LEVELS = 8

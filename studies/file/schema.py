@@ -38,6 +38,7 @@ from ...motions.scaling import scale_to
 from ..plan.designs import Cloud, Design, Events, Incremental, Pooled, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
+from ..text.error import StudyError
 from .analyses import (
     EVENTS,
     LEVEL_UNITS,
@@ -61,7 +62,7 @@ from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
 from .supports import NamedSupportTable, SupportTable
-from .table import KeyInfo, RelativePath, StudyError, Table, all_errors, one_of
+from .table import KeyInfo, RelativePath, Table, all_errors, one_of
 from .uncertainty import SensitivityTable, UncertaintyTable
 
 

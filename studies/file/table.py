@@ -24,6 +24,7 @@ from pydantic_core.core_schema import CoreSchema, no_info_after_validator_functi
 from ...motions import RecordError
 from ...units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
 from ...wording import system_reason
+from ..text.error import StudyError
 
 MOST_ERRORS = 5
 """Most errors of a study file that are told at once."""
@@ -90,23 +91,6 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
         alone = f"a number alone is in {units}, up to {bare:g} (beyond that {found[1]}{units})"
         raise StudyError(f"{option} {text[:40]}: {alone}{hint}")
     return value
-
-
-MOST_CHARACTERS = 399
-"""Most characters of a message, which must fit a few lines of a terminal."""
-
-
-class StudyError(ValueError):
-    """Error for a study that cannot be run: one sentence that names the file, the key, the value and what is allowed.
-
-    Whatever a hostile file puts into the message, it is one printable line of fewer than 400 characters.
-    """
-
-    def __init__(self, message: str) -> None:
-        line = "".join(one if one.isprintable() else " " for one in message)
-        if len(line) > MOST_CHARACTERS:  # (the end names the given value and what may be meant)
-            line = f"{line[: MOST_CHARACTERS - 123]} … {line[-120:]}"
-        super().__init__(line)
 
 
 def nearest(value: str, words: Iterable[str]) -> str | None:

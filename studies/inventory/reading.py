@@ -16,8 +16,9 @@ from ...motions.floors.histories import DIRECTIONS
 from ..codes.check import CLASSES
 from ..file.blocks import block_of_line, placed_of_line, planned_of_line
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
-from ..file.table import StudyError, shown
+from ..file.table import shown
 from ..plan.slides import Slides
+from ..text.error import StudyError
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
 from .contents import MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory
 from .kits import Kit

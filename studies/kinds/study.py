@@ -37,7 +37,7 @@ from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, s
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.motions import strength_notes
 from ..file.schema import StudyFile, read_study_file
-from ..file.table import StudyError, all_errors
+from ..file.table import all_errors
 from ..plan.designs import Design, Incremental
 from ..plan.reading import Reading
 from ..plan.risk import Risk
@@ -48,6 +48,7 @@ from ..store.resources import Resources, chunks_of, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
+from ..text.error import StudyError
 
 if TYPE_CHECKING:
     from distributed import Client

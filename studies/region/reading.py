@@ -16,7 +16,7 @@ from ...aliases import Array
 from ...models.columns import BlockArray
 from ..file.blocks import KIND, MOST_BLOCKS, read_blocks
 from ..file.csv_table import MAX_TEXT, CsvTable
-from ..file.table import StudyError
+from ..text.error import StudyError
 
 # (a word that would be taken for an empty cell)
 _NOT_A_NUMBER = re.compile(r"(?:^|[,;\t])\s*[-+]?nan\s*(?:[,;\t]|$)", re.IGNORECASE | re.MULTILINE)

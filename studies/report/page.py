@@ -21,11 +21,11 @@ from markupsafe import Markup
 from ...writing import remove_leftovers, write_bytes
 from .. import show
 from ..file.report import ReportTable
-from ..file.table import StudyError
 from ..plan.slides import INSTEAD
 from ..store.content import check_content
 from ..tables.client import lead_rows
 from ..text.block_order import shown
+from ..text.error import StudyError
 from ..text.glossary import used
 from ..text.names import clean
 from ..text.rows import Rows, plain_table

@@ -10,8 +10,8 @@ import xarray as xr
 
 from ...labelled import spare_dask
 from ...units import SCHEMA
-from ..file.table import StudyError
 from ..store.folder import UNREADABLE, damaged
+from ..text.error import StudyError
 
 spare_dask()
 

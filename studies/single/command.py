@@ -98,7 +98,7 @@ def simulate_one(
     """
     from rich.console import Console  # noqa: PLC0415
 
-    from ..file.table import StudyError  # noqa: PLC0415 - it loads what a study needs, which no help needs
+    from ..text.error import StudyError  # noqa: PLC0415 - it loads what a study needs, which no help needs
     from .inputs import block_of, factor_of, law_of, motion_of  # noqa: PLC0415
     from .run import Simulation, as_json  # noqa: PLC0415 - not for every command
     from .scene import scene_of  # noqa: PLC0415
@@ -147,10 +147,10 @@ def simulate_one(
 
 def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
     """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
-    from ..file.table import StudyError  # noqa: PLC0415
     from ..film.animate import animate  # noqa: PLC0415 - matplotlib
     from ..film.writers import ffmpeg  # noqa: PLC0415
     from ..store.progress import show_progress  # noqa: PLC0415
+    from ..text.error import StudyError  # noqa: PLC0415
     from .run import FILMS  # noqa: PLC0415
 
     names = FILMS if ffmpeg() else FILMS[:1]

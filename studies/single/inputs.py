@@ -21,7 +21,8 @@ from ..file.blocks import BlockTable
 from ..file.models import ModelTable
 from ..file.motions import PROCESSING, MotionsTable
 from ..file.refusals import refusal
-from ..file.table import StudyError, Table, nearest, quantity
+from ..file.table import Table, nearest, quantity
+from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
 """Keys of ``[motions]`` for record files: what a file may not state, and corrections."""

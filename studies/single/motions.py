@@ -33,10 +33,11 @@ from ...units import STANDARD_GRAVITY
 from ...writing import whole_file
 from ..file.floor_index import read_floor_index
 from ..file.schema import read_study_file
-from ..file.table import StudyError, expand
+from ..file.table import expand
 from ..plan.reading import Reading
 from ..plots import axes
 from ..text.encoding import json_text
+from ..text.error import StudyError
 from ..text.words import floor_name
 
 PERIODS = np.geomspace(0.02, 5.0, 90)

@@ -39,8 +39,8 @@ from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
 from ...writing import whole_file, write_bytes
-from ..file.table import StudyError
 from ..text.encoding import json_text
+from ..text.error import StudyError
 from ..text.histories import last_balance
 from .inputs import built
 from .surroundings import Around, around_of

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 from ...models.scenes.restraint import KINDS
 from ...units import KILOGRAM, METRE, NEWTON, RADIAN, STIFFNESS
-from ..file.table import StudyError, checked, quantity
+from ..file.table import checked, quantity
+from ..text.error import StudyError
 
 
 class _Word(NamedTuple):

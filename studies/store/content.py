@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..file.table import StudyError
+from ..text.error import StudyError
 from .netcdf import rows_of
 
 ATTRIBUTE = "content_sha256"

@@ -8,22 +8,20 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from filelock import FileLock, Timeout
-
 from ...wording import system_reason
 from ...writing import whole_file, write_bytes
-from ..file.table import StudyError
+from ..text.error import StudyError
 from .netcdf import WHOLE_BYTES, load_small, look_through, write
 
 if TYPE_CHECKING:
     import xarray as xr
+    from filelock import FileLock
 
-# (labelled arrays and the keys of studies load slowly: `toppling status` needs neither, and the functions that do
-# import them by themselves)
+# (labelled arrays, locks and the keys of studies load slowly: `toppling status` of a finished study needs none, and the
+# functions that do import them by themselves)
 
 RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
@@ -63,6 +61,8 @@ def folder_of_one(folder: Path) -> Iterator[None]:
 
 def _locked(folder: Path) -> FileLock:
     """Return the lock of a folder, made where missing; StudyError as `folder_of_one`."""
+    from filelock import FileLock, Timeout  # noqa: PLC0415
+
     lock = FileLock(folder / LOCK_NAME)
     for attempt in range(LOCK_ATTEMPTS):
         try:
@@ -91,6 +91,8 @@ def is_locked(folder: Path) -> bool:
     """Return True if a process works in the folder."""
     if not (folder / LOCK_NAME).exists():
         return False
+    from filelock import FileLock, Timeout  # noqa: PLC0415
+
     lock = FileLock(folder / LOCK_NAME)
     try:
         lock.acquire(timeout=0)
@@ -179,6 +181,8 @@ def _sound(stored: xr.Dataset, target: Path) -> xr.Dataset:
 
 def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) -> str:
     """Return the differences of the study of the results, by their attributes; empty where these do not tell."""
+    from importlib import metadata  # noqa: PLC0415
+
     from .differences import differences, same_inputs  # noqa: PLC0415
 
     made, here = about.get("toppling_version"), metadata.version("toppling")

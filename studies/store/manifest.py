@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..file.table import StudyError
+from ..text.error import StudyError
 
 FOLDER = "shards"
 MANIFEST = "manifest.json"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ...wording import system_reason
 from ...writing import write_bytes
-from ..file.table import StudyError
+from ..text.error import StudyError
 
 RECORD = ".toppling.json"
 """Name of the record: for each command the names of its files with their SHA-256."""

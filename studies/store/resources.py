@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 
 from ...fragility.runs.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, number_of_chunks
 from ...wording import size_text
-from ..file.table import StudyError
+from ..text.error import StudyError
 from .manifest import FOLDER
 from .shards import IN_MEMORY
 

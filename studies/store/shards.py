@@ -29,7 +29,7 @@ from ...fragility.runs.runners import Runner
 from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
 from ...wording import system_reason
-from ..file.table import StudyError
+from ..text.error import StudyError
 from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .folder import write_whole
 from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, read_manifest, refuse_link

@@ -18,7 +18,7 @@ import numpy as np
 from ...fragility.runs.plan import ChunkResult
 from ...models.runs import TALLY
 from ...wording import part_text, whole_percent
-from ..file.table import StudyError
+from ..text.error import StudyError
 from .folder import without_link
 
 LOG_NAME = "run.log"

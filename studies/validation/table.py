@@ -14,7 +14,7 @@ from typing import NamedTuple
 from ...models import catalogue
 from ...models.friction import CONTACTS
 from ..file.csv_table import CsvLine, CsvTable, TableKind
-from ..file.table import StudyError
+from ..text.error import StudyError
 
 KINDS = ("shake-table count", "field survey", "critical amplitude", "fragility", "restitution", "friction")
 PIECES = (

@@ -17,11 +17,11 @@ from typing import NamedTuple
 from ...models.runs import engine_identity
 from ...wording import counted, system_reason, whole_percent
 from ...writing import write_bytes
-from ..file.table import StudyError
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import Cell, ValueTable, csv_bytes, known
 from ..text.encoding import json_text
+from ..text.error import StudyError
 from ..text.rows import Rows
 from .classes import ClassFit
 from .predictions import Prediction, predict, predict_measured

@@ -23,7 +23,6 @@ from toppling.studies.buildings.axes import axes_notes, placed_on_axes
 from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.buildings.slide_runs import Slipping
 from toppling.studies.buildings.sliding import item_slide_notes
-from toppling.studies.file.table import StudyError
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
 from toppling.studies.kits.savings import Shake, kit_savings
@@ -31,6 +30,7 @@ from toppling.studies.report.page import content
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.axes import axis_rows
+from toppling.studies.text.error import StudyError
 from toppling.units import STANDARD_GRAVITY as G
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*sways")  # (short motions on a swaying frame)

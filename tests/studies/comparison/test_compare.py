@@ -13,8 +13,8 @@ from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.cli import main
 from toppling.studies.comparison import curves, figures, pieces, sides
 from toppling.studies.comparison.compare import compare
-from toppling.studies.file.table import StudyError
 from toppling.studies.store.outputs import RECORD
+from toppling.studies.text.error import StudyError
 
 BLOCKS = '[[blocks]]\nname = "narrow"\nwidth_m = 0.35\nheight_m = 1.6\n'
 WIDE = '[[blocks]]\nname = "wide"\nwidth_m = 0.5\nheight_m = 1.6\n'

@@ -11,8 +11,8 @@ from toppling.fragility.validity.notes import notes
 from toppling.fragility.validity.reasons import REASONS
 from toppling.studies.command.cli import main
 from toppling.studies.file.blocks import read_blocks
-from toppling.studies.file.table import StudyError
 from toppling.studies.inventory.reading import read_inventory
+from toppling.studies.text.error import StudyError
 
 STUDY = """
 title = "Carpet"

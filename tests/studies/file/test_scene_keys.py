@@ -8,8 +8,8 @@ import pytest
 import toppling as tp
 from toppling.motions.arrays import digest
 from toppling.studies.file.blocks import RESTRAINT_KEYS, RestraintTable, read_blocks
-from toppling.studies.file.table import StudyError
 from toppling.studies.store.worker_motions import motions_again
+from toppling.studies.text.error import StudyError
 
 STUDY = """
 title = "Scenes"

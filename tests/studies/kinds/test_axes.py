@@ -8,9 +8,9 @@ import pytest
 import toppling as tp
 from toppling import fragility, motions
 from toppling.models.friction import LognormalFriction
-from toppling.studies.file.table import StudyError
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.axes import axis_rows
+from toppling.studies.text.error import StudyError
 
 STUDY = """
 title = "Pairs"

@@ -14,11 +14,11 @@ from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.comparison.inputs import motions_in_words
 from toppling.studies.comparison.pieces import Shaken, compare_pieces
 from toppling.studies.comparison.sides import same_motions, two_sides
-from toppling.studies.file.table import StudyError
 from toppling.studies.plots.assessment import levels_figure
 from toppling.studies.report.basis import basis
 from toppling.studies.report.method import method
 from toppling.studies.store.worker_motions import motions_again
+from toppling.studies.text.error import StudyError
 
 SIDED = """item,width_m,height_m,floor,count,mass_kg,wall_gap_mm,anchored,value,currency,consequence
 case,0.30,1.80,0,3,100,20,no,100,EUR,injury

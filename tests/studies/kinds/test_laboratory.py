@@ -11,7 +11,6 @@ import pytest
 import toppling as tp
 from toppling.studies import show
 from toppling.studies.buildings.pieces import pieces_of
-from toppling.studies.file.table import StudyError
 from toppling.studies.report.actions import next_steps
 from toppling.studies.report.basis import basis
 from toppling.studies.report.method import assumptions
@@ -19,6 +18,7 @@ from toppling.studies.report.summary import plain_answer
 from toppling.studies.report.validity import SLIDING, checks_of
 from toppling.studies.tables.item_slides import NOT_MODELLED, falling_off_sentences, item_slide_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
+from toppling.studies.text.error import StudyError
 from toppling.wording import two_digits
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"

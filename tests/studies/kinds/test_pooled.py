@@ -16,11 +16,11 @@ from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
 from toppling.studies.file.blocks import read_blocks
-from toppling.studies.file.table import StudyError
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
 from toppling.studies.region.rows import event_rows, examples, region_rows, surface_rows
 from toppling.studies.report.page import write_report
+from toppling.studies.text.error import StudyError
 
 STUDY = """
 title = "Shelves of a region"

@@ -14,8 +14,8 @@ from toppling.fragility.adaptive.until import Until
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
-from toppling.studies.file.table import StudyError
 from toppling.studies.report.page import write_report
+from toppling.studies.text.error import StudyError
 from toppling.studies.text.precision import precision_rows
 
 STUDY = """

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from toppling.studies.file.table import StudyError
 from toppling.studies.store.outputs import RECORD, own_files
+from toppling.studies.text.error import StudyError
 
 NAMES = ("a.csv", "b.csv", "c.csv")
 

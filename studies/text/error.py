@@ -1,0 +1,17 @@
+"""The one error of studies, apart from what reads them: it needs no library."""
+
+MOST_CHARACTERS = 399
+"""Most characters of a message, which must fit a few lines of a terminal."""
+
+
+class StudyError(ValueError):
+    """Error for a study that cannot be run: one sentence that names the file, the key, the value and what is allowed.
+
+    Whatever a hostile file puts into the message, it is one printable line of fewer than 400 characters.
+    """
+
+    def __init__(self, message: str) -> None:
+        line = "".join(one if one.isprintable() else " " for one in message)
+        if len(line) > MOST_CHARACTERS:  # (the end names the given value and what may be meant)
+            line = f"{line[: MOST_CHARACTERS - 123]} … {line[-120:]}"
+        super().__init__(line)
