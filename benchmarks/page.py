@@ -450,7 +450,7 @@ def _start_section(results: Row, _: set[str]) -> list[str]:
         "CPU time of whole processes, median of repeats in turns: commands that compute nothing, and a first "
         "simulation when everything is compiled, whose target is that of importing numba and xarray and 0.15 s. The "
         "row before it shows what cannot be had for less: numba sets its compiler up before it loads the first stored "
-        "function, however small.",
+        "function, however small, and xarray loads dask, where it is installed, with its first labelled axis.",
         markdown(first_use_table(results["start"])),
     ]
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from .curve import SequentialCurve
-from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed
+from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed, reason_text
 from .until import PROBABILITY, RATE
 
 
@@ -42,14 +42,17 @@ def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
     )
 
 
-def account(curve: SequentialCurve) -> str:
-    """Return why a curve is no longer followed, what was reached, and what more motions would bring."""
+def account(curve: SequentialCurve, state: str | None = None) -> str:
+    """Return why a curve is no longer followed, what was reached, and what more motions would bring.
+
+    state: the name of a damage state other than overturning.
+    """
     look, until = curve.looks[-1], curve.until
     asked = f"±{until.tolerance:g}" if until.target == PROBABILITY else f"±{100.0 * until.tolerance:g} %"
     n = f"{look.motions:,} motions"
     low, high = curve.explored
     if curve.stopped in (NONE_FELL, ALL_FELL):
-        return f"{curve.stopped} under {n} at levels from {low:.3g} to {high:.3g} (SI)"
+        return f"{reason_text(curve.stopped, state)} under {n} at levels from {low:.3g} to {high:.3g} (SI)"
     if curve.stopped == MISFIT:
         return (
             f"a dispersion within {asked} is not to be had: near the median, levels give a median "

@@ -30,6 +30,13 @@ REACHED, MOST_MOTIONS, NO_MORE, NONE_FELL, ALL_FELL, MISFIT = (
 """Reasons to stop."""
 
 
+def reason_text(reason: str, state: str | None = None) -> str:
+    """Return a reason to stop in words; state: the name of a damage state other than overturning."""
+    if state is None or reason not in (NONE_FELL, ALL_FELL):
+        return reason
+    return f"{'no' if reason == NONE_FELL else 'every'} run reached {state}"
+
+
 def next_wave(motions: int) -> int:
     """Return how many motions the next wave has: 32, and an eighth of those so far (in whole 32s) from 512 motions on.
 

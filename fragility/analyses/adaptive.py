@@ -15,9 +15,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ... import checks
-from ...aliases import Array
+from ...aliases import Array, Flags
 from ...doubts import Doubt, warn
-from ...models import Block
+from ...models import Block, Sliding
+from ...motions.arrays import BOTH_AXES
 from ...motions.intensity.dataset import measure_named, positive_measure
 from ...motions.intensity.measure import Measure
 from ...motions.plausibility import record_doubts
@@ -28,12 +29,13 @@ from ..adaptive.account import reached_so_far
 from ..adaptive.curve import SequentialCurve, WavePlan
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until
+from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
 from ..hazard.curve import FLOOR, HazardCurve
 from ..runs.axes import axes_of, check_axes, check_outputs
 from ..runs.provenance import ADAPTIVE, AXES, GROUND
-from ..runs.request import DERIVED, Request, check_vertical
+from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import GROUND_FLOORS, check_factors
-from ..validity.plausibility import block_doubts
+from ..validity.plausibility import block_doubts, cut_slides, end_doubts
 from .analysis import specimens_of
 from .other_measures import OtherMeasures
 from .sparse import WaveRuns, labelled, runs_of
@@ -43,16 +45,20 @@ PGA_RANGE = (1.0, 8.0)
 """First levels in peak acceleration, over g tan(alpha): a block on a rigid floor uplifts at 1."""
 PGV_HIGHEST = 8.0
 """Highest first level in peak velocity, over g tan(alpha)/p: large blocks need a long pulse and not a high one."""
+SLIP_HIGHEST = 4.0
+"""The same of a slip, over the velocity from which friction brings the block to rest in its distance."""
 
 
 class Plan(NamedTuple):
     """What a sequential analysis does, checked.
 
-    until: the precision; runs_per_motion, seed: as of `toppling.ida`; hazard: of the levels' measure, for rates alone;
-    scaled: the measure; source: the motions; ground: whether levels refer to the ground below floors.
+    until: the precision; state: the damage state whose curve is sought; runs_per_motion, seed: as of `toppling.ida`;
+    hazard: of the levels' measure, for rates alone; scaled: the measure; source: the motions; ground: whether levels
+    refer to the ground below floors.
     """
 
     until: Until
+    state: State
     runs_per_motion: int
     seed: int
     hazard: HazardCurve | None
@@ -73,6 +79,7 @@ def adaptive(
     im: str | Measure,
     until: Until,
     *,
+    state: State,
     runs_per_motion: int,
     seed: int,
     hazard: HazardCurve | None = None,
@@ -80,17 +87,19 @@ def adaptive(
     polarity: str = AS_RECORDED,
 ) -> xr.Dataset:
     """Run waves of motions until every block has the precision asked for under every law; see `toppling.ida`."""
-    _check_request(request)
+    _check_request(request, state)
     scaled = scaled_to(im)
     _check_hazard(until, hazard, scaled)
     source = MotionSource(motions, seed, ground, polarity)
     if source.size is not None and source.size < until.least:
         raise ValueError(f"motions must be {until.least} at least (until motions least), got {source.size}")
-    plan = Plan(until, runs_per_motion, seed, hazard, scaled, source, ground is not None)
+    plan = Plan(until, state, runs_per_motion, seed, hazard, scaled, source, ground is not None)
     doubts = block_doubts(request.blocks)
     curves: dict[tuple[int, int], SequentialCurve] = {}
     others = OtherMeasures(scaled)
-    waves = list(_waves(request, plan, curves, others, doubts))
+    cut: dict[str, bool] = {}
+    waves = list(_waves(request, plan, curves, others, doubts, cut))
+    doubts += end_doubts(cut.values(), list(cut))
     warn(list(dict.fromkeys(doubts)))
     axes = waves[0].axes
     configuration = {
@@ -101,12 +110,13 @@ def adaptive(
         "design": ADAPTIVE,
         "im": scaled.name,
         "until": until.describe(),
+        **({} if state == OVERTURNED else {"state": state_name(state)}),
         "runs_per_motion": runs_per_motion,
         "seed": seed,
         **({"hazard": hazard.describe()} if hazard is not None else {}),
         **({"im_at": GROUND} if ground is not None else {}),
     }
-    return labelled(request, list(curves.values()), waves, scaled, others, configuration)
+    return labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
 
 
 def _waves(
@@ -115,8 +125,13 @@ def _waves(
     curves: dict[tuple[int, int], SequentialCurve],
     others: OtherMeasures,
     doubts: list[Doubt],
+    cut: dict[str, bool],
 ) -> Iterator[WaveRuns]:
-    """Run wave after wave until all curves have stopped; curves, other measures and doubts are added to."""
+    """Run wave after wave until all curves have stopped; curves, other measures and doubts are added to.
+
+    cut: whether blocks still slide when a motion ends, by its label; added to, too.
+    """
+    needed = needed_output(plan.state)
     done = records = runs = number = 0
     while not curves or any(not one.stopped for one in curves.values()):
         wave = plan.source.wave(done, min(next_wave(done), plan.most - done))
@@ -124,16 +139,16 @@ def _waves(
         doubts += record_doubts([one for one in wave.records if not one.reverse_of])
         measured = plan.scaled.measured(wave, request.blocks)
         others.add(wave)
-        for block, one in enumerate(request.blocks if not curves else ()):
-            low, high = first_levels(one, wave, plan.scaled, measured[block % len(measured)])
-            for model in range(len(request.models)):
-                begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed, plan.hazard)
-                curves[block, model] = begun
+        if not curves:
+            curves |= _begun(request, plan, peaks_of(wave), measured)
         plans = {where: one.plan(wave.numbers) for where, one in curves.items() if not one.stopped}
-        found = _outputs(request, wave, plans, plan.scaled, measured)
+        found, ends = _outputs(request, wave, plans, plan.scaled, measured)
+        if request.sliding:
+            cut |= dict(zip([one.label for one in wave.records], ends.tolist(), strict=True))
         done = int(wave.numbers[-1]) + 1
         for where, own in plans.items():
-            curves[where].add(wave.numbers, own, found[where]["overturned"], last=done >= plan.most)
+            reached = flags_of(found[where][needed], plan.state, request.blocks[where[0]].alpha)
+            curves[where].add(wave.numbers, own, reached, last=done >= plan.most)
         yield runs_of(number, records, wave, plans, found, plan.scaled, measured, axes)
         request.runner.reached(reached_so_far(list(curves.values()), done))
         number, records = number + 1, records + len(wave.records)
@@ -142,20 +157,50 @@ def _waves(
             request.progress(runs, max(runs, math.ceil(runs / done * _expected(curves, done, plan.most))))
 
 
+def _begun(
+    request: Request, plan: Plan, peaks: tuple[Array, Array], measured: Array
+) -> dict[tuple[int, int], SequentialCurve]:
+    """Return the curves of all blocks under all laws, whose search begins at what the first motions tell."""
+    found = {}
+    for block, one in enumerate(request.blocks):
+        for model, law in enumerate(request.models):
+            start = slip_start(law, plan.state) if isinstance(law, Sliding) else fall_start(one)
+            low, high = first_levels(start, peaks, plan.scaled, measured[block % len(measured)])
+            begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed, plan.hazard)
+            found[block, model] = begun
+    return found
+
+
 def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most: int) -> int:
     """Return about how many motions the slowest curve takes in all."""
     looks = [one.looks[-1] for one in curves.values() if not one.stopped]
     return min(most, max((motions_needed(one.motions, one.ratio) or most for one in looks), default=done))
 
 
-def _check_request(request: Request) -> None:
+def sought_state(state: State | None, models: Sequence[Any]) -> State:
+    """Return the damage state whose curve is sought; TypeError or ValueError for one that adaptive levels do not serve.
+
+    Falls to one side or over an edge stay rare at any shaking, and have no lognormal curve.
+    """
+    slides = any(isinstance(one, Sliding) for one in models)
+    if state is None and not slides:
+        return OVERTURNED
+    if slides != isinstance(state, Slip):
+        of = "sliding blocks must be a slip, such as Slip(0.05)" if slides else "rocking blocks must be no slip"
+        raise ValueError(f"state of {of}, got {'none' if state is None else repr(state)}")
+    assert state is not None
+    state_name(state)
+    if isinstance(state, str):
+        checks.choice("state of adaptive levels", state, (OVERTURNED, UPLIFTED))
+    return state
+
+
+def _check_request(request: Request, state: State) -> None:
     """Raise ValueError for requests that adaptive levels do not serve."""
-    if request.sliding:
-        raise ValueError("levels 'adaptive' are chosen by what overturns, and sliding blocks do not: give levels")
     if not request.compute:
         raise ValueError("compute must be True for adaptive levels, which depend on the runs before")
-    if "overturned" not in request.outputs:
-        raise ValueError("outputs must hold overturned for adaptive levels, which are chosen by it")
+    if needed_output(state) not in request.outputs:
+        raise ValueError(f"outputs must hold {needed_output(state)} for adaptive levels, which are chosen by it")
     derived = next((name for name in request.outputs if name in DERIVED), None)
     if derived is not None:
         raise ValueError(f"outputs of adaptive levels must not hold {derived}: give levels for it")
@@ -181,6 +226,8 @@ def _check_wave(request: Request, wave: MotionWave, plan: Plan) -> str:
     axes = axes_of(wave.records)
     check_axes(axes, request.blocks, request.models)
     check_outputs(axes, request.outputs, request.models)
+    if axes == BOTH_AXES:
+        check_axes_of(plan.state)
     on_floor = any(one.floor not in GROUND_FLOORS for one in wave.records) and not plan.ground
     if plan.hazard is not None and (plan.hazard.at == FLOOR) != on_floor:
         where = "floor" if on_floor else "ground"
@@ -188,15 +235,44 @@ def _check_wave(request: Request, wave: MotionWave, plan: Plan) -> str:
     return axes
 
 
-def first_levels(block: Block, wave: MotionWave, scaled: Scaled, measured: Array) -> tuple[float, float]:
+class Start(NamedTuple):
+    """Peaks of a motion between which the search for a curve begins.
+
+    moves: acceleration at which the block first moves, m/s2; far: velocity that takes nearly all blocks to their state,
+    m/s.
+    """
+
+    moves: float
+    far: float
+
+
+def fall_start(block: Block) -> Start:
+    """Return where the search for the curve of a rocking block begins: a pulse of g tan(alpha) makes it uplift."""
+    static = STANDARD_GRAVITY * math.tan(block.alpha)
+    return Start(static, PGV_HIGHEST * static / block.p)
+
+
+def slip_start(law: Sliding, state: State) -> Start:
+    """Return where the search for the curve of a slip begins: a velocity v takes a block v^2/(2 mu g) far."""
+    assert isinstance(state, Slip)  # (checked with the request)
+    static = STANDARD_GRAVITY * law.static
+    return Start(static, SLIP_HIGHEST * math.sqrt(2.0 * static * state.distance))
+
+
+def peaks_of(wave: MotionWave) -> tuple[Array, Array]:
+    """Return PGA and PGV of the motions of a wave, (motion,) each."""
+    pga, pgv = (positive_measure(measure_named(name, "im"), wave.records) for name in ("pga", "pgv"))
+    return pga, pgv
+
+
+def first_levels(start: Start, peaks: tuple[Array, Array], scaled: Scaled, measured: Array) -> tuple[float, float]:
     """Return the levels between which the search for a block's curve begins, from the peaks of the first motions.
 
     measured (motion,): the measure of the unscaled motions.
     """
-    static = STANDARD_GRAVITY * math.tan(block.alpha)
-    pga, pgv = (positive_measure(measure_named(name, "im"), wave.records) for name in ("pga", "pgv"))
-    low, high = (share * static / pga for share in PGA_RANGE)
-    high = np.maximum(high, PGV_HIGHEST * static / block.p / pgv)
+    pga, pgv = peaks
+    low, high = (share * start.moves / pga for share in PGA_RANGE)
+    high = np.maximum(high, start.far / pgv)
     return float(np.median(scaled.level(low, measured))), float(np.median(scaled.level(high, measured)))
 
 
@@ -206,17 +282,25 @@ def _outputs(
     plans: Mapping[tuple[int, int], WavePlan],
     scaled: Scaled,
     measured: Array,
-) -> dict[tuple[int, int], dict[str, NDArray[Any]]]:
-    """Run a wave: the outputs (run, motion) of each curve; curves with equally many runs a motion run together."""
-    specimens, across, laws = request.oscillators, request.across, len(request.models)
+) -> tuple[dict[tuple[int, int], dict[str, NDArray[Any]]], Flags]:
+    """Run a wave: the outputs (run, motion) of each curve, and whether a block still slides when a motion ends.
+
+    Curves with equally many runs a motion run together.
+    """
+    both, laws = axes_of(wave.records) == BOTH_AXES, len(request.models)
+    specimens = request.in_plane if both and request.sliding else request.oscillators
+    across = request.across
     found: dict[tuple[int, int], dict[str, NDArray[Any]]] = {}
+    cut = np.zeros(len(wave.records), np.bool_)
     for n in sorted({one.levels.shape[0] for one in plans.values()}):
         own = [where for where, one in plans.items() if one.levels.shape[0] == n]
         factors = np.stack([scaled.factors(plans[at].levels, measured[at[0] % len(measured)]) for at in own])
         check_factors(factors, wave.records)
         numbers = [block * laws + model for block, model in own]
-        other: Sequence[Any] | None = [across[i] for i in numbers] if axes_of(wave.records) else None
+        other = [across[i] for i in numbers] if both and not request.sliding else None
         results = run_wave(request, [specimens[i] for i in numbers], other, wave.records, factors)
         for k, where in enumerate(own):
             found[where] = {name: results[name][k] for name in request.outputs}
-    return found
+        if request.sliding:
+            cut |= cut_slides(*(results[name] for name in ENDS))
+    return found, cut

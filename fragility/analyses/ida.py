@@ -14,12 +14,13 @@ from ...motions.polarity import AS_RECORDED, records_under
 from ...motions.simulated.generator import Generator
 from ..adaptive.curve import RUNS
 from ..adaptive.until import Until, until_of
+from ..fitting.states import State, needed_output
 from ..hazard.curve import HazardCurve
 from ..runs.labels import measured
 from ..runs.provenance import ADAPTIVE, GROUND, IDA
 from ..runs.request import check_request
 from ..runs.scaling import ground_of, scaling
-from .adaptive import adaptive
+from .adaptive import adaptive, sought_state
 from .analysis import Design, analyse, specimens_of
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def ida(
     progress: Progress | None = None,
     compute: bool = True,
     until: Mapping[str, Any] | Until | None = None,
+    state: State | None = None,
     hazard: HazardCurve | None = None,
     runs_per_motion: int = RUNS,
     seed: int = 0,
@@ -110,6 +112,9 @@ def ida(
         Of adaptive levels: what is to be known within which half width, at 95 % confidence.  One of ``median``,
         ``dispersion`` and ``rate`` (shares of the value; without an entry, 0.1 of the median) and ``probability`` (a
         mapping of ``level``, SI, and ``within``); and ``motions``, a mapping of ``least`` (64) and ``most`` (2000).
+    state : str, float or Slip, optional
+        Of adaptive levels: the damage state whose curve is sought (`fragility.reached`), overturned where not given;
+        ``uplifted``, a rotation x > 0 times alpha, or, of `Sliding` blocks, which have no other, a `fragility.Slip`.
     hazard : HazardCurve, optional
         Of the measure of the levels, for ``until={"rate": …}``.
     runs_per_motion : int
@@ -160,20 +165,23 @@ def ida(
             raise TypeError(f"levels must be real numbers or {ADAPTIVE!r}, got {levels!r:.40}")
         if screen:
             raise ValueError("screen must be left out for adaptive levels: runs at levels of their own have no screen")
-        wanted = ["overturned"] if outputs is None else outputs
+        laws = list(models) if isinstance(models, Iterable) else [models]
+        sought = sought_state(state, laws)
+        wanted = [needed_output(sought)] if outputs is None else outputs
         return adaptive(
-            check_request(blocks, models, wanted, skip, client, progress, False, compute),
+            check_request(blocks, laws, wanted, skip, client, progress, False, compute),
             motions,
             im,
             until_of(until),
+            state=sought,
             runs_per_motion=runs_per_motion,
             seed=seed,
             hazard=hazard,
             ground=ground,
             polarity=polarity,
         )
-    if until is not None or hazard is not None:
-        raise ValueError("until and hazard are for adaptive levels (levels='adaptive'), got levels")
+    if until is not None or hazard is not None or state is not None:
+        raise ValueError("until, state and hazard are for adaptive levels (levels='adaptive'), got levels")
     if isinstance(motions, Generator):
         raise TypeError("motions must be labelled arrays where levels are given: take some of the generator's (sample)")
     screened = True if screen is None else screen

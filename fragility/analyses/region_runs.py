@@ -27,7 +27,7 @@ from ..surfaces.curves import PooledCurves
 from ..surfaces.domain import Domain, candidates, check_points, design_weights, designed
 from ..surfaces.evaluation import Curves
 from ..surfaces.rate_checks import STRATA, RateCheck, check_rates, rate_levels
-from .adaptive import first_levels
+from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave
 
@@ -206,7 +206,8 @@ class PooledRuns:
 
     def _start(self, blocks: Sequence[Block], wave: MotionWave, measured: Array) -> tuple[Array, Array]:
         """Return the first ln levels (block,), lowest and highest, in the unit of the surfaces."""
-        ends = np.log([first_levels(one, wave, self.plan.scaled, measured) for one in blocks])
+        peaks = peaks_of(wave)
+        ends = np.log([first_levels(fall_start(one), peaks, self.plan.scaled, measured) for one in blocks])
         unit = self._unit(blocks)
         return ends[:, 0] - unit, ends[:, 1] - unit
 

@@ -16,7 +16,9 @@ from ...motions.arrays import motion_coordinates
 from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ..adaptive.account import account, half_width
 from ..adaptive.curve import SequentialCurve, WavePlan
+from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
+from ..fitting.states import OVERTURNED, State, state_name
 from ..runs.labels import VARIABLES, depth_coordinate
 from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
 from ..runs.request import Request
@@ -103,9 +105,11 @@ def labelled(
     waves: Sequence[WaveRuns],
     scaled: Scaled,
     others: OtherMeasures,
+    state: State,
     configuration: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Return the runs and what they say of each curve as one dataset."""
+    """Return the runs and what they say of each curve as one dataset; its attribute `state` where not overturning."""
+    named = None if state == OVERTURNED else state_name(state)
     until = curves[0].until
     joined = {name: np.concatenate([one.runs[name] for one in waves]) for name in waves[0].runs}
     level = {"units": scaled.units, "long_name": waves[0].long_name, "im": scaled.name}
@@ -114,7 +118,8 @@ def labelled(
         if name == "level":
             attributes = level
         elif name == "weight":
-            text = "annual rate that the run stands for if its block overturned, over the number of motions"
+            came = "overturned" if named is None else f"reached {named}"
+            text = f"annual rate that the run stands for if its block {came}, over the number of motions"
             attributes = {"units": PER_YEAR, "long_name": text}
         elif name in _RUNS:
             attributes = {"units": DIMENSIONLESS, "long_name": _RUNS[name]}
@@ -127,7 +132,7 @@ def labelled(
     gains = [others.gains(one.seen) for one in curves]
     # (of other answers the scatter of capacities does not say how many motions they take)
     offers = [gain_words(others.labels, one) if until.target == MEDIAN else "" for one in gains]
-    variables |= curve_variables(curves, shape, level, offers)
+    variables |= curve_variables(curves, shape, level, offers, named)
     other = others.variables(gains, ("block", "model"), shape)
     variables |= {str(name): one.variable for name, one in other.data_vars.items()}
     specimens = specimens_of(request)
@@ -150,7 +155,8 @@ def labelled(
             "im": scaled.name,
             **provenance(dict(configuration)),
             "until": json.dumps(until.describe()),
-            "stopped_because": "; ".join(dict.fromkeys(one.stopped for one in curves)),
+            **({} if named is None else {"state": named}),
+            "stopped_because": "; ".join(dict.fromkeys(reason_text(one.stopped, named) for one in curves)),
         },
     )
 
@@ -162,14 +168,20 @@ def numbers(dim: str, n: int) -> dict[str, xr.Variable]:
 
 
 def curve_variables(
-    curves: Sequence[SequentialCurve], shape: tuple[int, int], level: Mapping[str, str], offers: Sequence[str]
+    curves: Sequence[SequentialCurve],
+    shape: tuple[int, int],
+    level: Mapping[str, str],
+    offers: Sequence[str],
+    state: str | None = None,
 ) -> dict[str, xr.Variable]:
     """Return what is known of every curve, on (block, model), and the half width at every look.
 
-    offers (curve,): clauses on better measures, empty where there is none.
+    offers (curve,): clauses on better measures, empty where there is none.  state: the name of a damage state other
+    than overturning.
     """
     dims = ("block", "model")
     unit = level["units"]
+    of, half = ("overturning", "half overturn") if state is None else (state, f"half reach {state}")
 
     def column(name: str, values: Sequence[Any], units: str, text: str) -> None:
         array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
@@ -182,7 +194,7 @@ def curve_variables(
 
     found: dict[str, xr.Variable] = {}
     looks = [one.looks[-1] for one in curves]
-    interval("median", [_ends(one.local) for one in looks], unit, "level at which half overturn, from levels near it")
+    interval("median", [_ends(one.local) for one in looks], unit, f"level at which {half}, from levels near it")
     interval(
         "dispersion",
         [_ends(one.log_dispersion) for one in looks],
@@ -193,22 +205,25 @@ def curve_variables(
     target = curves[0].until.target
     asked = [(one.value, one.lower, one.upper) for one in looks]
     if target == RATE:
-        interval("rate", asked, PER_YEAR, "annual rate of overturning, from weighted runs without a form of curve")
+        interval("rate", asked, PER_YEAR, f"annual rate of {of}, from weighted runs without a form of curve")
         fitted = [one.fitted_rate() for one in curves]
         rates = [math.nan if one is None else one.value for one in fitted]
-        column("rate_of_curve", rates, PER_YEAR, "annual rate of overturning of the lognormal curve through all runs")
+        text = f"annual rate of {of}, of the lognormal curve through all runs"
+        column("rate_of_curve", rates, PER_YEAR, text)
         differ = [one.rate_misfit() for one in curves]
         column("rate_misfit", differ, DIMENSIONLESS, "rate of the curve over that without one, less 1; 0 within error")
     if target == PROBABILITY:
-        interval("probability", asked, DIMENSIONLESS, "probability of overturning at the level asked for")
+        interval("probability", asked, DIMENSIONLESS, f"probability of {of} at the level asked for")
     misfits = [math.expm1(-one.misfit) for one in looks]
     column("misfit", misfits, DIMENSIONLESS, "curve_median over median, less 1; 0 within twice its error")
     column("motions_run", [one.motions for one in looks], DIMENSIONLESS, "motions that the block was run under")
     width = "half width of the 95 % interval asked for, in the terms of until"
     column("half_width", [half_width(one, one.looks[-1].ratio) for one in curves], DIMENSIONLESS, width)
-    column("stopped_because", [one.stopped for one in curves], DIMENSIONLESS, "why no further motions were run")
+    reasons = [reason_text(one.stopped, state) for one in curves]
+    column("stopped_because", reasons, DIMENSIONLESS, "why no further motions were run")
     accounts = [
-        "; ".join(part for part in (account(one), offer) if part) for one, offer in zip(curves, offers, strict=True)
+        "; ".join(part for part in (account(one, state), offer) if part)
+        for one, offer in zip(curves, offers, strict=True)
     ]
     column("account", accounts, DIMENSIONLESS, "what was reached, and what more would bring")
     found |= look_variables(curves, shape)

@@ -155,7 +155,8 @@ def run_wave(
     request : Request
         Outputs, runner and skip.
     specimens : sequence of Specimen, (curve,)
-    across : the same in the direction of the blocks' depths, needed for motions along both axes
+        Of blocks that slide under motions along both axes, those of the plane.
+    across : the same in the direction of the blocks' depths, needed for motions along both axes of blocks that rock
     records : sequence of Record, (motion,)
     factors : array (curve, level, motion)
 
@@ -165,7 +166,9 @@ def run_wave(
         Each output by name.
     """
     work = work_of(specimens, [along_width(one) for one in records], factors, request)
-    if axes_of(records) == BOTH_AXES:
+    if axes_of(records) == BOTH_AXES and request.sliding:
+        work = work._replace(motions=tuple(records))
+    elif axes_of(records) == BOTH_AXES:
         assert across is not None
         return collect_both(work.outputs, both_works(work, across), request.runner, None).results
     return collect(work, request.runner, None).results

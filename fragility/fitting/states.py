@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -104,6 +104,43 @@ def of_both_axes(state: State) -> bool:
     return state.side == "either" if isinstance(state, Slip) else state in (OVERTURNED, UPLIFTED, FALLEN_OFF)
 
 
+def check_axes_of(state: State) -> None:
+    """Raise a ValueError for a damage state that runs about both axes do not have (`of_both_axes`)."""
+    if not of_both_axes(state):
+        raise ValueError(
+            f"{state_name(state)} is of one axis: runs about both axes have the states {OVERTURNED}, {UPLIFTED} and "
+            f"{FALLEN_OFF}, and slips to either side"
+        )
+
+
+def flags_of(values: Any, state: State, alpha: Any) -> Any:
+    """Return whether runs reached a damage state, from the output that it needs (`needed_output`).
+
+    values, alpha: numpy or labelled arrays that go with each other; alpha: the slenderness of the blocks, rad.
+
+    Raises
+    ------
+    ValueError
+        Slips that are not known, flags other than 0 and 1.
+    """
+    if isinstance(state, Slip):
+        if bool(np.isnan(values).any()):
+            name = state_name(state)
+            raise ValueError(f"{name} is not known of runs in which the block loses contact with the floor")
+        return values > state.distance
+    if not isinstance(state, str):
+        # a block that overturned has passed every rotation, those beyond pi/2 among them; one that left the floor
+        # under vertical shaking has none, and counts as overturned
+        return (values > state * alpha) | (values >= 0.5 * math.pi) | np.isnan(values)
+    if state in DIRECTIONS:
+        return (values == DIRECTIONS[state]) | (values == UNKNOWN["direction"])
+    if values.dtype == np.bool_:
+        return values
+    if not bool(((values == 0) | (values == 1)).all()):
+        raise ValueError(f"{needed_output(state)} must be flags, got values other than 0 and 1 ({values.dtype})")
+    return values.astype(bool)
+
+
 def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     """Return flags of the runs that reached a damage state; runs that are airborne count as having reached each.
 
@@ -145,11 +182,8 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     needs = needed_output(state)
     if not isinstance(runs, xr.Dataset) or needs not in runs:
         raise TypeError(f"{name} needs runs with `{needs}` (see outputs), as toppling.ida returns them")
-    if about_both_axes(runs) and not of_both_axes(state):
-        raise ValueError(
-            f"{name} is of one axis: runs about both axes have the states {OVERTURNED}, {UPLIFTED} and {FALLEN_OFF}, "
-            "and slips to either side"
-        )
+    if about_both_axes(runs):
+        check_axes_of(state)
     values = runs[needs]
     if RUN in values.dims:
         raise ValueError(
@@ -160,26 +194,9 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
         raise ValueError(f"{needs} must have a motion dimension, got dims {values.dims}")
     if values.sizes["motion"] == 0:
         raise ValueError(f"{needs} must hold at least one motion, got none")
-    if isinstance(state, Slip):
-        if bool(values.isnull().any()):
-            raise ValueError(f"{name} is not known of runs in which the block loses contact with the floor")
-        flags = values > state.distance
-    elif not isinstance(state, str):
-        if "alpha" not in runs.coords:
-            raise ValueError(
-                f"{name} needs the blocks' alpha as a coordinate of the runs, as toppling.ida returns them"
-            )
-        # a block that overturned has passed every rotation, those beyond pi/2 among them; one that left the floor
-        # under vertical shaking has none, and counts as overturned
-        flags = (values > state * runs["alpha"]) | (values >= 0.5 * math.pi) | values.isnull()
-    elif state in DIRECTIONS:
-        flags = (values == DIRECTIONS[state]) | (values == UNKNOWN["direction"])
-    elif values.dtype == np.bool_:
-        flags = values
-    else:
-        if not bool(((values == 0) | (values == 1)).all()):
-            raise ValueError(f"{needs} must be flags, got values other than 0 and 1 ({values.dtype})")
-        flags = values.astype(bool)
+    if "alpha" not in runs.coords and isinstance(state, float | int):
+        raise ValueError(f"{name} needs the blocks' alpha as a coordinate of the runs, as toppling.ida returns them")
+    flags: xr.DataArray = flags_of(values, state, runs["alpha"] if "alpha" in runs.coords else math.nan)
     return flags.rename(state if isinstance(state, str) else "reached").assign_attrs(
         units=DIMENSIONLESS, long_name=f"whether the block reached {name}", state=name
     )

@@ -31,7 +31,7 @@ from ..runs.provenance import (
 )
 from ..runs.thresholds import rocking_thresholds
 from .patterns import CellCounts, Patterns, PatternTable
-from .states import OVERTURNED, UPLIFTED, State, reached, state_name
+from .states import OVERTURNED, UPLIFTED, State, flags_of, needed_output, reached, state_name
 
 STATES = 3
 STOOD, ROCKED, TOPPLED = range(STATES)
@@ -254,8 +254,11 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     """
     if first:
         raise ValueError("method 'first-overturning' needs every motion at common levels, got adaptive levels")
-    if state != OVERTURNED:
-        raise ValueError(f"adaptive levels are chosen by what overturns, and tell nothing sure of state {state!r}")
+    name = str(data.attrs.get("state", state_name(OVERTURNED)))
+    if state_name(state) != name:
+        raise ValueError(
+            f"levels were chosen for {name}, and tell nothing sure of {state_name(state)}: give the state of `ida`"
+        )
     if together:
         raise ValueError(f"together {', '.join(map(str, together))} needs common levels, got adaptive levels")
     dims = tuple(dim for dim in ("block", "model") if dim in data.dims)
@@ -268,16 +271,18 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     cluster[data["motion_number"].values] = motions
     of_run = cluster[data["run_motion"].values]
     x = _positive("level", data["level"].values)
-    fell = data["overturned"].values.astype(np.bool_)
+    alpha = np.broadcast_to(data["alpha"].values if "alpha" in data.coords else math.nan, block.shape)
+    verdicts = data[needed_output(state)].values
     samples = []
     for i, j in np.ndindex(block.size, model.size):
         here = (data["run_block"].values == block[i]) & (data["run_model"].values == model[j]) & (of_run >= 0)
         own = np.flatnonzero(here)
         if not own.size:
             raise ValueError(f"runs must hold some of block number {block[i]} under law number {model[j]}, got none")
+        fell = flags_of(verdicts[own], state, float(alpha[i]))
         levels, where = np.unique(x[own], return_inverse=True)
         size = levels.size * STATES
-        cell = STATES * where + np.where(fell[own], TOPPLED, STOOD)
+        cell = STATES * where + np.where(fell, TOPPLED, STOOD)
         keys, counts = np.unique(of_run[own] * size + cell, return_counts=True)
         known = PatternTable(int(motions.max()) + 1)
         known.add(keys // size, keys % size, counts)

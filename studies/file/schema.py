@@ -31,7 +31,7 @@ from ...fragility.runs.request import OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...fragility.validity.screen import FACTORS
 from ...models import Block
-from ...motions.arrays import REVERSE_OF
+from ...motions import Generator
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
@@ -86,9 +86,21 @@ class MotionSet(NamedTuple):
         return self._replace(motions=tuple(motions), ground=tuple(ground))
 
 
+class LookedAt(NamedTuple):
+    """Motions of an analysis that takes them one after the other.
+
+    shaken: all that there are, or the first of a `generator`; number: of all; seed: of their order or of the generator.
+    """
+
+    shaken: MotionSet
+    generator: Generator | None
+    number: int
+    seed: int
+
+
 ANALYSES = ("ida", "stripes", "cloud", "performance")
 LOOKED_AT = 64
-"""Motions of a generator that are made before a pooled analysis runs, for what is odd about them."""
+"""Motions of a generator that are made before an adaptive or a pooled analysis runs, for what is odd about them."""
 
 
 class StudyFile(Table):
@@ -631,10 +643,11 @@ class StudyFile(Table):
         ValueError where they do not go together.
         """
         levels = self._levels()  # (errors of the levels are raised before motions are made)
-        if self.kind == POOLED:
-            return self._pooled(folder, both)
+        if self.ida is not None and self.adaptive:
+            looked = self._looked_at(folder)
+            return self._pooled(looked, both) if self.kind == POOLED else self._sequential(self.ida, looked, both)
         sets = [one.both_ways if both else one for one in self.shaking(folder)]
-        if self.ida is not None and not self.adaptive:
+        if self.ida is not None:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
         first = sets[0]
         if self.stripes is not None:
@@ -646,27 +659,16 @@ class StudyFile(Table):
             if selections:  # (stripes that do not agree with the hazard may be left out)
                 levels = np.array([one.attrs["level"] for one in selections])
             return Stripes(shaken, ground, self.stripes.im, levels, scale, reading, selections)
-        if self.ida is not None and self.adaptive:
-            return self._sequential(self.ida, first)
         if self.ida is not None:
             return Incremental(first.motions, first.ground, self.ida.im, levels, first.reading)
         return Cloud(first.motions, first.ground, self.analysis.im, first.reading)
 
-    def _sequential(self, ida: IdaTable, shaken: MotionSet) -> Sequential:
-        """Return the design of adaptive levels, without the hazard that a rate needs."""
-        asked = self.until or UntilTable()
-        number = sum(array.sizes["motion"] for array in shaken.motions)
-        both = any(REVERSE_OF in array.coords for array in shaken.motions)
-        until = asked.build(ida.im, number // 2 if both else number)
-        each = RUNS if asked.runs_per_motion is None else asked.runs_per_motion
-        return Sequential(shaken.motions, shaken.ground, ida.im, until, each, asked.seed, None, shaken.reading)
-
-    def _pooled(self, folder: Path, both: bool) -> Pooled:
-        """Return the design of a pooled surface, without the hazard of its rates.
+    def _looked_at(self, folder: Path) -> LookedAt:
+        """Return the motions of an analysis that takes them one after the other.
 
         Where nothing but a generator makes the motions, the first ones are made now, and the others when they run.
         """
-        asked, motions = self.until or UntilTable(), self.motions
+        motions, asked = self.motions, self.until or UntilTable()
         plain = not self._stand and self.support is None and not motions.match_gmm and motions.component is None
         generator = motions.made_by(folder) if plain else None
         number = motions.number or 1
@@ -674,14 +676,27 @@ class StudyFile(Table):
             motions = motions.model_copy(update={"number": min(number, LOOKED_AT)})
         shaken = self._shaking(motions, folder)
         if generator is None:
-            number = sum(array.sizes["motion"] for array in shaken.motions)
-        elif self.until is not None and self.until.seed:
+            return LookedAt(shaken, None, sum(array.sizes["motion"] for array in shaken.motions), asked.seed)
+        if asked.seed:
             raise ValueError("until.seed is of motions that are read: give motions.seed, which levels follow, too")
-        until = asked.build(self.analysis.im, number, MOST_POOLED)
+        return LookedAt(shaken, generator, number, motions.seed or 0)
+
+    def _sequential(self, ida: IdaTable, looked: LookedAt, both: bool) -> Sequential:
+        """Return the design of adaptive levels, without the hazard that a rate needs."""
+        asked, shaken = self.until or UntilTable(), looked.shaken
+        until = asked.build(ida.im, looked.number)
+        each = RUNS if asked.runs_per_motion is None else asked.runs_per_motion
+        kept = shaken.motions, shaken.ground, ida.im, until, each, looked.seed, looked.generator, both
+        return Sequential(*kept, reading=shaken.reading)
+
+    def _pooled(self, looked: LookedAt, both: bool) -> Pooled:
+        """Return the design of a pooled surface, without the hazard of its rates."""
+        asked, shaken = self.until or UntilTable(), looked.shaken
+        until = asked.build(self.analysis.im, looked.number, MOST_POOLED)
         each = BLOCKS_A_MOTION if asked.runs_per_motion is None else asked.runs_per_motion
-        seed = asked.seed if generator is None else motions.seed or 0
-        kept = shaken.motions, shaken.ground, self.analysis.im, until, each, seed, generator, both
-        return Pooled(*kept, reading=shaken.reading, events=self._events(generator is not None, number))
+        kept = shaken.motions, shaken.ground, self.analysis.im, until, each, looked.seed, looked.generator, both
+        events = self._events(looked.generator is not None, looked.number)
+        return Pooled(*kept, reading=shaken.reading, events=events)
 
     def _events(self, made: bool, number: int) -> Events | None:
         """Return the events in which a sample of the region is run: made by a generator, or all `number` of a set."""

@@ -194,7 +194,7 @@ class Incremental(Design):
 class Sequential(Design):
     """Motion after motion at a few levels of its own, until the answer is as precise as asked.
 
-    most: runs of a curve at the most; `hazard` where the precision is that of a rate.
+    motions, generator, seed, both: as of `Pooled`; `hazard` where the precision is that of a rate.
     """
 
     motions: Motions
@@ -203,9 +203,19 @@ class Sequential(Design):
     until: Until
     runs_per_motion: int
     seed: int
+    generator: Generator | None = None
+    both: bool = False
     hazard: HazardCurve | None = None
     reading: Reading = UNREAD
     name: ClassVar[str] = "ida"
+
+    @property
+    def shakes(self) -> int:
+        return self.until.most * (2 if self.both else 1)
+
+    @property
+    def both_ways(self) -> bool:
+        return self.both
 
     @property
     def runs(self) -> int:
@@ -226,7 +236,8 @@ class Sequential(Design):
 
     @property
     def words(self) -> str:
-        return f"{super().words} at adaptive levels, {self.until.words}"
+        ways = " both ways" if self.both else " about both axes" if self.about == 2 else ""
+        return f"up to {counted(self.until.most, 'motion')}{ways} at adaptive levels, {self.until.words}"
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
         found = np.zeros(runs.sizes["block"])
@@ -237,8 +248,8 @@ class Sequential(Design):
         plain = records(self.motions)
         below = ground_of(plain, records(self.ground)) if self.ground else None
         scaling([1.0], plain, self.im, blocks, below)
-        size = sum(array.sizes["motion"] for array in self.arrays) // (2 if self.both_ways else 1)
-        if size < self.until.least:
+        size = sum(array.sizes["motion"] for array in self.arrays)
+        if self.generator is None and size < self.until.least:
             raise ValueError(
                 f"adaptive levels need {self.until.least} motions at least (until.motions.least), got {size}"
             )
@@ -250,10 +261,11 @@ class Sequential(Design):
         return ida(
             blocks,
             models,
-            self.motions,
+            self.motions if self.generator is None else self.generator,
             "adaptive",
             self.im,
             outputs,
+            polarity=BOTH if self.both else AS_RECORDED,
             until=self.until,
             hazard=self.hazard,
             runs_per_motion=self.runs_per_motion,

@@ -101,6 +101,10 @@ def test_a_search_without_an_end_stops(fell, reason):
         done += 32
     assert (curve.stopped, done) == (reason, 192)
     assert account(curve).startswith(f"{reason} under 192 motions at levels from ")
+    of_slips = account(curve, "a slip above 0.1 m")
+    assert of_slips.startswith(
+        f"{'every' if fell else 'no'} run reached a slip above 0.1 m under 192 motions at levels"
+    )
     low, high = curve.explored
     assert (high > 8.0**5) if not fell else (low < 8.0**-4)
 

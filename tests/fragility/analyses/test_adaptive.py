@@ -9,8 +9,10 @@ import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.doubts import ImplausibleInput
 from toppling.fragility import (
     HazardCurve,
+    Slip,
     goodness_of_fit,
     overturning_capacity,
     overturning_probability,
@@ -121,7 +123,7 @@ def test_fits_take_the_runs_with_their_motions(found):
     assert bool((rates["rate"] > 0.0).all())
     for options, words in (
         ({"method": "first-overturning"}, "needs every motion at common levels"),
-        ({"state": "uplifted"}, "tell nothing sure of state 'uplifted'"),
+        ({"state": "uplifted"}, "levels were chosen for overturning, and tell nothing sure of uplift"),
         ({"together": ["block"]}, "together block needs common levels"),
     ):
         with pytest.raises(ValueError, match=words):
@@ -234,17 +236,79 @@ def test_pairs_fall_about_either_axis():
         assert bool(one["overturned"].item()) == bool(found["overturned"][i])
 
 
+class TestOtherStates:
+    """Curves of slips and of rotations: levels are chosen by the state that is sought."""
+
+    SLIDING = tp.Sliding(0.3)
+    CASES = [(SLIDING, Slip(0.1), "slide_peak"), (LAWS[0], 0.5, "peak_rotation"), (LAWS[0], "uplifted", "uplifted")]
+
+    @pytest.mark.parametrize(("law", "state", "output"), CASES, ids=["slip", "rotation", "uplift"])
+    def test_medians_are_those_of_many_levels(self, law, state, output):
+        """200 other motions at 60 levels: the medians agree within the two errors."""
+        found = tp.ida(BLOCK, law, SHAKES, "adaptive", "pgv", until=COARSE, state=state)
+        assert found.attrs["stopped_because"] == "precision reached"
+        levels = np.geomspace(0.02, 5.0, 60)
+        runs = tp.ida(BLOCK, law, SHAKES.sample(200, 7), levels, "pgv", [output], screen=False)
+        truth = float(tp.fit_fragility(runs, state=state)["median"].item())
+        assert abs(math.log(found["median"].item() / truth)) < math.log1p(found["half_width"].item() + 0.1)
+        for i in (5, 77, 150):
+            one = tp.ida(BLOCK, law, motion_of(found, i), [float(found["level"][i])], "pgv", [output], screen=False)
+            assert float(one[output].item()) == pytest.approx(float(found[output][i]), rel=1e-9)
+        curve = tp.fit_fragility(found, state=state, replicates=100)
+        assert curve.attrs["state"] == found.attrs["state"]
+        assert abs(math.log(curve["median"].item() / truth)) < math.log1p(found["half_width"].item() + 0.1)
+        with pytest.raises(ValueError, match=r"levels were chosen for .*, and tell nothing sure of overturning: give"):
+            tp.fit_fragility(found)
+
+    def test_pairs_slide_in_the_plane(self):
+        (pairs,) = both_axes(SHAKES.sample_pairs(64))
+        until = {"median": 0.4, "motions": {"least": 32}}
+        found = tp.ida(BLOCK, self.SLIDING, pairs, "adaptive", "RotD50(pgv)", until=until, state=Slip(0.05))
+        assert math.isfinite(found["median"].item())
+        for i in (3, 100, 180):
+            motion = pairs.sel(motion=[found["motion"].values[int(found["run_motion"][i])]])
+            one = tp.ida(BLOCK, self.SLIDING, motion, [float(found["level"][i])], "RotD50(pgv)")
+            assert float(one["slide_peak"].item()) == pytest.approx(float(found["slide_peak"][i]), rel=1e-9)
+
+    def test_other_laws_of_friction_have_curves_of_their_own(self):
+        laws = [self.SLIDING, tp.Sliding(0.5)]
+        found = tp.ida(BLOCK, laws, SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
+        weak, strong = found["median"].values.ravel()
+        alone = tp.ida(BLOCK, laws[1], SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
+        assert alone["median"].item() == strong > weak
+
+    def test_motions_that_end_in_a_slide_are_named(self):
+        cut = SHAKES.sample(40).isel(time=slice(0, 300))
+        with pytest.warns(ImplausibleInput, match="end while a block slides"):
+            tp.ida(
+                BLOCK, self.SLIDING, cut, "adaptive", until={"median": 0.4, "motions": {"least": 32}}, state=Slip(0.05)
+            )
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         ({"levels": "adaptative"}, "levels must be real numbers or 'adaptive'"),
-        ({"levels": [1.0], "until": {}}, "until and hazard are for adaptive levels"),
+        ({"levels": [1.0], "until": {}}, "until, state and hazard are for adaptive levels"),
         ({"levels": [1.0]}, "motions must be labelled arrays where levels are given"),
         ({"screen": True}, "screen must be left out for adaptive levels"),
         ({"compute": False}, "compute must be True for adaptive levels"),
         ({"outputs": ["peak_rotation"]}, "outputs must hold overturned"),
         ({"outputs": ["overturned", "top_displacement"]}, "outputs of adaptive levels must not hold top_displacement"),
-        ({"models": tp.Sliding(0.3), "outputs": ["slide_peak"]}, "chosen by what overturns, and sliding blocks do not"),
+        ({"levels": [1.0], "state": "uplifted"}, "until, state and hazard are for adaptive levels"),
+        ({"models": tp.Sliding(0.3)}, r"state of sliding blocks must be a slip, such as Slip\(0.05\), got none"),
+        ({"models": tp.Sliding(0.3), "state": "overturned"}, "state of sliding blocks must be a slip"),
+        (
+            {"models": tp.Sliding(0.3), "state": Slip(0.1), "outputs": ["slide_path"]},
+            "outputs must hold slide_peak for adaptive levels",
+        ),
+        ({"state": Slip(0.1)}, r"state of rocking blocks must be no slip, got Slip\(distance=0.1, side='either'\)"),
+        ({"state": "front"}, "state of adaptive levels must be one of 'overturned', 'uplifted', got 'front'"),
+        ({"state": -1.0}, "state must be finite and > 0, got -1.0"),
+        (
+            {"motions": both_axes(SHAKES.sample_pairs(64))[0], "im": "RotD50(pgv)", "state": 0.5},
+            "is of one axis: runs about both axes have the states",
+        ),
         ({"until": {"rate": 0.1}}, "until rate needs a hazard curve"),
         ({"until": {"rate": 0.1}, "hazard": 3.0}, "hazard must be a HazardCurve, got float"),
         ({"hazard": HazardCurve.power_law(1e-3, 2.0, "pga")}, "hazard is for until rate alone, got until median"),

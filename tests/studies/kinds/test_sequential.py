@@ -63,10 +63,10 @@ def finished(tmp_path_factory):
 
 def test_the_runs_are_those_of_the_analysis(finished):
     results, _ = finished
-    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(200, seed=4)
+    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
     blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
     until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
-    own = tp.ida(blocks, tp.EnergyConsistent(), shakes, "adaptive", until=until)
+    own = tp.ida(blocks, tp.EnergyConsistent(), shakes, "adaptive", until=until, seed=4)
     for name in ("overturned", "level", "run_block", "run_motion", "wave"):
         np.testing.assert_array_equal(results[name], own[name])
     for name in ("median", "median_lower", "dispersion"):
@@ -84,14 +84,38 @@ def test_a_rate_takes_the_hazard_of_the_study(study):
     own = tp.ida(
         [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
         tp.EnergyConsistent(),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(200, seed=4),
+        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
         "adaptive",
+        seed=4,
         until={"rate": 0.5, "motions": {"least": 32, "most": 200}},
         hazard=hazard,
     )
     np.testing.assert_allclose(results["sequential_rate"], own["rate"], rtol=1e-9)
     # (the rate of the curve that is fitted to all runs is another estimate of the same)
     assert (np.abs(np.log(results["rate"] / results["sequential_rate"])) < 0.5).all()
+
+
+def test_a_generator_makes_only_the_motions_that_are_taken(study, monkeypatch):
+    """And the 64 that are looked at before."""
+    made, sample = [], tp.motions.CloughPenzien.sample
+
+    def counted(self, n, seed=0, first=0):
+        made.append(n)
+        return sample(self, n, seed, first)
+
+    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counted)
+    results = study(STUDY.replace("number = 200", "number = 1000000")).run()
+    assert sum(made) == 64 + results.sizes["motion"] < 400
+
+
+def test_motions_that_are_matched_one_by_one_are_made_before(study):
+    scenario = 'generator = "site-based-scenario"\nmagnitude = 6.8\ndistance_m = 15000\nvs30_m_s = 620\n'
+    plain = STUDY.replace('generator = "clough-penzien"', scenario).replace("duration_s = 6\ndt_s = 0.02\n", "")
+    assert study(plain).design.generator is not None
+    assert study(plain).design.motions[0].sizes["motion"] == 64
+    matched = study(plain.replace("number = 200", "number = 40\nmatch_gmm = true"))
+    assert matched.design.generator is None
+    assert matched.design.motions[0].sizes["motion"] == 40
 
 
 def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
