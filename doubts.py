@@ -27,6 +27,7 @@ KINDS: dict[str, str] = {
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
     "collapse": "ground motions under which a building that yields collapses",
     "strike": "motions under which an isolated platform moves further than its clearance",
+    "rocks first": "blocks that slide, under so much friction that they would rock",
     "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
     "scaling": "recordings scaled far before they go through a building or an isolator that yields",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",

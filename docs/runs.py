@@ -205,7 +205,9 @@ def draw_flips(shares: dict[float, NDArray[np.float64]], others: dict[str, NDArr
     x = np.array(list(shares))
     middle = np.array([interval(one) for one in shares.values()])
     errors = np.stack([middle[:, 0] - middle[:, 1], middle[:, 2] - middle[:, 0]])
-    ax.errorbar(100.0 * x, 100.0 * middle[:, 0], yerr=100.0 * errors, fmt="o", color="#0072B2", label="factor")
+    ax.errorbar(
+        100.0 * x, 100.0 * middle[:, 0], yerr=100.0 * errors, fmt="o", color="#0072B2", label="the factor on the motion"
+    )
     colours = ("#D55E00", "#009E73", "#CC79A7", "#E69F00")
     for (name, share), colour, style in zip(others.items(), colours, ("-", "--", "-.", ":"), strict=True):
         ax.axhline(100.0 * float(share.mean()), color=colour, ls=style, lw=1.5, label=name)
@@ -215,7 +217,7 @@ def draw_flips(shares: dict[float, NDArray[np.float64]], others: dict[str, NDArr
         one.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         one.set_minor_formatter(NullFormatter())
     ax.set_yticks([3, 5, 10, 20])
-    ax.set_xlabel("change of the factor (%)")
+    ax.set_xlabel("change of the factor on the motion (%)")
     ax.set_ylabel("verdicts that change (%)")
     ax.legend(frameon=False, fontsize=8)
     axes.grid(ax)

@@ -35,7 +35,7 @@ from ..runs.axes import axes_of, check_axes, check_outputs
 from ..runs.provenance import ADAPTIVE, AXES, GROUND
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import GROUND_FLOORS, check_factors
-from ..validity.plausibility import block_doubts, cut_slides, end_doubts
+from ..validity.plausibility import block_doubts, cut_slides, end_doubts, rocking_doubts
 from .analysis import specimens_of
 from .other_measures import OtherMeasures
 from .sparse import WaveRuns, labelled, runs_of
@@ -94,7 +94,7 @@ def adaptive(
     if source.size is not None and source.size < until.least:
         raise ValueError(f"motions must be {until.least} at least (until motions least), got {source.size}")
     plan = Plan(until, state, runs_per_motion, seed, hazard, scaled, source, ground is not None)
-    doubts = block_doubts(request.blocks)
+    doubts = [*block_doubts(request.blocks), *rocking_doubts(request.blocks, request.models, request.outputs)]
     curves: dict[tuple[int, int], SequentialCurve] = {}
     others = OtherMeasures(scaled)
     cut: dict[str, bool] = {}

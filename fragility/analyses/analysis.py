@@ -27,7 +27,7 @@ from ..runs.plan import plan_even
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.lazy_screen import with_lazy_screen
-from ..validity.plausibility import block_doubts, cut_slides, end_doubts, level_doubts
+from ..validity.plausibility import block_doubts, cut_slides, end_doubts, level_doubts, rocking_doubts
 from ..validity.screen import ScreenInput, with_screen
 from .measuring import MeasuringThread
 
@@ -84,11 +84,12 @@ def specimens_of(request: Request) -> Specimens:
     )
 
 
-def doubts_of(blocks: Sequence[Block], design: Design) -> list[Doubt]:
-    """Return the doubts in the sizes of blocks, the records, and the levels that they are scaled to."""
+def doubts_of(request: Request, design: Design) -> list[Doubt]:
+    """Return the doubts in blocks, in records, and in the levels that they are scaled to."""
     at = design.coordinates.get("intensity" if design.name == STRIPES else "level")
     levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
-    return [*block_doubts(blocks), *record_doubts([one for one in design.motions if not one.reverse_of]), *levels]
+    blocks = [*block_doubts(request.blocks), *rocking_doubts(request.blocks, request.models, request.outputs)]
+    return [*blocks, *record_doubts([one for one in design.motions if not one.reverse_of]), *levels]
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:
@@ -99,7 +100,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     variables with a value for every run are dask arrays.
     """
     check_vertical(request.models, design.motions)
-    warn(doubts_of(request.blocks, design))
+    warn(doubts_of(request, design))
     axes = axes_of(design.motions)
     request = _about(axes, request)
     sizes = {**specimens.sizes, **design.sizes}

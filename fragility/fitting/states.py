@@ -7,6 +7,7 @@ missing or must not be trusted.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -88,6 +89,22 @@ def state_name(state: State) -> str:
     if isinstance(state, str):
         return NAMES[checks.choice("state", state, tuple(NAMES))]
     return f"|theta|/alpha > {checks.number('state', state, above=0.0):g}"
+
+
+def state_named(name: str) -> State | None:
+    """Return the damage state that `state_name` calls so; None where there is none.
+
+    Examples
+    --------
+    >>> [state_named(state_name(state)) for state in ("uplifted", 0.5, Slip(0.1, "front"))]
+    ['uplifted', 0.5, Slip(distance=0.1, side='front')]
+    """
+    found = next((state for state, words in NAMES.items() if words == name), None)
+    turned = re.fullmatch(r"\|theta\|/alpha > (\S+)", name)
+    slid = re.fullmatch(r"a slip above (\S+) m(?: to the (front|back))?", name)
+    if slid is not None:
+        return Slip(float(slid[1]), slid[2] or "either")
+    return found if turned is None else float(turned[1])
 
 
 def needed_output(state: State) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from ...aliases import Array, Flags
 from ...doubts import Doubt, first_names, first_of
-from ...models import Block
+from ...models import Block, Model, Sliding
 from ...models.columns import BlockArray
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
@@ -57,6 +58,27 @@ def _size_doubts(sides: Array, name: Callable[[int], str | None]) -> list[Doubt]
             have = "has" if len(named) == 1 else "have"
             of = f"{len(named):,} of {len(sides):,} blocks {have} sides" if len(sides) > 1 else "the block has sides"
             found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
+    return found
+
+
+def rocking_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:
+    """Return the doubt in blocks that slide under a static friction of b/h or more, where no `mode` tells of it."""
+    if "mode" in outputs:
+        return []
+    found = []
+    for law in models:
+        if not isinstance(law, Sliding):
+            continue
+        early = [block.label for block in blocks if law.static >= math.tan(block.alpha)]
+        if early:
+            found.append(
+                Doubt(
+                    "rocks first",
+                    f"{law.label}: {len(early):,} of {len(blocks):,} blocks uplift before they slide, since their "
+                    f"friction is not below b/h ({first_names(early)}): their slips are those of blocks that cannot "
+                    "rock",
+                )
+            )
     return found
 
 

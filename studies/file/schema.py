@@ -26,6 +26,7 @@ from ...fragility.analyses.pooled import MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LINKS
+from ...fragility.fitting.states import OVERTURNED, UPLIFTED
 from ...fragility.hazard.pieces import EXTEND
 from ...fragility.runs.request import OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
@@ -379,9 +380,9 @@ class StudyFile(Table):
             for key, value, allowed in (
                 ("form", self.fit.form, tuple(LINKS)),
                 ("method", self.fit.method, ("binomial",)),
-                ("state", self.fit.state, ("overturned",)),
+                ("state", self.fit.state, (OVERTURNED, UPLIFTED, "a number")),
             ):
-                if value not in allowed:
+                if value not in allowed and not (key == "state" and isinstance(value, float | int)):
                     raise ValueError(f"fit.{key} of adaptive levels must be {' or '.join(allowed)}, got {value!r}")
         if self.until is not None and self.until.rate is not None:
             if self.hazard is None:
@@ -686,7 +687,8 @@ class StudyFile(Table):
         asked, shaken = self.until or UntilTable(), looked.shaken
         until = asked.build(ida.im, looked.number)
         each = RUNS if asked.runs_per_motion is None else asked.runs_per_motion
-        kept = shaken.motions, shaken.ground, ida.im, until, each, looked.seed, looked.generator, both
+        state = OVERTURNED if self.fit is None else self.fit.state
+        kept = shaken.motions, shaken.ground, ida.im, until, each, looked.seed, looked.generator, both, state
         return Sequential(*kept, reading=shaken.reading)
 
     def _pooled(self, looked: LookedAt, both: bool) -> Pooled:

@@ -22,6 +22,7 @@ from ...fragility.adaptive.curve import EXPLORING
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
 from ...fragility.analyses.region_runs import CHECKED_SHARE
+from ...fragility.fitting.states import OVERTURNED, State
 from ...fragility.runs.axes import axes_of
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.surfaces import checks as of_checks
@@ -194,7 +195,8 @@ class Incremental(Design):
 class Sequential(Design):
     """Motion after motion at a few levels of its own, until the answer is as precise as asked.
 
-    motions, generator, seed, both: as of `Pooled`; `hazard` where the precision is that of a rate.
+    motions, generator, seed, both: as of `Pooled`; state: the damage state of the curves; `hazard` where the precision
+    is that of a rate.
     """
 
     motions: Motions
@@ -205,6 +207,7 @@ class Sequential(Design):
     seed: int
     generator: Generator | None = None
     both: bool = False
+    state: State = OVERTURNED
     hazard: HazardCurve | None = None
     reading: Reading = UNREAD
     name: ClassVar[str] = "ida"
@@ -267,6 +270,7 @@ class Sequential(Design):
             outputs,
             polarity=BOTH if self.both else AS_RECORDED,
             until=self.until,
+            state=self.state,
             hazard=self.hazard,
             runs_per_motion=self.runs_per_motion,
             seed=self.seed,

@@ -14,6 +14,7 @@ from matplotlib.ticker import FixedLocator, PercentFormatter
 from ...aliases import Array
 from ...fragility import curve_probability
 from ...fragility.curves.curve import TABULATED
+from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, state_name, state_named
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import RUN, number_of_motions
 from ...motions.arrays import POLARITY
@@ -158,8 +159,9 @@ def _law(
 ) -> None:
     """Draw one law, the law `i` of its axes: what was observed, its curve, and its entry in a legend."""
     cloud = _is_cloud(law.results)
-    if observed and cloud and "overturned" in law.results:
-        _motions(law, ax, frame.scale, i, floor)
+    state = _state_of(law.results)
+    if observed and cloud and state is not None:
+        _motions(law, ax, frame.scale, i, floor, state)
     elif observed and _observed(law.results):
         _fractions(law, ax, frame.scale)
     fitted = line is not None and bool(np.isfinite(line).any())
@@ -256,8 +258,8 @@ def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, ends: tuple[A
     ax.errorbar(x, p, yerr=errors, fmt=law.marker, ms=3.5, mew=0.0, lw=0.8, color=law.colour, alpha=0.7)
 
 
-def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int | str | None) -> None:
-    """Draw every motion of a cloud at its own intensity, and fractions in bins of equally many motions.
+def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int | str | None, state: State) -> None:
+    """Draw whether every motion of a cloud brought the state, at its intensity, and fractions in equally full bins.
 
     Of adaptive levels, every run of the block under the law; a motion with several runs in a bin is one trial there.
     """
@@ -266,7 +268,8 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
         one = one.isel({RUN: runs_of_curve(one)})
     elif floor is not None and "motion_floor" in one.coords:
         one = one.isel(motion=np.flatnonzero(one["motion_floor"].values.astype(str) == str(floor)))
-    at, fell = one["intensity"].values / scale, one["overturned"].values.astype(bool)
+    alpha = float(one["alpha"]) if "alpha" in one.coords else math.nan
+    at, fell = one["intensity"].values / scale, np.asarray(flags_of(one[needed_output(state)].values, state, alpha))
     ax.plot(at, np.where(fell, 1.02 + 0.022 * i, -0.02 - 0.022 * i), "|", ms=5.0, mew=0.7, color=law.colour, alpha=0.4)
     # (a motion and its reverse have one intensity, and are one trial of the intervals)
     sparse = RUN in one.dims
@@ -284,6 +287,12 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
     ends = wilson_interval(falls / runs * trials, trials, float(one.attrs.get("confidence", 0.95)))
     middle = np.array([math.exp(float(np.log(at[part]).mean())) for part in parts])
     _points(ax, law, middle, falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
+
+
+def _state_of(results: xr.Dataset) -> State | None:
+    """Return the state of the curves of runs; None where the runs do not have the output that it is read from."""
+    state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
+    return state if state is not None and needed_output(state) in results else None
 
 
 def _curves(here: xr.Dataset, x: Array) -> Array:
@@ -365,7 +374,8 @@ def _drawn_of(results: xr.Dataset) -> xr.Dataset:
     curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
     wanted = {*curves, "probability", "lower", "upper", "curve_probability"}
     if cloud:
-        wanted |= {"overturned", "run_block", "run_model", "run_motion"}
+        state = _state_of(results)
+        wanted |= {"run_block", "run_model", "run_motion", *([] if state is None else [needed_output(state)])}
     shown = results[[name for name in results.data_vars if name in wanted]]
     return shown if cloud else shown.drop_vars([name for name, one in shown.coords.items() if "motion" in one.dims])
 
@@ -380,14 +390,14 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
         by = results.attrs.get("shown_by", ORDERS[MEDIAN])
         of = every // results.sizes["block"] * int(results.attrs.get("shown_of", results.sizes["block"]))
         parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {by}")
+    fell = results.attrs.get("state", state_name(OVERTURNED)) == state_name(OVERTURNED)
+    ends = "stood below, fell above" if fell else "state not reached below, reached above"
     if "level" in results.coords:
         parts.append(f"points: observed, with {confidence} Wilson intervals")
     elif RUN in results.dims:
-        parts.append(
-            f"ticks: every run, stood below, fell above; points: fractions in bins, {confidence} Wilson intervals"
-        )
+        parts.append(f"ticks: every run, {ends}; points: fractions in bins, {confidence} Wilson intervals")
     else:
-        parts.append("ticks: every motion, stood below, fell above")
+        parts.append(f"ticks: every motion, {ends}")
         if motions >= 2 * FULL_BIN:
             bins = min(MOST_BINS, motions // FULL_BIN)
             parts.append(f"points: fractions in {bins} bins of equally many motions, {confidence} Wilson intervals")

@@ -67,6 +67,7 @@ ODD = {
     "ringing": "the floor motions end before the building has come to rest",
     "collapse": "the building collapses under some motions",
     "strike": "the isolated platform strikes its stops under some motions",
+    "rocks first": "blocks would rock before they slide",
     "slides on": "motions end while blocks slide",
     "selection": "some selected motions do not agree with the hazard",
     "scaling": "motions are scaled far before they go through what yields",

@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 
 import dask
 import numpy as np
@@ -245,14 +246,14 @@ class TestOtherStates:
     @pytest.mark.parametrize(("law", "state", "output"), CASES, ids=["slip", "rotation", "uplift"])
     def test_medians_are_those_of_many_levels(self, law, state, output):
         """200 other motions at 60 levels: the medians agree within the two errors."""
-        found = tp.ida(BLOCK, law, SHAKES, "adaptive", "pgv", until=COARSE, state=state)
+        found = tp.ida(WIDE, law, SHAKES, "adaptive", "pgv", until=COARSE, state=state)
         assert found.attrs["stopped_because"] == "precision reached"
         levels = np.geomspace(0.02, 5.0, 60)
-        runs = tp.ida(BLOCK, law, SHAKES.sample(200, 7), levels, "pgv", [output], screen=False)
+        runs = tp.ida(WIDE, law, SHAKES.sample(200, 7), levels, "pgv", [output], screen=False)
         truth = float(tp.fit_fragility(runs, state=state)["median"].item())
         assert abs(math.log(found["median"].item() / truth)) < math.log1p(found["half_width"].item() + 0.1)
         for i in (5, 77, 150):
-            one = tp.ida(BLOCK, law, motion_of(found, i), [float(found["level"][i])], "pgv", [output], screen=False)
+            one = tp.ida(WIDE, law, motion_of(found, i), [float(found["level"][i])], "pgv", [output], screen=False)
             assert float(one[output].item()) == pytest.approx(float(found[output][i]), rel=1e-9)
         curve = tp.fit_fragility(found, state=state, replicates=100)
         assert curve.attrs["state"] == found.attrs["state"]
@@ -263,26 +264,37 @@ class TestOtherStates:
     def test_pairs_slide_in_the_plane(self):
         (pairs,) = both_axes(SHAKES.sample_pairs(64))
         until = {"median": 0.4, "motions": {"least": 32}}
-        found = tp.ida(BLOCK, self.SLIDING, pairs, "adaptive", "RotD50(pgv)", until=until, state=Slip(0.05))
+        found = tp.ida(WIDE, self.SLIDING, pairs, "adaptive", "RotD50(pgv)", until=until, state=Slip(0.05))
         assert math.isfinite(found["median"].item())
         for i in (3, 100, 180):
             motion = pairs.sel(motion=[found["motion"].values[int(found["run_motion"][i])]])
-            one = tp.ida(BLOCK, self.SLIDING, motion, [float(found["level"][i])], "RotD50(pgv)")
+            one = tp.ida(WIDE, self.SLIDING, motion, [float(found["level"][i])], "RotD50(pgv)")
             assert float(one["slide_peak"].item()) == pytest.approx(float(found["slide_peak"][i]), rel=1e-9)
 
     def test_other_laws_of_friction_have_curves_of_their_own(self):
-        laws = [self.SLIDING, tp.Sliding(0.5)]
-        found = tp.ida(BLOCK, laws, SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
+        laws = [self.SLIDING, tp.Sliding(0.32)]
+        found = tp.ida(WIDE, laws, SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
         weak, strong = found["median"].values.ravel()
-        alone = tp.ida(BLOCK, laws[1], SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
+        alone = tp.ida(WIDE, laws[1], SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
         assert alone["median"].item() == strong > weak
 
     def test_motions_that_end_in_a_slide_are_named(self):
         cut = SHAKES.sample(40).isel(time=slice(0, 300))
         with pytest.warns(ImplausibleInput, match="end while a block slides"):
             tp.ida(
-                BLOCK, self.SLIDING, cut, "adaptive", until={"median": 0.4, "motions": {"least": 32}}, state=Slip(0.05)
+                WIDE, self.SLIDING, cut, "adaptive", until={"median": 0.4, "motions": {"least": 32}}, state=Slip(0.05)
             )
+
+    def test_blocks_that_would_rock_first_are_named(self):
+        few = {"median": 0.4, "motions": {"least": 32}}
+        for levels, more in (([2.0], {}), ("adaptive", {"until": few, "state": Slip(0.05)})):
+            shakes = SHAKES.sample(40)
+            with pytest.warns(ImplausibleInput, match=r"1 of 2 blocks uplift before they slide, .*narrow"):
+                tp.ida([BLOCK, WIDE], self.SLIDING, shakes, levels, **more)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", message=".*uplift before they slide")
+            tp.ida(BLOCK, self.SLIDING, SHAKES.sample(2), [2.0], outputs=["slide_peak", "mode"])
+            tp.ida(WIDE, self.SLIDING, SHAKES.sample(2), [2.0])
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from toppling.fragility.adaptive.until import Until
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
+from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.text.error import StudyError
 from toppling.studies.text.precision import precision_rows
@@ -93,6 +94,30 @@ def test_a_rate_takes_the_hazard_of_the_study(study):
     np.testing.assert_allclose(results["sequential_rate"], own["rate"], rtol=1e-9)
     # (the rate of the curve that is fitted to all runs is another estimate of the same)
     assert (np.abs(np.log(results["rate"] / results["sequential_rate"])) < 0.5).all()
+
+
+@pytest.mark.parametrize(("state", "output"), [('"uplifted"', "uplifted"), ("0.5", "peak_rotation")])
+def test_curves_of_other_states(study, state, output):
+    results = study(STUDY + f"[fit]\nstate = {state}\n").run()
+    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
+    own = tp.ida(
+        blocks,
+        tp.EnergyConsistent(),
+        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
+        "adaptive",
+        until={"median": 0.15, "motions": {"least": 32, "most": 200}},
+        state=json.loads(state),
+        seed=4,
+    )
+    np.testing.assert_array_equal(results["sequential_median"], own["median"])
+    assert results.attrs["state"] == own.attrs["state"]
+    (panel, *_) = fragility_figure(results).axes
+    marks = {float(y) for line in panel.lines if line.get_marker() == "|" for y in line.get_ydata()}
+    assert marks == {-0.02, 1.02}
+    one = results.isel(run=results["run_block"].values == 0)
+    reached = one[output].values > (0.5 * results["alpha"].values[0] if output == "peak_rotation" else 0)
+    drawn = next(line for line in panel.lines if line.get_marker() == "|").get_ydata()
+    assert (np.asarray(drawn) > 0.5).tolist() == reached.tolist()
 
 
 def test_a_generator_makes_only_the_motions_that_are_taken(study, monkeypatch):

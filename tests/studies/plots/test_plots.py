@@ -87,6 +87,16 @@ class TestFragility:
         for bars in ax.containers:
             np.testing.assert_allclose(bars[0].get_xdata(), levels / G, rtol=1e-12)
 
+    def test_a_cloud_shows_the_state_of_its_curves(self):
+        found = cases.cloud().isel(model=[0]).assign_attrs(state="|theta|/alpha > 0.3").assign_coords(alpha=0.2)
+        turned = 0.2 * np.abs(np.sin(np.arange(300.0)))
+        found = found.assign(peak_rotation=(found["overturned"].dims, turned[None, None]))
+        ax = plot.fragility(found)
+        (ticks,) = [line for line in ax.lines if line.get_marker() == "|"]
+        reached = turned > 0.3 * 0.2
+        assert 0 < reached.sum() != int(found["overturned"].sum())
+        assert ((np.asarray(ticks.get_ydata()) > 0.5) == reached).all()
+
     def test_a_cloud_has_binned_fractions(self):
         found = cases.cloud().isel(model=[0])
         ax = plot.fragility(found)
