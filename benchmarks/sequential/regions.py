@@ -224,7 +224,7 @@ def kink(tested: int = 200, motions: int = 4000) -> tuple[str, float, float]:
 
 def _print_kink() -> None:
     account, held, gap = kink()
-    print(f"kink: {account}; {100.0 * held:.1f} % of 200 blocks in their intervals, 95 % of differences below {gap:.4f}")
+    print(f"kink: {account}; {100.0 * held:.1f} % of 200 blocks in their intervals, 95 % differ by {gap:.4f} at most")
 
 
 def rates(slope: float, motions: int = 4000) -> Array:
