@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Index, Progress
+from ...aliases import Array, Flags, Index, Progress
 from ...doubts import Doubt, warn
 from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...motions.plausibility import record_doubts
 from ...streams import stream
 from ...units import STANDARD_GRAVITY
-from ..adaptive.stopping import MARGIN, REACHED, motions_needed, next_wave
+from ..adaptive.stopping import MARGIN, MOST_MOTIONS, NO_MORE, REACHED, motions_needed, next_wave
 from ..adaptive.until import Until
 from ..hazard.curve import HazardCurve
 from ..runs.axes import axes_of
@@ -24,7 +24,7 @@ from ..runs.request import Request, check_vertical
 from ..runs.scaling import check_factors, name_at
 from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, Check, check_surface
 from ..surfaces.curves import PooledCurves
-from ..surfaces.domain import Domain, candidates, check_points, design_weights, designed
+from ..surfaces.domain import Domain, candidates, check_points, cut_check_points, design_weights, designed, normals
 from ..surfaces.evaluation import Curves
 from ..surfaces.rate_checks import STRATA, RateCheck, check_rates, rate_levels
 from .adaptive import fall_start, first_levels, peaks_of
@@ -40,6 +40,8 @@ GROWTH = 4
 ALIKE, PARTS = 32, 16
 """Motions that share their blocks at least, and parts of a wave with blocks of their own at most: the many motions of a
 late wave would else weigh sixteen places of the region."""
+SHRUNK = 0.5
+"""Largest difference of a check, over that from one surface, below which a cut stays."""
 CHECKED_TOGETHER = 500
 """Motions of a check at a time, which bounds memory."""
 
@@ -100,7 +102,10 @@ class PooledRuns:
         self.plan, self.laws = plan, laws
         self._progress = progress
         self._candidates = candidates(plan.domain, plan.seed)
+        self._given = given
         self.check_points = check_points(plan.domain, given, BLOCKS, plan.seed)
+        self._before: dict[int, float] = {}
+        self._cut_checks: dict[int, int] = {}
         self.others = OtherMeasures(plan.scaled)
         self._doubts: list[Doubt] = []
         self._done = self._runs = 0
@@ -167,7 +172,7 @@ class PooledRuns:
         """Return the shares of the candidates, for the law that is known least."""
         going = [law for law in self.laws if not law.stopped]
         worst = max(going, key=lambda one: one.ratios[-1][1] if one.ratios else math.inf)
-        return design_weights(self._candidates, worst.degrees[0], worst.dispersions(self._candidates))
+        return design_weights(self._candidates, worst.degrees[0], worst.dispersions(self._candidates), worst.cut)
 
     def _tell(self) -> None:
         going = [law for law in self.laws if not law.stopped and law.ratios]
@@ -223,9 +228,45 @@ class PooledRuns:
         return run_wave(plan.request, specimens, None, wave.records, factors)["overturned"].reshape(x.shape)
 
     def _checked(self, k: int, law: PooledCurves) -> Check:
-        """Check a law at blocks of their own; raise its degree, and go on, where that helps."""
+        """Check a law at blocks of their own; raise its degree, or cut the region, and go on, where that helps."""
+        points = self._check_points(k, law)
+        runs = self._check_runs(k, law, points)
+        while True:
+            assert law.near is not None
+            found = check_surface(law.near, points, *runs)
+            if found.passed or not law.raise_degree():
+                break
+        before = self._before.pop(k, None)
+        if before is not None:
+            found = _better(law, found, points, runs, before)
+        elif not found.passed and law.cut_region(normals(self.plan.domain)):
+            self._before[k] = found.worst
+            if not self._goes_on(law):
+                return self._checked(k, law)
+            return found
+        missed = law.stopped == REACHED and law.band().reach > self.plan.until.room
+        if found.passed and missed and not self._goes_on(law):
+            law.run_out(MOST_MOTIONS if self.plan.source.size is None else NO_MORE)
+        return found
+
+    def _goes_on(self, law: PooledCurves) -> bool:
+        """Go on with a law that had reached its precision, where there are motions left; return whether."""
+        if law.stopped != REACHED or self._done >= self.plan.most:
+            return False
+        law.go_on()
+        return True
+
+    def _check_points(self, k: int, law: PooledCurves) -> Array:
+        """Return the blocks that a law is checked at: others for every check of a region that is cut."""
+        if law.cut is None:
+            return self.check_points
+        self._cut_checks[k] = self._cut_checks.get(k, 0) + 1
         plan = self.plan
-        points = self.check_points
+        return cut_check_points(plan.domain, self._given, BLOCKS, plan.seed, law.cut, self._cut_checks[k])
+
+    def _check_runs(self, k: int, law: PooledCurves, points: Array) -> tuple[Index, Array, Flags]:
+        """Return the motions, ln levels and outcomes (block, run, motion) of blocks that are run by themselves."""
+        plan = self.plan
         blocks = blocks_at(plan.domain, points)
         unit = self._unit(blocks)[:, None, None]
         parts: list[tuple[Index, Array, Any]] = []
@@ -235,14 +276,7 @@ class PooledRuns:
             measured = plan.scaled.measured(wave, blocks)[0]
             parts.append((wave.numbers, x, self._fell(points, [k], wave, (x + unit)[None], measured)[0]))
         motions, x, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
-        while True:
-            assert law.near is not None
-            found = check_surface(law.near, points, motions, x, fell)
-            if found.passed or not law.raise_degree():
-                break
-        if found.passed and law.stopped == REACHED and law.band().reach > plan.until.room:
-            law.go_on()
-        return found
+        return motions, x, fell
 
     def rates(self, k: int, curves: Curves) -> RateCheck | None:
         """Compare the rates of the curves of the blocks of a check with those of runs without a form."""
@@ -271,3 +305,19 @@ class PooledRuns:
             self._take(wave)
             yield wave
             first = int(wave.numbers[-1]) + 1
+
+
+def _better(law: PooledCurves, found: Check, points: Array, runs: tuple[Index, Array, Flags], before: float) -> Check:
+    """Decide whether a cut stays, by the first check with it, and return the check of the surface that does.
+
+    It stays where the blocks differ from it by half as much, at most, as from one surface through the same runs.
+    before: ln median by which the check differed that asked for the cut.
+    """
+    smooth = law.smooth()
+    assert smooth.near is not None
+    other = check_surface(smooth.near, points, *runs)
+    if found.worst < SHRUNK * other.worst:
+        return found
+    law.take(smooth)
+    # (that these blocks differ less does not take back what the others said)
+    return other._replace(worst=max(other.worst, before))

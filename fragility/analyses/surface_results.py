@@ -19,11 +19,11 @@ from ..hazard.curve import HazardCurve
 from ..runs.labels import law_coordinates
 from ..surfaces.checks import Check
 from ..surfaces.curves import PooledCurves
-from ..surfaces.domain import Domain
+from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
 from ..surfaces.gain import gain_words
 from ..surfaces.rate_checks import RatePlane
-from ..surfaces.surface import Surface
+from ..surfaces.surface import Cut, Surface
 from .region_runs import PooledPlan, PooledRuns, own_options
 
 POOLED = "pooled"
@@ -121,6 +121,8 @@ def surface_dataset(
             long_name = f"surface of {which}: {name} {text}" if name != "motions" else f"{text} of the surface"
             variables[f"{kind}_{name}"] = xr.Variable(on, own, {**none, "long_name": long_name})
 
+    variables |= _cut_variables([one.near.cut for one in known], plan.domain.size)
+
     def of_laws(name: str, values: Sequence[Any], text: str) -> None:
         kind = object if isinstance(values[0], str) else None
         variables[name] = xr.Variable("model", np.array(values, dtype=kind), {**none, "long_name": text})
@@ -160,7 +162,9 @@ def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
 def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float, offer: str) -> str:
     """Return why a law is no longer followed, what was reached, what the check says, and a better measure."""
     asked = f"±{100.0 * plan.until.tolerance:g} %"
-    text = f"±{100.0 * reach:.1f} % at most for the medians of all blocks after {law.motions:,} motions, {asked} asked"
+    cut = known.near.cut
+    blocks = "all blocks" if cut is None else "all blocks but those at a cut"
+    text = f"±{100.0 * reach:.1f} % at most for the medians of {blocks} after {law.motions:,} motions, {asked} asked"
     if law.stopped != REACHED:
         motions, ratio = law.ratios[-1]
         needed = motions_needed(motions, ratio)
@@ -172,7 +176,49 @@ def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Che
         text += f"differ from the surface beyond chance (by {worst:.1f} % at most), which is part of every interval"
     else:
         text += f"agree within chance (±{error:.1f} %)"
+    if cut is not None:
+        text += f"; {_cut_words(plan, cut)}"
     return f"{text}; {offer}" if offer else text
+
+
+def _cut_words(plan: PooledPlan, cut: Cut) -> str:
+    """Return where the region is cut, in the terms of its blocks."""
+    domain = plan.domain
+    k = next(i for i in range(domain.back.shape[1]) if np.array_equal(domain.back[:, i], cut.normal))
+    low, place, high = (float(domain.middle[k]) + one for one in (cut.low, cut.place, cut.high))
+    own = plan.own[k - 3] if k >= 3 else ""
+    if k == 0 and float(np.linalg.norm(domain.back[:, 2])) < NARROW:
+        # (of one inertia factor the frequency stands for the size)
+        inertia = float(domain.middle[2])
+        high, place, low = (STANDARD_GRAVITY / (inertia * math.exp(2.0 * one)) for one in (low, place, high))
+        name, unit = "a size R", " m"
+    elif k in {0, 1} or own == "delta":
+        low, place, high = (math.exp(one) for one in (low, place, high))
+        name, unit = {0: ("a frequency p", " 1/s"), 1: ("tan α", "")}.get(k, ("δ", ""))
+    else:
+        name, unit = ("an inertia factor" if k == 2 else own), ""
+    return (
+        f"the region is cut at {name} of {place:#.4g}{unit}, where medians jump: intervals of blocks between "
+        f"{low:#.4g} and {high:#.4g}{unit} hold both sides"
+    )
+
+
+def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variable]:
+    """Return where surfaces jump, NaN of laws whose surface does not; nothing where none does."""
+    if all(one is None for one in cuts):
+        return {}
+    none = np.full(axes, np.nan)
+    normal = np.array([none if one is None else one.normal for one in cuts])
+    places = np.array([[math.nan] * 3 if one is None else [one.place, one.low, one.high] for one in cuts])
+    beyond = "where the surfaces jump: blocks beyond have point @ normal >= place"
+    return {
+        "cut_normal": xr.Variable(
+            ("model", "region_axis"), normal, {"units": DIMENSIONLESS, "long_name": f"{beyond}: normal"}
+        ),
+        "cut_places": xr.Variable(
+            ("model", "place"), places, {"units": DIMENSIONLESS, "long_name": f"{beyond}: place, lowest, highest"}
+        ),
+    }
 
 
 def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Variable]:
@@ -278,13 +324,16 @@ def _law_coordinates(plan: PooledPlan) -> dict[str, xr.Variable]:
 def _law_surfaces(surface: xr.Dataset, i: int, variables: int) -> LawSurfaces:
     """Return the surfaces of a law from a dataset."""
     found = []
+    cut = None
+    if "cut_normal" in surface and np.isfinite(surface["cut_places"].values[i]).all():
+        cut = Cut(surface["cut_normal"].values[i], *surface["cut_places"].values[i].tolist())
     for kind in ("near", "curve"):
         coefficients = surface[f"{kind}_coefficients"].values[i]
         n = int(np.isfinite(coefficients).sum())
         first, second = surface[f"{kind}_degrees"].values[i].tolist()
         covariance = surface[f"{kind}_covariance"].values[i, :n, :n]
         motions = int(surface[f"{kind}_motions"].values[i])
-        found.append(Surface(variables, (first, second), coefficients[:n], covariance, motions, np.zeros((0, n))))
+        found.append(Surface(variables, (first, second), coefficients[:n], covariance, motions, np.zeros((0, n)), cut))
     factor, apart = (float(surface[name].values[i]) for name in ("band_factor", "lack_of_fit"))
     near, curve = found
     rates = None

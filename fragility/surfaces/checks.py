@@ -10,7 +10,7 @@ import scipy
 from ...aliases import Array, Flags, Index
 from ..adaptive.probit import Observations, fit_probit
 from ..numerics.products import times
-from .surface import Surface, basis
+from .surface import Surface
 
 BLOCKS, RUNS = 24, 3
 MOTIONS = 200
@@ -62,7 +62,7 @@ def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: 
     significant at a level of 1 % for all together (Bonferroni).
     """
     numbers = np.broadcast_to(motions, x.shape[1:]).ravel()
-    rows = basis(points, near.degrees[0])
+    rows, _ = near.terms(points)
     middle, _ = near.log_medians(points)
     found, influences, used = [], [], []
     for block in range(len(points)):

@@ -18,7 +18,8 @@ from ..adaptive.probit import Observations, student
 from ..adaptive.stopping import ALL_FELL, NONE_FELL, StoppingRule
 from ..adaptive.until import Until
 from ..numerics.products import times
-from .surface import Pool, Surface, added_terms, basis, fit_surface
+from .cuts import find_cut, settled
+from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, fit_surface, number_of_terms, terms_at
 
 LEVELS = (1, 3)
 """Key, under a seed and before the number of a motion, of the random numbers that its levels are drawn from."""
@@ -31,8 +32,6 @@ BEGIN, BEGIN_WIDE, MOST_DEGREES = (4, 2), (3, 2), (6, 4)
 """Degrees of ln median and ln dispersion at the first fit, where blocks differ in up to three numbers and in more, and
 at most."""
 FEW_VARIABLES = 3
-RUNS_A_TERM = 24
-"""Fewest runs for each term of a surface: levels are spread over all of the range before."""
 LIKELY = 0.1
 """Probability below which further terms are not there by chance."""
 EVERY = 6
@@ -63,6 +62,15 @@ class Band(NamedTuple):
         return self.error * self.factor
 
 
+class Surfaces(NamedTuple):
+    """The surfaces of a law: their degrees, where they jump, that of all runs, and that of runs near the medians."""
+
+    degrees: tuple[int, int]
+    cut: Cut | None
+    curve: Surface | None
+    near: Surface | None
+
+
 class PooledCurves:
     """The curves of all blocks under one law, determined until the medians are known to a given precision.
 
@@ -84,7 +92,10 @@ class PooledCurves:
         self._shift = 0.0
         self._explored = 0
         self._asked = 0
-        self.degrees = BEGIN if points.shape[1] <= FEW_VARIABLES else BEGIN_WIDE
+        self._first_degrees = BEGIN if points.shape[1] <= FEW_VARIABLES else BEGIN_WIDE
+        self.degrees = self._first_degrees
+        self.cut: Cut | None = None
+        self._smooth: Surfaces | None = None
         self.curve: Surface | None = None
         self.near: Surface | None = None
         self.ratios: list[tuple[int, float]] = []
@@ -182,9 +193,10 @@ class PooledCurves:
         if not self._enough(self.degrees, runs):
             return
         degrees = self.degrees
-        curve = fit_surface(runs, degrees, self.curve)
+        curve = settled(fit_surface(runs, degrees, self.curve, self.cut), runs)
         if curve is None or not self._inside(curve):
             return
+        self.cut = curve.cut
         # (where runs near the medians do not determine a surface yet, that of all runs stands for it)
         self.curve = self.near = curve
         self.near = self._fit_near(degrees[0]) or curve
@@ -208,7 +220,7 @@ class PooledCurves:
             own = runs.some(close)
             if not self._enough((degree, spread), own):
                 return None
-            found = fit_surface(own, (degree, spread), found)
+            found = fit_surface(own, (degree, spread), found, self.cut)
             if found is None or not self._plausible(found):
                 return None
         return found
@@ -228,25 +240,60 @@ class PooledCurves:
         return bool(((middle >= low) & (middle <= high) & steep).all())
 
     def _enough(self, degrees: tuple[int, int], runs: Pool) -> bool:
-        variables = runs.points.shape[1]
-        terms = sum(math.comb(variables + degree, variables) for degree in degrees)
-        return runs.x.size >= RUNS_A_TERM * terms
+        return runs.x.size >= RUNS_A_TERM * number_of_terms(runs.points.shape[1], degrees, self.cut)
 
     def raise_degree(self) -> bool:
         """Fit with one degree more; return whether that was possible."""
         degrees = self.degrees[0] + 1, min(self.degrees[1] + 1, MOST_DEGREES[1])
         if degrees[0] > MOST_DEGREES[0] or not self._points.shape[1] or not self._enough(degrees, self.runs):
             return False
-        curve, near = fit_surface(self.runs, degrees, self.curve), self._fit_near(degrees[0])
+        curve, near = fit_surface(self.runs, degrees, self.curve, self.cut), self._fit_near(degrees[0])
         if curve is None or near is None or not self._inside(curve):
             return False
         self.degrees, self.curve, self.near = degrees, curve, near
         return True
 
+    def cut_region(self, normals: Array) -> bool:
+        """Cut the region at a plane across one of some normals (plane, axis), with the first degrees on both sides.
+
+        Return whether the runs ask for that.
+        """
+        if self.cut is not None or self.curve is None or not len(normals):
+            return False
+        found = find_cut(self.runs, normals, self._first_degrees, self.curve)
+        if found is None or not self._inside(found):
+            return False
+        self._smooth = self._surfaces()
+        self.degrees, self.cut, self.curve, self.near = self._first_degrees, found.cut, found, found
+        self.near = self._fit_near(self.degrees[0]) or found
+        return True
+
+    def smooth(self) -> Surfaces:
+        """Return the surfaces without the cut, of the degrees before it, through the runs of now."""
+        assert self._smooth is not None
+        own = self._surfaces()
+        self.take(self._smooth)
+        self._fit()
+        found = self._surfaces()
+        self.take(own)
+        return found
+
+    def take(self, surfaces: Surfaces) -> None:
+        """Put other surfaces in the place of these."""
+        self.degrees, self.cut, self.curve, self.near = surfaces
+
+    def _surfaces(self) -> Surfaces:
+        return Surfaces(self.degrees, self.cut, self.curve, self.near)
+
     def go_on(self) -> None:
         """Go on after a check that failed: the precision must be reached anew."""
         self._rule = StoppingRule(self.until)
         self.stopped = ""
+
+    def run_out(self, reason: str) -> None:
+        """Stop for want of motions, after a check that took the precision away."""
+        self.ratios.append((self.motions, self.band().reach / self.until.room))
+        self.stopped = reason
 
     def band(self) -> Band:
         """Return how well the medians at all points are known at once.
@@ -262,7 +309,7 @@ class PooledCurves:
         an application to SVARs. Journal of Applied Econometrics 34, 1-17.
         """
         assert self.near is not None
-        rows = basis(self._points, self.near.degrees[0])
+        rows = terms_at(self._points, self.near.degrees[0], self.near.cut)
         n = rows.shape[1]
         values, vectors = np.linalg.eigh(self.near.covariance[:n, :n])
         root = vectors * np.sqrt(np.maximum(values, 0.0))

@@ -16,12 +16,14 @@ import scipy
 from ...aliases import Array, Flags
 from ...streams import stream
 from ..numerics.products import crossed, squares, times
-from .surface import basis
+from .surface import Cut, terms_at
 
 NARROW = 1e-3
 """Width of the region along an axis, in ln or in the inertia factor, that no median can tell from 0."""
 CANDIDATES = 1000
 ROUNDS = 300
+NEXT = 4
+"""Blocks next to a cut are drawn from so many times as many of the nearest ones."""
 EVEN = 0.2
 POWER, DAMPED = 6, 0.25
 OUTSIDE = 1e-7
@@ -94,6 +96,12 @@ def domain_of(variables: Array) -> Domain:
     return Domain(middle, axes, back, *_hull(points))
 
 
+def normals(domain: Domain) -> Array:
+    """Return the directions (plane, axis) across which the region may be cut: those of the variables that vary."""
+    found = np.ascontiguousarray(domain.back.T)
+    return np.asarray(found[np.linalg.norm(found, axis=1) > NARROW])
+
+
 def _hull(points: Array) -> tuple[Array, Array]:
     """Return vertices and faces of the convex hull of points, which are not all on one face."""
     n = points.shape[1]
@@ -128,8 +136,8 @@ def candidates(domain: Domain, seed: int) -> Array:
     return np.asarray(found[np.lexsort(found.T)])
 
 
-def design_weights(points: Array, degree: int, dispersions: Array) -> Array:
-    """Return shares of runs (point,) that determine a polynomial of a degree best, a fifth of them even.
+def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | None = None) -> Array:
+    """Return shares of runs (point,) that determine a polynomial of a degree, or two, best, a fifth of them even.
 
     Four fifths are the design of the least mean seventh power of the variance of ln medians over the points, near that
     of the least greatest variance, where a run is worth the inverse square of the dispersion (point,) there.  The even
@@ -140,7 +148,7 @@ def design_weights(points: Array, degree: int, dispersions: Array) -> Array:
     Silvey, S. D., Titterington, D. M. and Torsney, B. (1978). An algorithm for optimal designs on a design space.
     Communications in Statistics A 7, 1379-1389 (multiplicative).
     """
-    rows = basis(points, degree)
+    rows = terms_at(points, degree, cut)
     worth = dispersions**-2
     even = np.full(len(points), 1.0 / len(points))
     weights = even
@@ -191,6 +199,41 @@ def check_points(domain: Domain, given: Array, number: int, seed: int) -> Array:
     inside = candidates(domain, seed)
     rest = random.choice(len(inside), min(number - len(far), len(inside)), replace=False)
     return np.unique(np.concatenate([pool[far], inside[rest]]), axis=0)
+
+
+def cut_check_points(domain: Domain, given: Array, number: int, seed: int, cut: Cut, check: int) -> Array:
+    """Return points of blocks that a fit with a cut is checked at, others for every check (from 1 on).
+
+    Parameters
+    ----------
+    domain : Domain
+    given : array (block, axis)
+        The blocks of the analysis.
+    number : int
+    seed : int
+    cut : Cut
+    check : int
+
+    Returns
+    -------
+    array (point, axis)
+        Half of them next to the cut, on its two sides, and the others at random in the region; none where the runs do
+        not tell the side.
+    """
+    random = stream(seed, *CHECK_KEY, check)
+    some = given if len(given) <= CANDIDATES else given[random.choice(len(given), CANDIDATES, replace=False)]
+    pool = np.concatenate([some, candidates(domain, seed)])
+    pool = pool[~cut.open_at(pool)]
+    along = cut.along(pool) - cut.place
+    each = number // 4
+    chosen = []
+    for side in (along < 0.0, along >= 0.0):
+        mine = np.flatnonzero(side)
+        near = mine[np.argsort(np.abs(along[mine]), kind="stable")][: NEXT * each]
+        chosen.append(random.choice(near, min(each, len(near)), replace=False))
+    rest = np.setdiff1d(np.arange(len(pool)), np.concatenate(chosen))
+    chosen.append(random.choice(rest, min(number - 2 * each, len(rest)), replace=False))
+    return np.unique(pool[np.concatenate(chosen)], axis=0)
 
 
 def some_points(domain: Domain, given: Array, number: int) -> Array:

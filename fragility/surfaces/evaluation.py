@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array
+from ...aliases import Array, Flags
 from ..adaptive.probit import student
 from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces
 from ..numerics.products import squares
 from ..risk.convolution import rates_of
 from .rate_checks import RatePlane
-from .surface import Surface, basis
+from .surface import Surface
 
 SLAB = 50_000
 """Blocks at a time."""
@@ -74,14 +74,31 @@ def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces |
     -------
     Curves
         Intervals of medians hold for all blocks at once with 95 % confidence, those of dispersions and rates for each
-        by itself; what checks differ by is part of those of medians and rates.
+        by itself; what checks differ by is part of those of medians and rates.  Where the runs do not tell on which
+        side of a cut a block is, its intervals hold those of both sides.
     """
     found = [np.empty(len(points)) for _ in Curves._fields]
     for first in range(0, len(points), SLAB):
         part = slice(first, first + SLAB)
         for array, own in zip(found, _slab(law, points[part], log_unit[part], hazard), strict=True):
             array[part] = own
-    return Curves(*found)
+    curves = Curves(*found)
+    if law.near.cut is not None:
+        _widen(curves, law, law.near.cut.open_at(points), points, log_unit, hazard)
+    return curves
+
+
+def _widen(
+    curves: Curves, law: LawSurfaces, which: Flags, points: Array, log_unit: Array, hazard: Pieces | None
+) -> None:
+    """Let the intervals of some blocks (block,) hold those of both sides of the cut."""
+    for far in (False, True):
+        side = law._replace(near=law.near.on_side(far), curve=law.curve.on_side(far))
+        own = _slab(side, points[which], log_unit[which], hazard)
+        for end, widest in (("lower", np.minimum), ("upper", np.maximum)):
+            for name in (f"log_{end}", f"dispersion_{end}", f"rate_{end}"):
+                array = getattr(curves, name)
+                array[which] = widest(array[which], getattr(own, name))
 
 
 def _slab(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | None) -> Curves:
@@ -116,10 +133,8 @@ def _rates(
     rate, higher, wider = (one.rate for one in found)
     with np.errstate(divide="ignore", invalid="ignore"):
         by_median, by_spread = (np.log(other / rate) / STEP for other in (higher, wider))
-    degrees = law.curve.degrees
-    rows = np.concatenate(
-        [by_median[:, None] * basis(points, degrees[0]), by_spread[:, None] * basis(points, degrees[1])], axis=1
-    )
+    middle, spread = law.curve.terms(points)
+    rows = np.concatenate([by_median[:, None] * middle, by_spread[:, None] * spread], axis=1)
     variance = squares(rows, law.curve.covariance)
     apart = np.zeros(len(points))
     if law.rates is not None:

@@ -22,6 +22,10 @@ SEPARATED = 1e-6
 """Ln likelihood a run, of runs that a surface divides without an error: it can be as steep as one likes."""
 STEEPEST = 5.0
 """Greatest change of a coefficient of ln dispersion in one step of the search: beyond it, steps are shortened."""
+RUNS_A_TERM = 24
+"""Fewest runs for each term of a surface: levels are spread over all of the range before."""
+JUMP_DEGREE = 2
+"""Degree at most of the difference of the two sides of a cut: each side has fewer runs than the whole."""
 
 
 class Pool(NamedTuple):
@@ -62,12 +66,60 @@ def basis(points: Array, degree: int) -> Array:
     return found
 
 
+class Cut(NamedTuple):
+    """Plane at which a surface may jump: the far side is where point @ normal >= place, normal (variable,).
+
+    low, high: the places that the runs allow lie between these.
+    """
+
+    normal: Array
+    place: float
+    low: float
+    high: float
+
+    def along(self, points: Array) -> Array:
+        """Return how far points (point, variable) lie along the normal."""
+        return times(points, self.normal)
+
+    def all_on(self, far: bool) -> Cut:
+        """Return a cut that has all points on its far side, or on its near one."""
+        return self._replace(place=-math.inf if far else math.inf)
+
+    def open_at(self, points: Array) -> Flags:
+        """Return at which points (point, variable) the runs do not tell the side."""
+        along = self.along(points)
+        return (along > self.low) & (along < self.high)
+
+
+def terms_at(points: Array, degree: int, cut: Cut | None = None) -> Array:
+    """Return the terms (point, term) of a surface's polynomial: those of `basis`, then of its jump beyond a cut."""
+    rows = basis(points, degree)
+    if cut is None:
+        return rows
+    own = rows[:, : _count(points.shape[1], min(degree, JUMP_DEGREE))]
+    return np.concatenate([rows, np.where((cut.along(points) >= cut.place)[:, None], own, 0.0)], axis=1)
+
+
+def number_of_terms(variables: int, degrees: tuple[int, int], cut: Cut | None = None) -> int:
+    """Return the number of coefficients of a surface."""
+    return sum(sum(pair) for pair in _sizes(variables, degrees, cut))
+
+
+def _sizes(variables: int, degrees: tuple[int, int], cut: Cut | None) -> list[tuple[int, int]]:
+    """Return, for ln median and ln dispersion, the numbers of terms on both sides and of further ones beyond a cut."""
+    return [(_count(variables, one), 0 if cut is None else _count(variables, min(one, JUMP_DEGREE))) for one in degrees]
+
+
+def _count(variables: int, degree: int) -> int:
+    return math.comb(variables + degree, variables)
+
+
 class Surface(NamedTuple):
     """Surface Phi((x - m(v))/s(v)) of a law: coefficients of m = ln median, then of ln s, s the dispersion.
 
     variables: their number; degrees: of the two polynomials; covariance (term, term): of the coefficients; motions: how
     many have runs; influence (motion, term): what each motion, by its number, contributes to the coefficients, empty of
-    a surface that was read.
+    a surface that was read; cut: where it jumps, None where it does not.
     """
 
     variables: int
@@ -76,21 +128,31 @@ class Surface(NamedTuple):
     covariance: Array
     motions: int
     influence: Array
+    cut: Cut | None = None
 
     @property
-    def split(self) -> int:
-        """Number of coefficients of ln median."""
-        return math.comb(self.variables + self.degrees[0], self.variables)
+    def sizes(self) -> list[tuple[int, int]]:
+        """Numbers of terms of ln median and of ln dispersion: on both sides of a cut, and further ones beyond it."""
+        return _sizes(self.variables, self.degrees, self.cut)
+
+    def on_side(self, far: bool) -> Surface:
+        """Return the surface with one side of its cut continued over all of the region."""
+        return self if self.cut is None else self._replace(cut=self.cut.all_on(far))
+
+    def terms(self, points: Array) -> tuple[Array, Array]:
+        """Return the terms (point, term) of ln median and of ln dispersion at points (point, variable)."""
+        middle, spread = (terms_at(points, degree, self.cut) for degree in self.degrees)
+        return middle, spread
 
     def log_medians(self, points: Array) -> tuple[Array, Array]:
         """Return ln medians at points (point, variable), and their standard errors."""
-        rows = basis(points, self.degrees[0])
+        rows = terms_at(points, self.degrees[0], self.cut)
         n = rows.shape[1]
         return times(rows, self.coefficients[:n]), np.sqrt(squares(rows, self.covariance[:n, :n]))
 
     def log_dispersions(self, points: Array) -> tuple[Array, Array]:
         """Return ln dispersions at points (point, variable), and their standard errors."""
-        rows = basis(points, self.degrees[1])
+        rows = terms_at(points, self.degrees[1], self.cut)
         n = rows.shape[1]
         return times(rows, self.coefficients[-n:]), np.sqrt(squares(rows, self.covariance[-n:, -n:]))
 
@@ -102,7 +164,9 @@ class _Rows(NamedTuple):
     spread: Array
 
 
-def fit_surface(runs: Pool, degrees: tuple[int, int], start: Surface | None = None) -> Surface | None:
+def fit_surface(
+    runs: Pool, degrees: tuple[int, int], start: Surface | None = None, cut: Cut | None = None
+) -> Surface | None:
     """Fit a surface by maximum likelihood, with errors from the sums of each motion's scores.
 
     Parameters
@@ -111,7 +175,9 @@ def fit_surface(runs: Pool, degrees: tuple[int, int], start: Surface | None = No
     degrees : tuple of int
         Of the polynomials of ln median and of ln dispersion.
     start : Surface, optional
-        A surface of the same or lower degrees from which the search begins.
+        A surface of other degrees, or without the cut, from which the search begins.
+    cut : Cut, optional
+        Where the surface may jump.
 
     Returns
     -------
@@ -127,11 +193,11 @@ def fit_surface(runs: Pool, degrees: tuple[int, int], start: Surface | None = No
     Liang, K.-Y. and Zeger, S. L. (1986). Longitudinal data analysis using generalized linear models. Biometrika 73,
     13-22.
     """
-    rows = _Rows(basis(runs.points, degrees[0]), basis(runs.points, degrees[1]))
+    rows = _Rows(*(terms_at(runs.points, degree, cut) for degree in degrees))
     n = rows.middle.shape[1]
     if runs.x.size <= n + rows.spread.shape[1] or runs.fell.all() or not runs.fell.any():
         return None
-    c = _begin(runs, degrees, start)
+    c = _begin(runs, degrees, start, cut)
     value = _likelihood(c, runs, rows)
     for _ in range(STEPS):
         _, scores, information = _scores(c, runs, rows)
@@ -160,24 +226,23 @@ def fit_surface(runs: Pool, degrees: tuple[int, int], start: Surface | None = No
     k = np.unique(runs.motion).size
     # (each coefficient takes a motion's worth of scatter away)
     influence = times(summed, inverse) * math.sqrt(k / max(k - c.size, 1))
-    found = Surface(runs.points.shape[1], degrees, c, crossed(influence, influence), k, influence)
+    found = Surface(runs.points.shape[1], degrees, c, crossed(influence, influence), k, influence, cut)
     return found if np.isfinite(found.covariance).all() else None
 
 
-def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None) -> Array:
+def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None, cut: Cut | None) -> Array:
     """Return the coefficients from which the search begins."""
-    variables = runs.points.shape[1]
-    terms = [exponents(variables, degree) for degree in degrees]
-    n = len(terms[0])
-    c = np.zeros(n + len(terms[1]))
+    sizes = _sizes(runs.points.shape[1], degrees, cut)
+    n = sum(sizes[0])
+    c = np.zeros(n + sum(sizes[1]))
     if start is None:
         c[0], c[n] = runs.x.mean(), math.log(max(float(runs.x.std()), 0.1))
         return c
     # (terms are ordered by degree, so that those of a lower degree come first)
-    known, beside = start.split, len(start.coefficients) - start.split
-    own = min(known, n), min(beside, len(terms[1]))
-    c[: own[0]] = start.coefficients[: own[0]]
-    c[n : n + own[1]] = start.coefficients[known : known + own[1]]
+    own, known = np.cumsum([0, *sizes[0], *sizes[1]]), np.cumsum([0, *start.sizes[0], *start.sizes[1]])
+    for part in range(4):
+        common = min(own[part + 1] - own[part], known[part + 1] - known[part])
+        c[own[part] : own[part] + common] = start.coefficients[known[part] : known[part] + common]
     return c
 
 
@@ -220,10 +285,11 @@ def added_terms(one: Surface, other: Surface) -> float:
 
     Wald's test with the motions as clusters, by Fisher's F with the motions less the terms as degrees of freedom.
     """
-    fewer, more = one.split, other.split
-    own = other.coefficients[fewer:more]
+    (fewer, fewer_beyond), (more, more_beyond) = one.sizes[0], other.sizes[0]
+    added = np.r_[fewer:more, more + fewer_beyond : more + more_beyond]
+    own = other.coefficients[added]
     if not own.size:
         return 1.0
-    covariance = other.covariance[fewer:more, fewer:more]
+    covariance = other.covariance[np.ix_(added, added)]
     statistic = float(own @ np.linalg.solve(covariance, own)) / own.size
     return float(scipy.special.fdtrc(own.size, max(other.motions - own.size, 1), statistic))

@@ -25,12 +25,13 @@ def is_pooled(results: xr.Dataset) -> bool:
 
 
 def pooled_notes(results: xr.Dataset) -> list[str]:
-    """Return the notes on a region: what was not reached, surfaces that differ from their checks, and joint falls."""
+    """Return the notes on a region: what was not reached, surfaces cut or unlike their checks, and joint falls."""
     several = results.sizes["model"] > 1
     said = []
     for j in range(results.sizes["model"]):
         one = results.isel(model=j)
-        if str(one["stopped_because"].item()) != REACHED or float(one["lack_of_fit"]) > 0.0:
+        cut = "cut_places" in one and bool(one["cut_places"].notnull().all())
+        if cut or str(one["stopped_because"].item()) != REACHED or float(one["lack_of_fit"]) > 0.0:
             law = f"{one['model'].item()}: " if several else ""
             said.append(f"{law}{one['account'].item()}")
     said += measure_notes(results)

@@ -1,6 +1,8 @@
 """Pooled curves of many blocks end to end: against runs of the blocks themselves, equal bytes, region, refusals."""
 
 import json
+import math
+import re
 
 import dask
 import numpy as np
@@ -8,8 +10,12 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.benchmarks.sequential.regions import direct_medians, kink
+from toppling.benchmarks.sequential.regions import Kinked, direct_medians
 from toppling.fragility import HazardCurve, pooled, surface_curves
+from toppling.fragility.analyses import region_runs
+from toppling.fragility.surfaces import curves as pooled_curves
+from toppling.fragility.surfaces import cuts
+from toppling.fragility.surfaces.checks import check_surface
 from toppling.models import BlockArray
 
 SHAKES = tp.motions.CloughPenzien(duration=8.0, dt=0.01)
@@ -118,12 +124,78 @@ def test_rates_are_near_those_of_weighted_runs(found):
         assert abs(float(curves["rate"][i, 1]) / float(other["rate"].squeeze()) - 1.0) < 0.15
 
 
+@pytest.fixture(scope="module")
+def cut():
+    return pooled(region(2000), Kinked(delta=0.1), SHAKES, "pga", {"median": 0.08}, hazard=HAZARD, seed=1)
+
+
 @pytest.mark.slow
-def test_a_kink_is_found_and_widens_every_interval():
-    found = kink()
-    assert float(found["lack_of_fit"][0]) > 0.05
-    assert "differ from the surface beyond chance" in found["account"].values[0]
-    assert float((found["median_upper"] / found["median"]).min()) > 1.05
+def test_a_region_with_a_kink_is_cut_there(cut):
+    """Blocks of R above 0.8 m have another elastic zone: a surface for each side, which fresh blocks confirm."""
+    assert float(cut["lack_of_fit"][0]) == 0.0
+    assert float(cut["half_width"][0]) < 0.15
+    words = re.search(r"cut at a size R of (\S+) m, .* between (\S+) and (\S+) m hold both", cut["account"].values[0])
+    place, low, high = (float(one) for one in words.groups())
+    assert low <= 0.8 <= high < 1.05 * low
+    assert low <= place <= high
+    assert "all blocks but those at a cut" in cut["account"].values[0]
+    # medians jump there, and intervals of blocks between hold both sides
+    alpha = 0.23
+    around = [tp.Block.from_slenderness(alpha, r, name=f"{r}") for r in (0.97 * low, 0.5 * (low + high), 1.03 * high)]
+    curves = surface_curves(cut, around, HAZARD).isel(model=0)
+    before, between, beyond = curves["median"].values.tolist()
+    assert beyond / before > 1.1 or before / beyond > 1.1
+    assert float(curves["median_lower"][1]) < min(before, beyond)
+    assert float(curves["median_upper"][1]) > max(before, beyond)
+    assert min(before, beyond) * 0.95 < between < max(before, beyond) * 1.05
+    assert bool((curves["rate_lower"] < curves["rate"]).all() & (curves["rate"] < curves["rate_upper"]).all())
+
+
+@pytest.mark.slow
+def test_medians_on_both_sides_of_a_cut_are_those_of_runs(cut):
+    tested = region(24, seed=5, narrow=0.9)
+    blocks = [tp.Block(w, h, name=name) for w, h, name in zip(tested.width, tested.height, tested.names, strict=True)]
+    curves = surface_curves(cut, tested)
+    truth, error = direct_medians(blocks, Kinked(delta=0.1), curves, 1500, SHAKES)
+    lower, upper = (np.log(curves[f"median_{end}"].values[:, 0]) for end in ("lower", "upper"))
+    assert ((lower - 2 * error < truth) & (truth < upper + 2 * error)).mean() > 0.95
+    assert np.sqrt(np.mean((np.log(curves["median"].values[:, 0]) - truth) ** 2)) < 0.035
+
+
+@pytest.mark.slow
+def test_cuts_are_kept_in_files_and_hold_for_one_law_alone(cut, tmp_path):
+    cut.to_netcdf(tmp_path / "surface.nc")
+    with xr.open_dataset(tmp_path / "surface.nc") as read:
+        own, other = (surface_curves(one, region(9, 5, 0.9), HAZARD) for one in (cut, read))
+        for name in ("median", "median_upper", "rate"):
+            np.testing.assert_array_equal(own[name], other[name])
+    laws = [tp.EnergyConsistent(), Kinked(delta=0.1)]
+    both = pooled(region(2000), laws, SHAKES, "pga", {"median": 0.08}, seed=1)
+    assert both["cut_places"].notnull().all("place").values.tolist() == [False, True]
+    assert ["cut at a size R" in one for one in both["account"].values] == [False, True]
+
+
+def test_a_cut_that_fresh_blocks_do_not_confirm_is_given_up(monkeypatch):
+    """The first check is made to fail although nothing is amiss, and any jump is taken: fresh blocks refuse it."""
+    known = iter([0.1])
+
+    def failing(*given):
+        found = check_surface(*given)
+        return found._replace(worst=max(found.worst, next(known, 0.0)))
+
+    monkeypatch.setattr(region_runs, "check_surface", failing)
+    monkeypatch.setattr(cuts, "LIKELY", math.inf)
+    monkeypatch.setattr(pooled_curves, "MOST_DEGREES", (4, 2))
+    tried = []
+    cut_region = pooled_curves.PooledCurves.cut_region
+    monkeypatch.setattr(
+        pooled_curves.PooledCurves, "cut_region", lambda law, planes: tried.append(cut_region(law, planes)) or tried[-1]
+    )
+    found = pooled(region(300), LAWS[1], SHAKES, until=COARSE, seed=1)
+    assert tried == [True]
+    assert float(found["lack_of_fit"][0]) == pytest.approx(math.expm1(0.1))
+    assert "cut_places" not in found
+    assert "cut" not in found["account"].values[0]
 
 
 @pytest.mark.slow
