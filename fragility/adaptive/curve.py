@@ -17,7 +17,7 @@ from ...streams import stream
 from ..fitting.states import ALL, NONE
 from ..hazard.curve import HazardCurve
 from ..numerics.proportions import binomial_interval
-from .probit import Estimate, Observations, Probit, difference, fit_probit, local_probit
+from .probit import Estimate, Observations, Probit, difference, enclosing, fit_probit, local_probit
 from .rate import HazardCells, draw_levels, hazard_cells, unseen_tail, weighted_rate
 from .stopping import ALL_FELL, MISFIT, NONE_FELL, StoppingRule
 from .until import CONFIDENCE, DISPERSION, MEDIAN, PROBABILITY, RATE, Until
@@ -260,7 +260,7 @@ class SequentialCurve:
         curve, spread = self._global.median(), self._global.log_dispersion()
         at = self._global.log_median
         near, middle = local_probit(self._seen, at, WINDOW * self._distance(), follow=True)
-        local = None if near is None else near.median()
+        local = None if near is None else enclosing(near.median(), self._seen)
         self._centre = middle
         k, room = self.motions, self.until.room
         told = (local, curve, spread)
@@ -294,7 +294,8 @@ class SequentialCurve:
             lower, upper = map(float, binomial_interval(n if near.fell[0] else 0, n, CONFIDENCE, "clopper-pearson"))
             return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *told)
         fitted, _ = local_probit(self._seen, x, reach, follow=False)
-        return _told(k, None if fitted is None else fitted.probability(x), self.until.room, told)
+        found = _told(k, None if fitted is None else fitted.probability(x), self.until.room, told)
+        return found._replace(lower=max(0.0, found.lower), upper=min(1.0, found.upper))
 
 
 Known = tuple[Estimate | None, Estimate, Estimate]

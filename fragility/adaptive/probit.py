@@ -125,6 +125,20 @@ class Probit(NamedTuple):
         return Estimate(value, math.sqrt(max(float(own @ own), alone)), own, k)
 
 
+def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
+    """Return an estimate of ln(median) that holds the whole gap where all falls lie above all runs that stood.
+
+    Between the two the runs tell nothing: the estimate is the middle, and its interval reaches to both ends at least.
+    """
+    if runs.fell.all() or not runs.fell.any():
+        return estimate
+    low, high = float(runs.x[~runs.fell].max()), float(runs.x[runs.fell].min())
+    if not low < high:
+        return estimate
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    return estimate._replace(value=middle, error=max(estimate.error, half / student(estimate.motions - 2)))
+
+
 def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
     """Fit a probit curve to runs, penalised (Firth) where they are separated.
 

@@ -189,9 +189,9 @@ def sought_state(state: State | None, models: Sequence[Any]) -> State:
         of = "sliding blocks must be a slip, such as Slip(0.05)" if slides else "rocking blocks must be no slip"
         raise ValueError(f"state of {of}, got {'none' if state is None else repr(state)}")
     assert state is not None
-    state_name(state)
     if isinstance(state, str):
-        checks.choice("state of adaptive levels", state, (OVERTURNED, UPLIFTED))
+        checks.choice("state of adaptive levels, which may be a number too,", state, (OVERTURNED, UPLIFTED))
+    state_name(state)
     return state
 
 

@@ -12,7 +12,9 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Array
+from ...fragility.analyses.surface_results import POOLED
 from ...fragility.hazard.rates import probability_in
+from ...fragility.runs.provenance import RUN
 from ...units import DIMENSIONLESS, PER_YEAR
 from ..buildings.recommendations import YEARS, Range
 from ..file.analyses import FitTable
@@ -31,6 +33,7 @@ NO_RANGE = Range(math.nan, math.nan, math.nan)
 """In place of a median that lies above the highest level that was run."""
 MEDIAN, DISPERSION, RATE, CHANCE = "median", "dispersion", "rate", "chance"
 """Quantities of a curve; the chance is of at least one fall in some years."""
+OF_SURFACES = "ratios have no intervals: curves of a surface are not fitted again block by block"
 MOST_RESAMPLED = 2000
 """Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
 Place = tuple[int, int, int]
@@ -97,7 +100,8 @@ def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Cur
         raise StudyError("A and B have no floor in common")
     paired = same_motions(a, b)
     number = len(blocks.pairs) * len(models.pairs) * len(floors.pairs)
-    again = number <= MOST_RESAMPLED
+    surface = any(one.results.attrs.get("design") == POOLED for one in (a, b))
+    again = number <= MOST_RESAMPLED and not surface
     options = fit_of(a)
     seeds = (options.seed, options.seed if paired else options.seed + 1)
     sides = []
@@ -109,7 +113,7 @@ def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Cur
     time = years.pop() if len(years) == 1 else YEARS
     places = [((i[0], j[0], k[0]), (i[1], j[1], k[1])) for i, k, j in product(blocks.pairs, floors.pairs, models.pairs)]
     lines = [line for one, other in places for line in _lines(of_a, of_b, one, other, time)]
-    notes = [*_notes(a, b, of_a, of_b), *([] if again else [_too_many(number)])]
+    notes = [*_notes(a, b, of_a, of_b), *([] if again else [OF_SURFACES if surface else _too_many(number)])]
     found = Found(blocks, models, lines, _quantities(a, time), [*_alone(floors), *notes])
     return CurveComparison(found, of_a, of_b, places)
 
@@ -144,7 +148,8 @@ def fit_of(side: Side) -> Fit:
 def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) -> Curves:
     """Fit the curves of some blocks and laws again with replicates; arrays keep the places of all."""
     fit = replace(fit_of(side), seed=seed, replicates=replicates)
-    runs = side.results[list(fit.outputs)]
+    own = {name for name, one in side.results.data_vars.items() if RUN in one.dims}
+    runs = side.results.drop_vars([name for name in side.results.data_vars if name not in {*fit.outputs, *own}])
     if "motion_floor" in runs.coords:  # (the curves took the name)
         runs = runs.rename(motion_floor="floor")
     runs = runs.isel(block=chosen[0], model=chosen[1])

@@ -273,7 +273,9 @@ class UntilTable(Table):
         if most > motions:
             raise ValueError(f"until.motions.most must be at most the {motions:,} motions that there are, got {most:,}")
         if bounds.least > most:
-            raise ValueError(f"until.motions.least must be at most {most:,}, which there may be; got {bounds.least:,}")
+            raise ValueError(
+                f"{bounds.least:,} motions are needed at least (until.motions.least), got {most:,} at most"
+            )
         return until_of({**asked, "motions": {"least": bounds.least, "most": most}})
 
 

@@ -378,9 +378,9 @@ class StudyFile(Table):
                 raise ValueError(f"{name} needs levels that all motions share, not levels = {word!r}")
         if self.fit is not None:
             for key, value, allowed in (
+                ("state", self.fit.state, (OVERTURNED, UPLIFTED, "a number")),
                 ("form", self.fit.form, tuple(LINKS)),
                 ("method", self.fit.method, ("binomial",)),
-                ("state", self.fit.state, (OVERTURNED, UPLIFTED, "a number")),
             ):
                 if value not in allowed and not (key == "state" and isinstance(value, float | int)):
                     raise ValueError(f"fit.{key} of adaptive levels must be {' or '.join(allowed)}, got {value!r}")

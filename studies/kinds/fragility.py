@@ -37,7 +37,7 @@ from ..plan.selections import UNSELECTED, selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
-from ..text.one_side import FORCED, forced_to_1, one_side_notes
+from ..text.one_side import FORCED, forced_to_1, one_side_notes, uplift_notes
 from ..text.spread import branch_names
 from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .study import (
@@ -186,10 +186,7 @@ class FragilityStudy(BlockStudy, Study):
         check_laws(content, study.blocks, study.models)
         check_axes(study.design.axes, study.blocks, study.models)
         check_outputs(study.design.axes, study.kept_outputs, study.models)
-        if study.design.about == 2 and not of_both_axes(study.fit.state):
-            raise ValueError(
-                f"fit.state must be overturned or uplifted where both components shake, got {study.fit.state!r}"
-            )
+        study.check_state()
         if study.design.about == 2 and slides is not None and (slides.trip is not None or slides.own_trips):
             raise ValueError("trip_mm cannot be given where both components shake: trips are of one component")
         study.design.check(study.blocks)
@@ -206,6 +203,13 @@ class FragilityStudy(BlockStudy, Study):
                 raise ValueError(f"motion_sets {name!r}: {error}") from None
         study.check_sizes()
         return study
+
+    def check_state(self) -> None:
+        """Raise a ValueError for a state of one axis where both components shake."""
+        if self.design.about == 2 and not of_both_axes(self.fit.state):
+            raise ValueError(
+                f"fit.state must be overturned or uplifted where both components shake, got {self.fit.state!r}"
+            )
 
     def check_sizes(self) -> None:
         """Raise a ValueError where the size that a rate asks for cannot be found among the blocks."""
@@ -424,6 +428,7 @@ class FragilityStudy(BlockStudy, Study):
             *held_notes([one.label for one in self.blocks if self.design.about == 2 and describe_scene(one)]),
             *self.fit.notes(curves, results),
             *one_side_notes(self.blocks, self.fit.state, self.fit.form),
+            *uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form),
         ]
         coordinates: dict[Hashable, xr.DataArray] = {}
         if self.risk is not None:

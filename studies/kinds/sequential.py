@@ -20,6 +20,7 @@ from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.designs import Sequential
 from ..text.axes import axis_notes
+from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
 from .fragility import FragilityStudy, fit_of, median_doubts, without_replicates
 from .study import Expected, blocks_of, check_laws, each, plain
@@ -28,6 +29,10 @@ if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
 OUTPUTS = ("overturned",)
+WITHOUT_FORM = (
+    "the precision asked for is that of the rate without a form of curve (table of the precision at adaptive levels); "
+    "the other rates are those of the fitted curves, whose intervals take the form as known"
+)
 OF_ANALYSIS = ("median", "dispersion", "rate", "probability")
 
 
@@ -64,6 +69,7 @@ class SequentialStudy(FragilityStudy):
         check_laws(content, study.blocks, study.models)
         check_axes(design.axes, study.blocks, study.models)
         check_outputs(design.axes, study.kept_outputs, study.models)
+        study.check_state()
         design.check(study.blocks)
         if len(design.floors) > 1:
             raise ValueError("adaptive levels need the motions of one floor, got several")
@@ -97,10 +103,13 @@ class SequentialStudy(FragilityStudy):
         found: dict[Any, Any] = {}
         attributes = self._fit_attributes(curves)
         said = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs), *measure_notes(runs)]
+        said += uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form)
         said += median_doubts(curves["median"].values, str(runs["level"].attrs["units"]))
         coordinates: dict[Any, Any] = {}
         if self.risk is not None:
             rated = self._rated(self.risk, curves, runs, client, progress)
+            if self.sequence.until.target == RATE:
+                said.append(WITHOUT_FORM)
             found |= rated.variables
             coordinates |= rated.coordinates
             attributes |= rated.attributes

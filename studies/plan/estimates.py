@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ...fragility import fit_fragility, overturning_probability, rank_measures, with_modelling
-from ...fragility.fitting.states import OVERTURNED, State, needed_output, reached, state_name
+from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
 from ...fragility.runs.provenance import RUN, motions_by_floor, scaled_to_levels
 from ..text.curve_notes import crossing_notes, curve_notes
@@ -123,7 +123,7 @@ class Fit:
     def _counted(self, runs: xr.Dataset) -> xr.Dataset:
         """The number of runs of each curve that reached the state, and the number of its runs."""
         if RUN in runs.dims:
-            return _counted_at_own_levels(runs)
+            return _counted_at_own_levels(runs, self.state)
         flags = reached(runs, self.state)
         floor, groups = motions_by_floor(flags)
         over = [dim for dim in ("level", "motion") if dim in flags.dims]
@@ -137,11 +137,14 @@ class Fit:
         return xr.Dataset({"fell": fell, "tried": tried})
 
 
-def _counted_at_own_levels(runs: xr.Dataset) -> xr.Dataset:
-    """The number of runs of each block under each law that overturned, and of its runs, at adaptive levels."""
+def _counted_at_own_levels(runs: xr.Dataset, state: State) -> xr.Dataset:
+    """The number of runs of each block under each law that reached the state, and of its runs, at adaptive levels."""
     blocks, models = (np.asarray(runs[f"{dim}_number"].values) for dim in ("block", "model"))
     at = (runs["run_block"].values == blocks[:, None]), (runs["run_model"].values == models[:, None])
-    fell = runs["overturned"].values.astype(float)
+    alpha = np.zeros(1 + int(blocks.max()))
+    alpha[blocks] = runs["alpha"].values
+    of_run = alpha[runs["run_block"].values]
+    fell = np.asarray(flags_of(runs[needed_output(state)].values, state, of_run), dtype=float)
     dims = ("block", "model")
     return xr.Dataset(
         {

@@ -394,6 +394,8 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
     ends = "stood below, fell above" if fell else "state not reached below, reached above"
     if "level" in results.coords:
         parts.append(f"points: observed, with {confidence} Wilson intervals")
+    elif _state_of(results) is None:
+        pass  # (curves of a surface: no runs of each block)
     elif RUN in results.dims:
         parts.append(f"ticks: every run, {ends}; points: fractions in bins, {confidence} Wilson intervals")
     else:

@@ -60,7 +60,8 @@ def event_figure(results: xr.Dataset) -> Figure:
             text = f"{measure} {level / scale:.3g}{f' {unit}' if unit else ''}"
             ax.step(np.concatenate([[0.0], shares]), beyond, where="post", color=axes.colour(k), label=text)
             middle, apart = (100.0 * float(one[name]) for name in ("fallen_mean", "fallen_sd_independent"))
-            ax.axvspan(middle - 2.0 * apart, middle + 2.0 * apart, color=axes.colour(k), alpha=0.25, lw=0.0)
+            ends = max(0.0, middle - 2.0 * apart), min(100.0, middle + 2.0 * apart)
+            ax.axvspan(*ends, color=axes.colour(k), alpha=0.25, lw=0.0)
         ax.set_xlabel("share of the region that falls, %")
         ax.set_ylabel("share of events in which more falls")
         ax.legend(fontsize=8)

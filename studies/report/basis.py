@@ -115,7 +115,15 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
             f"{first_of([f'“{one}”' for one in on])} {'stands' if on.size == 1 else 'stand'} on a bench or an isolated "
             f"platform, which answers the motion of the floor and shakes what stands on it; {_at_stops(study)}."
         )
+    support = study.get("support")
+    if isinstance(support, dict):
+        on = "a bench" if str(support["kind"]) == "bench" else "an isolated platform"
+        yield (
+            f"The pieces stand on {on}, which answers the motion of the floor and shakes what stands on it"
+            f"{_at_stop(support)}."
+        )
     scene = SCENE in results.coords
+    ground = "a platform that stays level" if isinstance(support, dict) else "a level floor"
     sideways = (
         ", and along its depth by the other component of the same earthquake; it has fallen where it falls in either "
         f"direction{_width_alone(results)}"
@@ -123,7 +131,7 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         else ""
     )
     yield (
-        f"Each piece is taken as a rigid body that {'stands' if scene else 'stands freely'} on a level floor and is "
+        f"Each piece is taken as a rigid body that {'stands' if scene else 'stands freely'} on {ground} and is "
         "shaken horizontally, in the direction of its width, the direction in which it tips most easily (for a "
         f"bookcase: from front to back){sideways}{', and vertically' if lifted(study) else ''}. "
         f"{_left_out(INSTEAD in results, scene, lifted(study))} are not included."
@@ -278,6 +286,15 @@ def _at_stops(study: Mapping[str, Any]) -> str:
     )
 
 
+def _at_stop(support: Mapping[str, Any]) -> str:
+    """Return what is modelled of the stops of the one support of a study; '' of a bench, which has none."""
+    if str(support["kind"]) == "bench":
+        return ""
+    if support.get("stop_frequency_hz") is None:
+        return "; what it would do at its stops is not modelled"
+    return "; its stops are modelled, and what falls in a strike rests on the stiffness given for them"
+
+
 def _histories(study: Mapping[str, Any]) -> bool:
     """Return whether the floors move by histories with levels of their own, or by others that are scaled."""
     motions = study.get("motions")
@@ -339,6 +356,11 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
         levels = f" at each of {counted(results.sizes['level'], 'level')}" if results.sizes["level"] > 1 else ""
         many = "" if given.get("elastic") else levels
         what = f"{counted(number, 'floor motion')}{many}, calculated elsewhere"
+    elif isinstance(stripes, dict) and stripes.get("select") is not None:
+        what = (
+            f"{counted(number, 'ground motion')}, which were selected for each level of shaking from larger sets so "
+            "that together they agree with the hazard"
+        )
     elif "records" in given:
         what = counted(number, "recorded ground motion")
     elif varied:

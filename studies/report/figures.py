@@ -63,9 +63,9 @@ class Picture(NamedTuple):
 
 # The captions, by the first part of a figure's name; the description of its contents is read from the figure.
 CAPTIONS = {
-    "fragility": "Probability of overturning against the strength of shaking: fitted curves, and the observed shares "
-    "of the motions with their intervals.",
-    "map": "The same quantity of all blocks, by colour over their slenderness and size, a panel for each law.",
+    "fragility": "Probability of what is studied, as a rule overturning, against the strength of shaking: fitted "
+    "curves and, of blocks that were run themselves, the observed shares of the motions with their intervals.",
+    "map": "The quantity in the title, of all blocks, by colour over their slenderness and size, a panel for each law.",
     "risk": "Contributions of the levels of shaking to the annual rate of overturning.",
     "branches": "Ranges of the annual rate over all weighted branches, and where they come from: laws, motions, hazard "
     "curves, modelling uncertainty and the number of motions.",

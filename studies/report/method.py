@@ -30,8 +30,11 @@ SECTIONS = {
     "motions": "motions",
     "building": "building",
     "buildings": "buildings",
+    "support": "support",
+    "supports": "supports",
     "ida": "incremental dynamic analysis",
     "until": "precision",
+    "events": "events",
     "stripes": "stripes",
     "cloud": "cloud",
     "performance": "inventory",
@@ -55,6 +58,10 @@ DESIGNS = {
     "stripes": "Stripes: each level of shaking has a set of motions of its own.",
     "cloud": "Cloud: every motion is run once, as it is given.",
 }
+SELECTED = (
+    "The motions of each level were selected so that together they have the distribution of spectra and measures that "
+    "the hazard gives them there; the table of selections says how well they agree."
+)
 KIND_TEXTS = {
     "uncertainty": "Sizes, restitution and law are drawn together by Latin hypercube sampling; every draw is run under "
     "every motion at every level.",
@@ -280,6 +287,9 @@ def method(results: xr.Dataset) -> list[str]:
     """Return the paragraphs on how the study was made."""
     kind = str(results.attrs["kind"])
     words = [DESIGNS.get(str(results.attrs.get("design", "")), ""), KIND_TEXTS.get(kind, ""), ENGINE]
+    stripes = study_of(results).get("stripes")
+    if isinstance(stripes, dict) and stripes.get("select") is not None:
+        words.append(SELECTED)
     if "processing" in results.attrs:
         done = str(results.attrs["processing"]).splitlines()
         more = f"; and {len(done) - MOST_LINES:,} more" if len(done) > MOST_LINES else ""

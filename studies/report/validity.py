@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...fragility.adaptive.stopping import REACHED
 from ...fragility.fitting.states import OK, SEPARATED
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from ...fragility.runs.provenance import BED, number_of_motions
@@ -498,7 +499,7 @@ def _one_side(results: xr.Dataset) -> Check:
 
 
 def _curves(results: xr.Dataset) -> Check:
-    question = "Does every curve rest both on runs in which the piece fell and on runs in which it did not?"
+    question = "Does every curve rest both on runs that reached the state that is studied and on runs that did not?"
     status = results["status"].values.astype(str)
     none = ~results["converged"].values.astype(bool)
     guessed = status == SEPARATED
@@ -544,8 +545,26 @@ def _intervals(results: xr.Dataset) -> Check:
     if not np.isfinite(widest):
         reason, clause = f"An interval of a median is open ({where}).", "the interval of a median is open"
     if widest <= WIDE:
-        return Check(question, GOOD, reason)
+        return _reached(results, question, reason)
     return Check(question, INVALID if float(known.min()) > HOPELESS else CARE, reason, cure, clause)
+
+
+def _reached(results: xr.Dataset, question: str, reason: str) -> Check:
+    """Check whether intervals that are narrow are as narrow as was asked, where motions are run until they are."""
+    if "stopped_because" not in results:
+        return Check(question, GOOD, reason)
+    why = results["stopped_because"].values.astype(str)
+    missed = int((why != REACHED).sum())
+    if not missed:
+        return Check(question, GOOD, f"{reason} The precision that was asked for is reached.")
+    account = str(results["account"].values[why != REACHED][0])
+    return Check(
+        question,
+        CARE,
+        f"{reason} {missed:,} of {counted(why.size, 'curve')} missed the precision that was asked for ({account}).",
+        "Allow more motions, or decide with the interval that was reached.",
+        "the precision asked for was not reached",
+    )
 
 
 def _scaling(results: xr.Dataset) -> Check:

@@ -115,9 +115,9 @@ TERMS = (
     ),
     Term(
         "dispersion (β)",
-        "How much the level of shaking that overturns a block varies from motion to motion: the standard deviation of "
-        "its logarithm. With β = 0.4, about two-thirds of the motions overturn it at a level within a factor of 1.5 "
-        "of the median.",
+        "How much the level of shaking that overturns a block (or brings it to the state that is studied) varies from "
+        "motion to motion: the standard deviation of its logarithm. With β = 0.4, about two-thirds of the motions do "
+        "so at a level within a factor of 1.5 of the median.",
         r"\b[Dd]ispersions?\b|\bβ\b(?!_)",
     ),
     Term(
@@ -175,7 +175,8 @@ TERMS = (
     ),
     Term(
         "incremental dynamic analysis",
-        "Every motion is scaled to every level of shaking, and each block is run under all of them.",
+        "Every motion is scaled to several levels of shaking, and each block is run under all of them. Levels are the "
+        "same for all motions, or, at adaptive levels, a few of each motion's own.",
         r"[Ii]ncremental dynamic analysis",
     ),
 )

@@ -6,10 +6,11 @@ from collections.abc import Iterable
 
 import xarray as xr
 
+from ...doubts import first_of
 from ...fragility.fitting.fit import default_form
-from ...fragility.fitting.states import DIRECTIONS, FRONT, State, state_name
+from ...fragility.fitting.states import DIRECTIONS, FRONT, UPLIFTED, State, state_name
 from ...fragility.runs.provenance import blocks_of
-from ...models import Block
+from ...models import Block, Law
 from ...models.sides import sides, surroundings
 from ...wording import listed_name
 
@@ -67,6 +68,25 @@ def one_side_notes(blocks: Iterable[Block], state: State, form: str) -> list[str
     return [
         f"{both}: it may fall to the other side instead, so the probability of {state_name(state)} need "
         'not rise to 1 as the fitted curve does: take fit.form = "isotonic", or state = "overturned"'
+    ]
+
+
+def uplift_notes(blocks: Iterable[Block], models: Iterable[Law], state: State, form: str) -> list[str]:
+    """Return a note on laws whose blocks are oscillators at rest, where the curves are of uplift."""
+    if state != UPLIFTED and form != "uplift-lognormal":
+        return []
+    blocks = list(blocks)
+    elastic = [
+        law.label
+        for law in models
+        if getattr(law, "rest", "elastic") == "elastic" and any(law.zone_edge(block) > 0.0 for block in blocks)
+    ]
+    if not elastic:
+        return []
+    return [
+        f"{first_of(elastic)}: at rest the block vibrates in its elastic zone, so that it uplifts in weaker shaking "
+        "than a rigid block on a rigid floor (whose uplift takes g tan alpha): for uplift take a law without "
+        'that, such as housner, or rest = "rigid"'
     ]
 
 

@@ -8,7 +8,7 @@ import scipy
 import xarray as xr
 
 from toppling.fragility import fit_fragility, fit_lognormal
-from toppling.fragility.adaptive.probit import Observations, difference, fit_probit, local_probit, student
+from toppling.fragility.adaptive.probit import Observations, difference, enclosing, fit_probit, local_probit, student
 
 
 def runs(motions, each=4, correlation=0.5, seed=0, median=2.0, dispersion=0.4, spread=0.6):
@@ -173,3 +173,18 @@ def test_few_motions_have_no_interval():
     assert fit_probit(seen)[0].median().reach == math.inf
     assert student(0) == math.inf
     assert student(1e9) == pytest.approx(1.959963985, rel=1e-6)
+
+
+def test_a_gap_between_what_stood_and_what_fell_is_in_the_interval():
+    x = np.linspace(-0.5, 0.5, 90)
+    x = x[(x < -0.01) | (x > 0.03)]
+    motion = np.arange(x.size) % 30
+    runs = Observations(x, x > 0.0, motion)
+    own = fit_probit(runs)[0].median()
+    wide = enclosing(own._replace(value=0.4, error=1e-6), runs)
+    low, high = x[x < 0.0].max(), x[x > 0.0].min()
+    assert wide.value - wide.reach == pytest.approx(low, abs=1e-12)
+    assert wide.value + wide.reach == pytest.approx(high, abs=1e-12)
+    mixed = Observations(x, (x > 0.0) ^ (np.arange(x.size) == 3), motion)
+    assert enclosing(own, mixed) is own
+    assert enclosing(own, Observations(x, np.ones(x.size, np.bool_), motion)) is own

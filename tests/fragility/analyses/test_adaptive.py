@@ -185,6 +185,13 @@ def test_rates_are_those_of_the_hazard():
     assert float(found["rate_lower"].item()) < float(found["rate"].item()) < float(found["rate_upper"].item())
 
 
+def test_a_probability_keeps_within_0_and_1():
+    for level in (1.15, 1.2, 1.25):
+        until = {"probability": {"level": level, "within": 0.05}, "motions": {"least": 32}}
+        found = tp.ida(BLOCK, LAWS[1], SHAKES, "adaptive", "pga_normalised", until=until)
+        assert 0.0 <= found["probability_lower"].item() <= found["probability_upper"].item() <= 1.0
+
+
 def test_sets_are_taken_in_an_order_of_their_own_and_end():
     motions = SHAKES.sample(70, 3)
     found = tp.ida(BLOCK, LAWS[0], motions, "adaptive", until={"median": 0.01, "motions": {"least": 64}})
@@ -315,7 +322,10 @@ class TestOtherStates:
             "outputs must hold slide_peak for adaptive levels",
         ),
         ({"state": Slip(0.1)}, r"state of rocking blocks must be no slip, got Slip\(distance=0.1, side='either'\)"),
-        ({"state": "front"}, "state of adaptive levels must be one of 'overturned', 'uplifted', got 'front'"),
+        (
+            {"state": "front"},
+            "state of adaptive levels, which may be a number too, must be one of 'overturned', 'uplifted', got 'front'",
+        ),
         ({"state": -1.0}, "state must be finite and > 0, got -1.0"),
         (
             {"motions": both_axes(SHAKES.sample_pairs(64))[0], "im": "RotD50(pgv)", "state": 0.5},

@@ -16,6 +16,7 @@ from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
 from toppling.studies.file.blocks import read_blocks
+from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
 from toppling.studies.region.rows import event_rows, examples, region_rows, surface_rows
@@ -250,6 +251,10 @@ def test_curves_are_drawn_of_blocks_at_both_ends_and_in_the_middle(finished):
     found = drawn["median"].values[:, 0]
     assert (found[0], found[-1]) == (medians.min(), medians.max())
     assert drawn.sizes["block"] == 3
+    heading = fragility_figure(drawn).get_suptitle()
+    assert "lines" in heading
+    assert "ticks" not in heading
+    assert "points" not in heading
 
 
 def test_maps_are_of_areas_or_of_lines(finished):

@@ -14,8 +14,11 @@ from toppling.fragility.adaptive.until import Until
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
+from toppling.studies.comparison.curves import compare_curves
+from toppling.studies.comparison.sides import two_sides
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
+from toppling.studies.report.validity import checks_of
 from toppling.studies.text.error import StudyError
 from toppling.studies.text.precision import precision_rows
 
@@ -236,6 +239,34 @@ def test_a_median_beyond_any_shaking_is_a_note(study):
     assert any(note.startswith("the highest median, ") for note in results.attrs["notes"].splitlines())
 
 
+def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
+    study(STUDY.replace("seed = 4", "seed = 5")).run(tmp_path / "other")
+    folders = [str(finished[1].parent), str(tmp_path / "other")]
+    assert main(["compare", *folders, "--out", str(tmp_path / "out")]) == 0
+    assert "Median" in capsys.readouterr().out
+    with two_sides(*map(Path, folders)) as sides:
+        lines = [one for one in compare_curves(*sides).found.lines if one.quantity == "median"]
+    assert len(lines) == 2
+    for line in lines:
+        assert 0.8 < line.ratio.lower < 1.0 < line.ratio.upper < 1.25
+
+
+def test_a_missed_precision_is_a_check(study, finished):
+    missed = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
+    clauses = [one.clause for one in checks_of(missed)]
+    assert "the precision asked for was not reached" in clauses
+    reasons = " ".join(one.reason for one in checks_of(finished[0]))
+    assert "The precision that was asked for is reached." in reasons
+
+
+def test_a_law_that_is_elastic_at_rest_is_named_where_uplift_is_sought(study):
+    text = STUDY.replace('law = "energy-consistent"', 'law = "energy-consistent"\n[[models]]\nlaw = "discrete"')
+    notes = study(text + '[fit]\nstate = "uplifted"\n').run().attrs["notes"]
+    (said,) = [one for one in notes.splitlines() if "vibrates in its elastic zone" in one]
+    assert said.startswith("discrete")
+    assert "energy-consistent" not in said
+
+
 def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
@@ -273,7 +304,7 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
         ),
         (("least = 32", "least = 8"), "until.motions.least: must be"),
         (("least = 32", "most = 300"), "until.motions.most must be at most the 200 motions that there are, got 300"),
-        (("number = 200", "number = 20"), "until.motions.least must be at most 20"),
+        (("number = 200", "number = 20"), "32 motions are needed at least (until.motions.least), got 20 at most"),
         (
             ("median = 0.15", 'probability = { level = 0.3, unit = "m/s", within = 0.1 }'),
             "unit of levels of pga must be",
@@ -282,7 +313,7 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
         (("[until]", "[screen]\n[until]"), "screen needs levels that all motions share"),
         (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
         (("[until]", '[fit]\nform = "isotonic"\n[until]'), "fit.form of adaptive levels must be lognormal or"),
-        (("[until]", '[fit]\nstate = "front"\n[until]'), "fit.form of adaptive levels must be"),
+        (("[until]", '[fit]\nstate = "front"\n[until]'), "fit.state of adaptive levels must be"),
         (("[until]", '[fit]\nmethod = "first-overturning"\n[until]'), "fit.method of adaptive levels must be binomial"),
         (("width_m = 0.4", "width_m = 0.4\nedge_distance_mm = 50"), "edge_distance_mm"),
         (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "floor"),
@@ -293,6 +324,14 @@ def test_what_is_refused(change, said, study):
         study(STUDY.replace(*change, 1))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_state_of_one_axis_is_refused_for_pairs(study):
+    text = STUDY.replace("height_m = 1.8", "height_m = 1.8\ndepth_m = 0.7")
+    with pytest.raises(
+        StudyError, match=r"fit.state must be overturned or uplifted where both components shake, got 0.5"
+    ):
+        study(text.replace("[ida]", 'component = "pair"\n[fit]\nstate = 0.5\n[ida]'))
 
 
 def test_a_hazard_of_another_measure_is_refused(study):
