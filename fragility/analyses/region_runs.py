@@ -21,6 +21,7 @@ from ..adaptive.until import Until
 from ..hazard.curve import HazardCurve
 from ..runs.axes import axes_of
 from ..runs.request import Request, check_vertical
+from ..runs.runners import shared
 from ..runs.scaling import check_factors, name_at
 from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, Check, check_surface
 from ..surfaces.curves import PooledCurves
@@ -138,8 +139,10 @@ class PooledRuns:
         for part in wave.parts(max(ALIKE, math.ceil(len(wave.records) / PARTS))):
             self._part(part, shares, going)
         self._done = int(wave.numbers[-1]) + 1
-        for k in going:
-            self.laws[k].look(last=self._done >= plan.most)
+        last = self._done >= plan.most
+        # (each law's fits are its own, and spend their time in products of matrices)
+        for _ in shared(lambda k: self.laws[k].look(last=last), going):
+            pass
         self._tell()
 
     def _next(self) -> int:

@@ -13,6 +13,7 @@ from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces
 from ..numerics.products import squares
 from ..risk.convolution import rates_of
+from ..runs.runners import shared
 from .rate_checks import RatePlane
 from .surface import Surface
 
@@ -78,9 +79,10 @@ def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces |
         side of a cut a block is, its intervals hold those of both sides.
     """
     found = [np.empty(len(points)) for _ in Curves._fields]
-    for first in range(0, len(points), SLAB):
-        part = slice(first, first + SLAB)
-        for array, own in zip(found, _slab(law, points[part], log_unit[part], hazard), strict=True):
+    parts = [slice(first, first + SLAB) for first in range(0, len(points), SLAB)]
+    slabs = shared(lambda part: _slab(law, points[part], log_unit[part], hazard), parts)
+    for part, slab in zip(parts, slabs, strict=True):
+        for array, own in zip(found, slab, strict=True):
             array[part] = own
     curves = Curves(*found)
     if law.near.cut is not None:
