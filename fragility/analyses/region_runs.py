@@ -278,6 +278,8 @@ class PooledRuns:
             x = np.moveaxis(np.stack([law.near_medians(points, one) for one in shares]), 0, 1)
             measured = plan.scaled.measured(wave, blocks)[0]
             parts.append((wave.numbers, x, self._fell(points, [k], wave, (x + unit)[None], measured)[0]))
+            self._runs += x.size
+            self._tell()
         motions, x, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
         return motions, x, fell
 
@@ -292,6 +294,8 @@ class PooledRuns:
             x, weights = rate_levels(plan.hazard, curves.log_curve_median, curves.dispersion, np.stack(drawn, axis=-1))
             measured = plan.scaled.measured(wave, blocks)[0]
             parts.append((wave.numbers, weights, self._fell(self.check_points, [k], wave, x[None], measured)[0]))
+            self._runs += x.size
+            self._tell()
         motions, weights, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
         return check_rates(self.check_points, curves.rate, weights, fell, motions)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import xarray as xr
 
 from ...aliases import Progress
+from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.runs.axes import check_axes, check_outputs
@@ -94,7 +95,9 @@ class SequentialStudy(FragilityStudy):
     def expected(self) -> Expected:
         curves = len(self.blocks) * len(self.models) * self.design.about
         motions = self.sequence.expected
-        few, usual, many = (curves * self.sequence.runs_of(n) for n in motions)
+        # (a curve may be found in the first wave)
+        first = WAVE, self.sequence.until.least, self.sequence.until.least
+        few, usual, many = (curves * self.sequence.runs_of(n, own) for n, own in zip(motions, first, strict=True))
         return Expected((few, usual, many), "of some {1:,} motions ({0:,} to {2:,})".format(*motions))
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:

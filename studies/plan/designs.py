@@ -222,15 +222,15 @@ class Sequential(Design):
 
     @property
     def runs(self) -> int:
-        return self.runs_of(self.until.most)
+        return self.runs_of(self.until.most, self.until.least)
 
-    def runs_of(self, motions: int) -> int:
+    def runs_of(self, motions: int, first: int) -> int:
         """Return the number of runs of one block under one law and so many motions, which are run both ways if all are.
 
-        The first motions, which look for the curve, have more runs.
+        The `first` motions, which look for the curve, have more runs.
         """
         each = 2 if self.both_ways else 1
-        return each * (motions * self.runs_per_motion + max(0, EXPLORING - self.runs_per_motion) * self.until.least)
+        return each * (motions * self.runs_per_motion + max(0, EXPLORING - self.runs_per_motion) * first)
 
     @property
     def expected(self) -> tuple[int, int, int]:
