@@ -225,11 +225,10 @@ class TestParts:
         for point in results["scale"]["points"]:
             assert point["wall"] > 0.0
             assert 5e7 < point["memory_before"] <= point["memory"] < 5e9
-        # (a virtual machine may count more CPU time than has passed on its cores)
         for name in ("peaks", "flags"):
-            assert 0.0 < results["scale"]["share"][name]["of_wall"] <= 2.0
+            assert 0.0 < results["scale"]["share"][name]["of_wall"] <= 1.05
             assert 0.0 < results["scale"]["share"][name]["of_cpu"] <= 1.05
-        assert 0.2 < results["scale"]["share"]["cores"] < 4.0
+        assert 0.2 < results["scale"]["share"]["cores"] < 2.2
         assert results["scale"]["first"]["loading"] > 0.0
         threads = results["scale"]["threads"]
         assert threads["runs"] == 1_000
