@@ -36,7 +36,7 @@ from ...motions import Generator
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
-from ..plan.designs import Cloud, Design, Events, Incremental, Pooled, Sequential, Stripes
+from ..plan.designs import Cloud, Design, Events, Incremental, OfRuns, Pooled, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from ..text.error import StudyError
@@ -663,6 +663,12 @@ class StudyFile(Table):
         if self.ida is not None:
             return Incremental(first.motions, first.ground, self.ida.im, levels, first.reading)
         return Cloud(first.motions, first.ground, self.analysis.im, first.reading)
+
+    def design_of_runs(self, folder: Path, both: bool = False) -> OfRuns:
+        """Make the design of an analysis that runs every block by itself; as `design`."""
+        found = self.design(folder, both)
+        assert isinstance(found, OfRuns)  # (a region is another kind of study)
+        return found
 
     def _looked_at(self, folder: Path) -> LookedAt:
         """Return the motions of an analysis that takes them one after the other.

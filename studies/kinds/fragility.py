@@ -27,7 +27,7 @@ from ...motions.polarity import BOTH
 from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
-from ..plan.designs import Cloud, Design, Stripes
+from ..plan.designs import Cloud, OfRuns, Stripes
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
@@ -83,7 +83,7 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
         return None
     return Branches(
         weighted_laws(content, study.models),
-        weighted_motions(content, lambda other: other.design(folder, study.design.both_ways)),
+        weighted_motions(content, lambda other: other.design_of_runs(folder, study.design.both_ways)),
         weighted_hazards(content, study.risk.hazard, content.analysis.im, folder),
         modelling,
     )
@@ -146,7 +146,7 @@ class FragilityStudy(BlockStudy, Study):
 
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]
-    design: Design
+    design: OfRuns
     friction: Friction | Mapping[str, Friction] | None = None
     undecided: float = UNDECIDED
     fit: Fit = LOGNORMAL
@@ -172,7 +172,7 @@ class FragilityStudy(BlockStudy, Study):
             plain(content),
             blocks,
             each("models", content.models, blocks),
-            content.design(folder, content.both_ways(blocks)),
+            content.design_of_runs(folder, content.both_ways(blocks)),
             friction if slides is None or not slides.own else {one.label: slides.friction_of(one) for one in blocks},
             undecided,
             fit_of(content),
@@ -269,7 +269,7 @@ class FragilityStudy(BlockStudy, Study):
         return sum(each) * self.design.runs
 
     @property
-    def further(self) -> dict[str, Design]:
+    def further(self) -> dict[str, OfRuns]:
         """The designs of branches beside the study's own, by name."""
         return {} if self.branches is None else self.branches.designs
 
@@ -292,7 +292,7 @@ class FragilityStudy(BlockStudy, Study):
     def curves(self) -> int:
         return self._curves_of(self.design) + sum(map(self._curves_of, self.further.values()))
 
-    def _curves_of(self, design: Design) -> int:
+    def _curves_of(self, design: OfRuns) -> int:
         return len(self.blocks) * len(self.models) * max(1, len(design.floors))
 
     def seconds_of_fits(self, threads: int) -> float:
@@ -349,7 +349,7 @@ class FragilityStudy(BlockStudy, Study):
         done = self.own_runs + self.perturbed_runs
         said: list[str] = []
 
-        def fitted(name: str, design: Design) -> FittedCurves:
+        def fitted(name: str, design: OfRuns) -> FittedCurves:
             nonlocal done
             each = part_of(progress, done, self.work)
             runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)

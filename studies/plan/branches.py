@@ -12,7 +12,7 @@ import xarray as xr
 from ...fragility import Branch, HazardCurve, epistemic_rates
 from ...fragility.fitting.states import OVERTURNED, State, state_name
 from ...units import DIMENSIONLESS
-from .designs import Design
+from .designs import OfRuns
 from .risk import OUTSIDE, Risk, worded
 
 RENAMED = {
@@ -51,19 +51,19 @@ class Branches:
     """
 
     models: dict[str, float]
-    motions: dict[str, tuple[Design | None, float]]
+    motions: dict[str, tuple[OfRuns | None, float]]
     hazards: dict[str, tuple[HazardCurve, float]]
     modelling: float = 0.0
 
     @property
-    def designs(self) -> dict[str, Design]:
+    def designs(self) -> dict[str, OfRuns]:
         """The designs beside the study's own, by name."""
         return {name: design for name, (design, _) in self.motions.items() if design is not None}
 
     def of(
         self,
         own: FittedCurves,
-        fitted: Callable[[str, Design], FittedCurves],
+        fitted: Callable[[str, OfRuns], FittedCurves],
         risk: Risk,
         seed: int,
         state: State = OVERTURNED,

@@ -131,6 +131,10 @@ class Design(ABC):
     def check(self, blocks: Sequence[Block]) -> None:
         """Raise a ValueError where motions, levels and measure do not go together, before anything runs."""
 
+
+class OfRuns(Design):
+    """A design whose analysis runs every block by itself."""
+
     def run(
         self,
         blocks: Sequence[Block],
@@ -159,7 +163,7 @@ class Design(ABC):
 
 
 @dataclass(frozen=True)
-class Incremental(Design):
+class Incremental(OfRuns):
     """Every motion at every level."""
 
     motions: Motions
@@ -192,7 +196,7 @@ class Incremental(Design):
 
 
 @dataclass(frozen=True)
-class Sequential(Design):
+class Sequential(OfRuns):
     """Motion after motion at a few levels of its own, until the answer is as precise as asked.
 
     motions, generator, seed, both: as of `Pooled`; state: the damage state of the curves; `hazard` where the precision
@@ -391,14 +395,9 @@ class Pooled(Design):
             "seed": self.seed,
         }
 
-    def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
-    ) -> xr.Dataset:
-        raise NotImplementedError("blocks of a region are columns: see `of`")
-
 
 @dataclass(frozen=True)
-class Stripes(Design):
+class Stripes(OfRuns):
     """A set of motions at each level, scaled to it where `scale` is set, or as they are.
 
     `selections` says, for each level, how well selected motions agree with the hazard; empty where none are selected.
@@ -447,7 +446,7 @@ class Stripes(Design):
 
 
 @dataclass(frozen=True)
-class Cloud(Design):
+class Cloud(OfRuns):
     """Every motion once, as it is."""
 
     motions: Motions
