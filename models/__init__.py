@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .scenes.edge import Edge
     from .scenes.restraint import Restraint
     from .scenes.wall import Wall
-    from .sliding.law import Sliding
+    from .sliding.law import RandomSliding, Sliding
     from .statics import half_weight, required_force, static_capacity
     from .supports import delta_from_frequency, delta_from_settlement
 
@@ -46,6 +46,7 @@ __all__ = [
     "Law",
     "MakrisKonstantinidis",
     "Model",
+    "RandomSliding",
     "Restraint",
     "Sliding",
     "Vassiliou",
@@ -89,7 +90,7 @@ __getattr__, __dir__ = face(
         "scenes.edge": ("Edge",),
         "scenes.restraint": ("Restraint",),
         "scenes.wall": ("Wall",),
-        "sliding.law": ("Sliding",),
+        "sliding.law": ("RandomSliding", "Sliding"),
         "statics": ("half_weight", "required_force", "static_capacity"),
         "supports": ("delta_from_frequency", "delta_from_settlement"),
     },

@@ -13,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, partial
 from time import thread_time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from ...models.runs import OUTPUTS, run_mixed
 from ...motions import CloughPenzien, SiteBasedScenario, records
 from ...motions.arrays import Record
 from ...streams import stream
-from .promises import MOST, Outcome, Row, common_levels, rows_of_text, sequential, summary
+from .promises import GRID, MOST, Outcome, Row, common_levels, grid_levels, rows_of_text, sequential, summary
 from .truths import MEDIAN
 
 BLOCK = Block(0.4, 1.8)
@@ -42,6 +43,13 @@ WIDTHS = (1.2, 0.25, 0.05)
 REPLICATES = 500
 PROCESSES = 2
 TOLERANCES = (0.10, 0.05, 0.02)
+TOGETHER = 32
+"""Motions of a wave, by which the runs are timed."""
+OF_ONE = 64
+"""Levels of a motion that fill the lanes of the engine by themselves, about."""
+NEAR = 0.25
+"""Half width, in ln, of the levels that are timed near the median."""
+CALLS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +126,38 @@ def promises_kept(
     return row._replace(truth=name), float(np.mean([spent for _, spent in every]))
 
 
+class Cost(NamedTuple):
+    """CPU time of a run, s: of common levels, and of levels near the median, three of each motion or many of one."""
+
+    common: float
+    near: float
+    near_of_one: float
+
+
+def cost(name: str) -> Cost:
+    """Return what a run costs, medians over calls in turns, each of which runs a wave of motions."""
+    one, random = database(name), stream(SEED, 6)
+    grid = np.repeat(grid_levels()[:, None], TOGETHER, axis=1)
+    spent: list[tuple[float, ...]] = []
+    for _ in range(CALLS):
+        one.spent.clear()
+        near = [MEDIAN * np.exp(NEAR * random.uniform(-1.0, 1.0, (n, TOGETHER))) for n in (3, OF_ONE)]
+        every = (grid, *near)
+        for levels in every:
+            one.verdicts(levels, random)
+        spent.append(tuple(time / levels.size for time, levels in zip(one.spent, every, strict=True)))
+    return Cost(*np.median(spent, axis=0).tolist())
+
+
+def cost_text(name: str, found: Cost) -> str:
+    """Return the cost of a run as a line."""
+    common, near, of_one = (f"{1e6 * one:.0f}" for one in found)
+    return (
+        f"CPU of a run under {name}, us: {common} of {GRID} common levels; "
+        f"near the median {near} (3 levels a motion), {of_one} ({OF_ONE} levels a motion)"
+    )
+
+
 def main(arguments: Sequence[str]) -> None:
     """Print the table."""
     replicates, processes = (*map(int, arguments), *(REPLICATES, PROCESSES)[len(arguments) :])
@@ -127,6 +167,7 @@ def main(arguments: Sequence[str]) -> None:
             print(rows_of_text(f"median ±{tolerance:.0%}, runs {1e3 * spent:.1f} ms", [row]), flush=True)
         row, spent = promises_kept(name, 0.05, max(2, replicates // 10), True, processes)
         print(rows_of_text(f"median ±5 %, 20 common levels, runs {1e3 * spent:.1f} ms", [row]), flush=True)
+        print(cost_text(name, cost(name)), flush=True)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...aliases import Array
 from ...fragility import HazardCurve
 from ...fragility.adaptive.curve import SequentialCurve
 from ...fragility.adaptive.probit import Observations, fit_probit
@@ -70,9 +71,14 @@ def _kept(truth: Truth, until: Until, value: float) -> bool:
     return abs(value - known) <= until.room
 
 
+def grid_levels() -> Array:
+    """Return the common levels (level,): from a tenth to ten times the median."""
+    return np.geomspace(0.1 * MEDIAN, 10.0 * MEDIAN, GRID)
+
+
 def common_levels(truth: Truth, until: Until, seed: int) -> Outcome:
-    """Run the same rule over 20 common levels, from a tenth to ten times the median, and the curve through all."""
-    levels = np.geomspace(0.1 * MEDIAN, 10.0 * MEDIAN, GRID)
+    """Run the same rule over the common levels, and the curve through all."""
+    levels = grid_levels()
     rule, done, stopped, value = StoppingRule(until), 0, "", math.nan
     seen = Observations(np.empty(0), np.empty(0, np.bool_), np.empty(0, np.int64))
     while not stopped:

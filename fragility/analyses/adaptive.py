@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from ... import checks
 from ...aliases import Array, Flags
 from ...doubts import Doubt, warn
-from ...models import Block, Sliding
+from ...models import Block, Model, RandomSliding, Sliding
+from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES
 from ...motions.intensity.dataset import measure_named, positive_measure
 from ...motions.intensity.measure import Measure
@@ -37,6 +38,7 @@ from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import GROUND_FLOORS, check_factors
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, rocking_doubts
 from .analysis import specimens_of
+from .friction_draws import FRICTION, PROPORTIONAL, check_draws, draws, is_random, specimens_in
 from .other_measures import OtherMeasures
 from .sparse import WaveRuns, labelled, runs_of
 from .waves import MotionSource, MotionWave, Scaled, run_wave, scaled_to
@@ -99,7 +101,8 @@ def adaptive(
     others = OtherMeasures(scaled)
     cut: dict[str, bool] = {}
     waves = list(_waves(request, plan, curves, others, doubts, cut))
-    doubts += end_doubts(cut.values(), list(cut))
+    ends = end_doubts(cut.values(), list(cut))
+    doubts += ends
     warn(list(dict.fromkeys(doubts)))
     axes = waves[0].axes
     configuration = {
@@ -116,7 +119,8 @@ def adaptive(
         **({"hazard": hazard.describe()} if hazard is not None else {}),
         **({"im_at": GROUND} if ground is not None else {}),
     }
-    return labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
+    found = labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
+    return found.assign_attrs(notes=ends[0].sentence) if ends else found
 
 
 def _waves(
@@ -142,7 +146,7 @@ def _waves(
         if not curves:
             curves |= _begun(request, plan, peaks_of(wave), measured)
         plans = {where: one.plan(wave.numbers) for where, one in curves.items() if not one.stopped}
-        found, ends = _outputs(request, wave, plans, plan.scaled, measured)
+        found, ends = _outputs(request, wave, plans, plan, measured)
         if request.sliding:
             cut |= dict(zip([one.label for one in wave.records], ends.tolist(), strict=True))
         done = int(wave.numbers[-1]) + 1
@@ -164,7 +168,7 @@ def _begun(
     found = {}
     for block, one in enumerate(request.blocks):
         for model, law in enumerate(request.models):
-            start = slip_start(law, plan.state) if isinstance(law, Sliding) else fall_start(one)
+            start = slip_start(law, one, plan.state) if isinstance(law, SlidingLaw) else fall_start(one)
             low, high = first_levels(start, peaks, plan.scaled, measured[block % len(measured)])
             begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed, plan.hazard)
             found[block, model] = begun
@@ -182,7 +186,7 @@ def sought_state(state: State | None, models: Sequence[Any]) -> State:
 
     Falls to one side or over an edge stay rare at any shaking, and have no lognormal curve.
     """
-    slides = any(isinstance(one, Sliding) for one in models)
+    slides = any(isinstance(one, SlidingLaw) for one in models)
     if state is None and not slides:
         return OVERTURNED
     if slides != isinstance(state, Slip):
@@ -223,6 +227,7 @@ def _check_hazard(until: Until, hazard: HazardCurve | None, scaled: Scaled) -> N
 def _check_wave(request: Request, wave: MotionWave, plan: Plan) -> str:
     """Return how motions shake; ValueError where they do not suit the blocks, the laws or the hazard."""
     check_vertical(request.models, wave.records)
+    check_draws(request.models, request.blocks, wave.records)
     axes = axes_of(wave.records)
     check_axes(axes, request.blocks, request.models)
     check_outputs(axes, request.outputs, request.models)
@@ -252,10 +257,12 @@ def fall_start(block: Block) -> Start:
     return Start(static, PGV_HIGHEST * static / block.p)
 
 
-def slip_start(law: Sliding, state: State) -> Start:
+def slip_start(law: Model, block: Block, state: State) -> Start:
     """Return where the search for the curve of a slip begins: a velocity v takes a block v^2/(2 mu g) far."""
     assert isinstance(state, Slip)  # (checked with the request)
-    static = STANDARD_GRAVITY * law.static
+    assert isinstance(law, Sliding | RandomSliding)
+    middle = law.static if isinstance(law, Sliding) else float(law.coefficients(block, np.array([0.5]))[0])
+    static = STANDARD_GRAVITY * middle
     return Start(static, SLIP_HIGHEST * math.sqrt(2.0 * static * state.distance))
 
 
@@ -280,7 +287,7 @@ def _outputs(
     request: Request,
     wave: MotionWave,
     plans: Mapping[tuple[int, int], WavePlan],
-    scaled: Scaled,
+    plan: Plan,
     measured: Array,
 ) -> tuple[dict[tuple[int, int], dict[str, NDArray[Any]]], Flags]:
     """Run a wave: the outputs (run, motion) of each curve, and whether a block still slides when a motion ends.
@@ -288,19 +295,32 @@ def _outputs(
     Curves with equally many runs a motion run together.
     """
     both, laws = axes_of(wave.records) == BOTH_AXES, len(request.models)
-    specimens = request.in_plane if both and request.sliding else request.oscillators
+    specimens = specimens_in(request, both and request.sliding)
     across = request.across
+    random = is_random(request.models)
     found: dict[tuple[int, int], dict[str, NDArray[Any]]] = {}
     cut = np.zeros(len(wave.records), np.bool_)
     for n in sorted({one.levels.shape[0] for one in plans.values()}):
         own = [where for where, one in plans.items() if one.levels.shape[0] == n]
-        factors = np.stack([scaled.factors(plans[at].levels, measured[at[0] % len(measured)]) for at in own])
+        factors = np.stack([plan.scaled.factors(plans[at].levels, measured[at[0] % len(measured)]) for at in own])
         check_factors(factors, wave.records)
+        friction = {
+            at: draws(request.models[at[1]], request.blocks[at[0]], plan.seed, wave.numbers, n)
+            for at in (own if random else ())
+        }
+        at_random = [k for k, (_, model) in enumerate(own) if isinstance(request.models[model], RandomSliding)]
+        for k in at_random:
+            factors[k] /= friction[own[k]]
         numbers = [block * laws + model for block, model in own]
         other = [across[i] for i in numbers] if both and not request.sliding else None
         results = run_wave(request, [specimens[i] for i in numbers], other, wave.records, factors)
+        for k in at_random:
+            for name in PROPORTIONAL & results.keys():
+                results[name][k] *= friction[own[k]]
         for k, where in enumerate(own):
             found[where] = {name: results[name][k] for name in request.outputs}
+            if random:
+                found[where][FRICTION] = friction[where]
         if request.sliding:
             cut |= cut_slides(*(results[name] for name in ENDS))
     return found, cut

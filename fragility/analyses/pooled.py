@@ -13,9 +13,10 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Progress
-from ...models import Block, Law, Sliding
+from ...models import Block, Law
 from ...models.columns import BlockArray
 from ...models.laws import describe_law
+from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.generator import Generator
@@ -202,7 +203,7 @@ def checked_plan(
     """Check the arguments of `pooled`, and lay out the region of the blocks; errors as there."""
     domain = domain_of(variables_of(columns))
     given = models if isinstance(models, Iterable) else [models]
-    if any(isinstance(one, Sliding) for one in given):
+    if any(isinstance(one, SlidingLaw) for one in given):
         raise ValueError("pooled curves are of blocks that rock: sliding ones differ in other numbers")
     request = check_request(blocks_at(domain, domain.vertices[:1]), models, ["overturned"], True, client, None)
     laws = [one for one in request.models if isinstance(one, Law)]

@@ -25,6 +25,7 @@ from ..runs.request import Request
 from ..runs.scaling import BlockMeasure, name_at
 from ..surfaces.gain import gain_words
 from .analysis import specimens_of
+from .friction_draws import FRICTION
 from .other_measures import OtherMeasures
 from .waves import MotionWave, Scaled
 
@@ -96,6 +97,7 @@ _RUNS = {
     "run_model": "law of the run, as model_number",
     "run_motion": "motion of the run, as motion_number",
     "wave": "wave in which the run was made, from 0",
+    FRICTION: "static coefficient of friction of the run",
 }
 
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ...models import Block, Model, Sliding
+from ...models import Block, Model
+from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS, Record
 from .plan import Work
 
@@ -94,7 +95,7 @@ def check_outputs(axes: str, outputs: Sequence[str], models: Sequence[Model]) ->
 
 def _sliding(models: Sequence[Model]) -> bool:
     """Return True of blocks that slide, which need no depth for it."""
-    return any(isinstance(one, Sliding) for one in models)
+    return any(isinstance(one, SlidingLaw) for one in models)
 
 
 def along_depth(record: Record) -> Record:

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Index, Progress
-from ...models import Block, Law, Model, Sliding
+from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.runs import TALLY, Specimen
 from ...models.scenes.edge import FALLEN_OFF
+from ...models.sliding.law import SlidingLaw
 from ...models.sliding.runs import OF_OBSTACLES, SLIDES
 from ...motions.arrays import Record
 from .axes import AXIS, axes_of, of_both
@@ -65,7 +66,7 @@ class Request(NamedTuple):
     @property
     def sliding(self) -> bool:
         """True if the blocks slide."""
-        return any(isinstance(one, Sliding) for one in self.models)
+        return any(isinstance(one, SlidingLaw) for one in self.models)
 
     @property
     def oscillators(self) -> OscillatorGrid[Block]:
@@ -82,7 +83,7 @@ class Request(NamedTuple):
     @property
     def in_plane(self) -> OscillatorGrid[Block]:
         """The sliding blocks where both horizontal components shake them."""
-        laws = [one for one in self.models if isinstance(one, Sliding)]
+        laws = [one for one in self.models if isinstance(one, SlidingLaw)]
         return OscillatorGrid(self.blocks, lambda block: [law.in_plane(block) for law in laws], len(laws))
 
 
@@ -132,7 +133,7 @@ def check_request(
         skip,
         runner_of(client),
         progress,
-        screen and not isinstance(laws[0], Sliding),
+        screen and not isinstance(laws[0], SlidingLaw),
         compute,
     )
 
@@ -144,12 +145,12 @@ def rocking_laws(models: Sequence[Model]) -> list[Law]:
 
 def specimen_of(block: Block, model: Model) -> Specimen:
     """Return a block under a law in numbers, as its engine takes it."""
-    return model.slider(block) if isinstance(model, Sliding) else oscillator_of(block, model)
+    return model.slider(block) if isinstance(model, SlidingLaw) else oscillator_of(block, model)
 
 
 def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str]:
     """Return the names of outputs, each once; ValueError where a law has none of them."""
-    sliding = [isinstance(one, Sliding) for one in models]
+    sliding = [isinstance(one, SlidingLaw) for one in models]
     if any(sliding) and not all(sliding):
         raise ValueError("models must be laws of rocking, or Sliding alone: their outputs differ")
     allowed, what = (OF_SLIDING, "outputs of sliding blocks") if all(sliding) else (OF_ROCKING, "outputs")
@@ -162,7 +163,7 @@ def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str
 def check_vertical(models: Iterable[Model], motions: Iterable[Record]) -> None:
     """Raise ValueError for motions that shake vertically, too, and a law that is not in exact geometry."""
     lifted = next((one.label for one in motions if one.vertical is not None), None)
-    rocking = [law for law in models if not isinstance(law, Sliding)]
+    rocking = [law for law in models if not isinstance(law, SlidingLaw)]
     other = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
     if lifted is not None and other is not None:
         raise ValueError(

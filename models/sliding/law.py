@@ -1,13 +1,18 @@
-"""The law of a block that slides on its floor, and never rocks."""
+"""The laws of a block that slides on its floor, and never rocks: with a known friction, and with a random one."""
 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from ... import checks
+from ...aliases import Array
 from ..block import Block
+from ..friction import Friction
 from ..laws import Model
 
 MOST_FRICTION = 10.0
@@ -59,8 +64,23 @@ class PlaneSlider(NamedTuple):
         return True
 
 
+class SlidingLaw(Model):
+    """Law of a block that slides, and never rocks."""
+
+    law: ClassVar[str] = "sliding"
+
+    @abstractmethod
+    def slider(self, block: Block) -> Slider:
+        """Return the numbers of a block under this law; ValueError for one that is held, or differs front and back."""
+
+    def in_plane(self, block: Block) -> PlaneSlider:
+        """Return the numbers of a block that both horizontal components shake; ValueError as of `slider`."""
+        found = self.slider(block)
+        return PlaneSlider(found.static_front, found.kinetic_front)
+
+
 @dataclass(frozen=True)
-class Sliding(Model):
+class Sliding(SlidingLaw):
     """Block that slides on its floor with Coulomb friction, solved exactly between the samples of a motion.
 
     Parameters
@@ -92,7 +112,6 @@ class Sliding(Model):
     0.7796
     """
 
-    law: ClassVar[str] = "sliding"
     static: float
     kinetic: float | None = None
 
@@ -102,15 +121,9 @@ class Sliding(Model):
             checks.number("kinetic", self.kinetic, at_least=LEAST_FRICTION, at_most=static)
 
     def slider(self, block: Block) -> Slider:
-        """Return the numbers of a block under this law; ValueError for one that is held, or differs front and back."""
         check_free(block)
         kinetic = self.static if self.kinetic is None else self.kinetic
         return Slider(self.static, self.static, kinetic, kinetic)
-
-    def in_plane(self, block: Block) -> PlaneSlider:
-        """Return the numbers of a block that both horizontal components shake; ValueError as of `slider`."""
-        found = self.slider(block)
-        return PlaneSlider(found.static_front, found.kinetic_front)
 
     @property
     def label(self) -> str:
@@ -118,3 +131,94 @@ class Sliding(Model):
         if self.kinetic is None or self.kinetic == self.static:
             return f"{self.law} μ={self.static:g}"
         return f"{self.law} μ={self.static:g} μ_k={self.kinetic:g}"
+
+
+@dataclass(frozen=True)
+class RandomSliding(SlidingLaw):
+    """Block that slides on its floor with a coefficient of Coulomb friction that is drawn anew for every run.
+
+    It is for `toppling.ida` at adaptive levels.  At common levels `toppling.fragility.slide_runs` runs every motion
+    with the quantiles of the friction.
+
+    Parameters
+    ----------
+    friction : Friction
+        Static coefficient of friction (`toppling.models.friction`).  Runs have those below b/h of their block, with
+        which it slides and does not rock: the probability of a slip is that of the curve times the chance of such a
+        coefficient, ``friction.below(b/h)``.
+    kinetic_ratio : float
+        Kinetic over static friction, above 0, at most 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Something that is no friction, a ratio out of range.  A block that never slides under the friction is refused
+        when it is run.
+
+    Notes
+    -----
+    Without vertical shaking, a block with friction mu under s times a motion slips mu times as far as one with friction
+    1 under s/mu times the motion, with the same ratio of the coefficients, in one direction and in the plane: the
+    velocity over mu obeys the equation of the latter (derived).
+
+    Examples
+    --------
+    >>> from toppling.models.friction import LognormalFriction
+    >>> RandomSliding(LognormalFriction(0.35, 0.3), 0.85).label
+    'sliding μ lognormal(median=0.35, dispersion=0.3) μ_k/μ=0.85'
+    """
+
+    friction: Friction
+    kinetic_ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.friction, Friction):
+            raise TypeError(
+                f"friction must be a Friction such as LognormalFriction (of a number: Sliding), got "
+                f"{checks.kind(self.friction)}"
+            )
+        checks.number("kinetic_ratio", self.kinetic_ratio, above=0.0, at_most=1.0)
+
+    def slider(self, block: Block) -> Slider:
+        """Raise ValueError: the coefficient is one of a run."""
+        raise ValueError(
+            f"RandomSliding is for ida at adaptive levels, got {block.label!r} in another analysis: take Sliding with "
+            "a number, or fragility.slide_runs"
+        )
+
+    def chance(self, block: Block) -> float:
+        """Return the chance of a coefficient below b/h, with which the block slides."""
+        return float(self.friction.below(block.b / block.h))
+
+    def coefficients(self, block: Block, share: Array) -> Array:
+        """Return the coefficients at shares, between 0 and 1, of those with which a block slides, in the same shape.
+
+        ValueError for a block that is held, differs front and back, or slides with none.
+        """
+        check_free(block)
+        chance = self.chance(block)
+        if not chance > 0.0:
+            raise ValueError(f"{self.label}: {block.label!r} rocks with every coefficient and never slides")
+        return np.clip(self.friction.quantile(np.asarray(share) * chance), LEAST_FRICTION, MOST_FRICTION)
+
+    @property
+    def of_unit(self) -> Slider:
+        """The numbers of a block with the friction 1."""
+        return Slider(1.0, 1.0, self.kinetic_ratio, self.kinetic_ratio)
+
+    @property
+    def of_unit_in_plane(self) -> PlaneSlider:
+        """The same under both horizontal components."""
+        return PlaneSlider(1.0, self.kinetic_ratio)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return {"friction": self.friction.description, "kinetic_ratio": self.kinetic_ratio}
+
+    @property
+    def label(self) -> str:
+        """Short name and friction, as ``sliding μ lognormal(median=0.35, dispersion=0.3)``."""
+        described = self.friction.description
+        name = described.pop("distribution")
+        of = f"{self.law} μ {name}({', '.join(f'{key}={value:g}' for key, value in described.items())})"
+        return of if self.kinetic_ratio == 1.0 else f"{of} μ_k/μ={self.kinetic_ratio:g}"

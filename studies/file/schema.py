@@ -373,7 +373,8 @@ class StudyFile(Table):
             self._check_pooled()
         elif self.until is not None and self.until.runs_per_motion is not None:
             checks.number("until.runs_per_motion", self.until.runs_per_motion, at_least=FEWEST_RUNS, at_most=MOST_RUNS)
-        for name in ("uncertainty", "sensitivity", "friction", "screen", "measures", "branches", "motion_sets"):
+        needing = ("uncertainty", "sensitivity", "screen", "measures", "branches", "motion_sets")
+        for name in (*needing, *(("friction",) if word == POOLED else ())):
             if getattr(self, name) is not None:
                 raise ValueError(f"{name} needs levels that all motions share, not levels = {word!r}")
         if self.fit is not None:
@@ -416,7 +417,7 @@ class StudyFile(Table):
 
     def _check_friction(self, friction: FrictionTable) -> None:
         """Refuse keys of the friction that a study of this kind does not use, or that contradict others."""
-        if friction.slips_m is not None and self.kind not in ("fragility", "performance"):
+        if friction.slips_m is not None and self.kind not in ("fragility", "sequential", "performance"):
             raise ValueError(
                 "friction.slips_m is for fragility and performance studies; "
                 f"a {self.kind} study has its friction screened alone"
@@ -438,7 +439,7 @@ class StudyFile(Table):
     def _check_own_friction(self) -> None:
         """Raise a ValueError for blocks with friction of their own in a study that does not use it."""
         own = next((i for i, one in enumerate(self.blocks or [], start=1) if one.own_friction is not None), None)
-        if own is not None and self.kind != "fragility":
+        if own is not None and self.kind not in ("fragility", "sequential"):
             raise ValueError(f"blocks[{own}]: its own friction is for fragility studies, not for a {self.kind} study")
         if own is not None and self.friction is None:
             raise ValueError(f"blocks[{own}]: its own friction needs [friction], which is that of the other blocks")

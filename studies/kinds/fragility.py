@@ -89,7 +89,7 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
     )
 
 
-def _slides(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
+def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
     """Return the friction of a study, with that of blocks that have their own; None where it is not known."""
     if content.friction is None:
         return None
@@ -165,7 +165,7 @@ class FragilityStudy(BlockStudy, Study):
     @classmethod
     def of(cls, content: StudyFile, folder: Path) -> Self:
         blocks = blocks_of(content, folder)
-        slides = _slides(content, blocks)
+        slides = slides_of(content, blocks)
         friction, undecided = screening_of(content)
         study = cls(
             content.title,

@@ -1,7 +1,8 @@
 """Fragility studies at adaptive levels: runs are made until the answer is as precise as asked.
 
 Their results hold what those of other fragility studies hold, but each run has a block, a law, a motion and a level of
-its own, and what needs common levels (observed probabilities, the screen of runs, slips) is left out.
+its own, and what needs common levels (observed probabilities, the screen of runs) is left out.  Slips have runs of
+their own.
 """
 
 from __future__ import annotations
@@ -17,13 +18,17 @@ from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.runs.axes import check_axes, check_outputs
+from ...models.friction import FixedFriction
+from ...motions.arrays import LIFTS
 from ...wording import counted
 from ..file.schema import StudyFile
+from ..plan.adaptive_slides import adaptive_slides, groups
 from ..plan.designs import Sequential
+from ..plan.slides import exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
-from .fragility import FragilityStudy, fit_of, median_doubts, without_replicates
+from .fragility import FragilityStudy, fit_of, median_doubts, slides_of, without_replicates
 from .study import Expected, blocks_of, check_laws, each, plain
 
 if TYPE_CHECKING:
@@ -53,6 +58,11 @@ class SequentialStudy(FragilityStudy):
         if design.until.target == RATE:
             assert risk is not None  # (checked with the file)
             design = replace(design, hazard=risk.hazard)
+        slides = slides_of(content, blocks)
+        if slides is not None and (slides.trip is not None or slides.own_trips):
+            raise ValueError("trip_mm needs levels that all motions share, not adaptive ones")
+        if slides is not None and any(LIFTS in array.coords for array in design.arrays):
+            raise ValueError("friction at adaptive levels needs motions without a vertical component")
         study = cls(
             content.title,
             plain(content),
@@ -63,6 +73,7 @@ class SequentialStudy(FragilityStudy):
             fit=fit_of(content),
             risk=risk,
             outputs=OUTPUTS if content.outputs is None else tuple(content.outputs),
+            slides=slides,
         )
         near = next((block.label for block in blocks if block.edge is not None), None)
         if near is not None:
@@ -100,6 +111,13 @@ class SequentialStudy(FragilityStudy):
         few, usual, many = (curves * self.sequence.runs_of(n, own) for n, own in zip(motions, first, strict=True))
         return Expected((few, usual, many), "of some {1:,} motions ({0:,} to {2:,})".format(*motions))
 
+    @property
+    def slide_runs(self) -> int:
+        if self.slides is None:
+            return 0
+        curves = len(self.slides.distances) * sum(map(len, groups(self.slides, self.blocks).values()))
+        return curves * self.sequence.one_way.runs
+
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         runs = self.design.run(self.blocks, self.models, self.kept_outputs, client, progress)
         curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
@@ -117,6 +135,15 @@ class SequentialStudy(FragilityStudy):
             coordinates |= rated.coordinates
             attributes |= rated.attributes
             said += rated.notes
+        if self.slides is not None:
+            falls = {"rate": found["rate"]} if "rate" in found else {}
+            units = str(runs["level"].attrs["units"])
+            slid = adaptive_slides(self.slides, self.sequence, self.blocks, self.fit, self.risk, falls, units, client)
+            found |= slid.variables.data_vars
+            coordinates["slip"] = slid.variables["slip"]
+            said += [*slid.notes, *slide_notes(slid.variables, self.blocks, plane=in_plane(runs))]
+            exact = [block for block in self.blocks if isinstance(self.slides.friction_of(block), FixedFriction)]
+            said += exact_friction_notes([block.label for block in exact])
         found |= without_replicates(curves).data_vars
         own = [f"{name}{end}" for name in OF_ANALYSIS for end in ("", "_lower", "_upper")]
         renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in own if name in runs})

@@ -563,7 +563,7 @@ def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tupl
         if len(found) > most:
             raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
     near = next((block.label for block in found if block.edge is not None), None)
-    if near is not None and content.kind != "fragility":
+    if near is not None and content.kind not in ("fragility", "sequential"):
         raise ValueError(
             f"edge_distance_mm is for fragility studies: a {content.kind} study does not let {near!r} slide"
         )

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -28,7 +28,7 @@ from ...fragility.runs.scaling import ground_of, intensities, intensity_measure,
 from ...fragility.surfaces import checks as of_checks
 from ...fragility.surfaces.rate_checks import STRATA
 from ...fragility.validity.plausibility import level_doubts
-from ...models import Block, Law
+from ...models import Block, Law, Model
 from ...models.columns import BlockArray
 from ...motions import Generator, records
 from ...motions.arrays import BOTH_AXES, REVERSE_OF
@@ -138,7 +138,7 @@ class OfRuns(Design):
     def run(
         self,
         blocks: Sequence[Block],
-        models: Sequence[Law],
+        models: Sequence[Model],
         outputs: Sequence[str],
         client: Client | Runner | None,
         progress: Progress | None,
@@ -157,7 +157,7 @@ class OfRuns(Design):
 
     @abstractmethod
     def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         """Return the runs of the analysis that has the design's name, with the options that all analyses share."""
 
@@ -190,7 +190,7 @@ class Incremental(OfRuns):
         scaling(self.at, plain, self.im, blocks, ground_of(plain, records(self.ground)) if self.ground else None)
 
     def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         return ida(blocks, models, self.motions, self.at, self.im, outputs, **options)
 
@@ -215,6 +215,11 @@ class Sequential(OfRuns):
     hazard: HazardCurve | None = None
     reading: Reading = UNREAD
     name: ClassVar[str] = "ida"
+
+    @property
+    def one_way(self) -> Self:
+        """The same with every motion as it is: for what moves back as it moves forth."""
+        return replace(self, both=False)
 
     @property
     def shakes(self) -> int:
@@ -262,7 +267,7 @@ class Sequential(OfRuns):
             )
 
     def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         del options["screen"]
         return ida(
@@ -437,7 +442,7 @@ class Stripes(OfRuns):
             scaling([level], plain, self.im, blocks, below)
 
     def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         return stripes(blocks, models, self.motions, self.at, self.im, outputs, scale=self.scale, **options)
 
@@ -463,7 +468,7 @@ class Cloud(OfRuns):
         intensities(measure, ground_of(plain, records(self.ground)) if self.ground else plain, blocks)
 
     def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         return cloud(blocks, models, self.motions, self.im, outputs, **options)
 

@@ -137,7 +137,7 @@ class Slides:
             with intervals.  The attribute ``slides_on`` holds the numbers of the motions at whose end blocks still
             slide.
         """
-        free = [i for i, block in enumerate(blocks) if is_free(block)]
+        free = free_of(blocks)
         parts: list[xr.Dataset] = []
         near: list[xr.Dataset] = []
         tripped: list[xr.Dataset] = []
@@ -155,21 +155,7 @@ class Slides:
                 near.append(self._falls(slid, rocking, fit, risk))
             del rocking, slid  # before those of the next block are there
             client.tell("slips", k + 1, len(free))
-        chances = np.full((2, len(blocks)), np.nan)
-        for i in free:
-            friction, level = self.friction_of(blocks[i]), blocks[i].b / blocks[i].h
-            chances[:, i] = friction.below(np.array(level)), near_uplift(friction, [blocks[i]], in_plane(runs))[0]
-        found = xr.Dataset(
-            {
-                INSTEAD: (
-                    "block",
-                    chances[0],
-                    _said("chance of a friction with which the block slides, never rocks"),
-                ),
-                NEAR: ("block", chances[1], _said(of_near(in_plane(runs)))),
-            },
-            coords={"block": runs["block"].values},
-        )
+        found = self.chances(blocks, in_plane(runs))
         if tripped:
             near_by = [self.trip_of(block) if is_free(block) else None for block in blocks]
             distances = [math.nan if at is None else at for at in near_by]
@@ -180,16 +166,23 @@ class Slides:
         if near and risk is not None:
             found = found.merge(_either(found, falls, risk.years), compat="override", join="exact")
             found = found.drop_vars([f"{MORE_RATE}{end}" for end in ENDS], errors="ignore")
-        rocks = 1.0 - found[INSTEAD]
-        for name, ungated, text, units in (
-            (GATED, "probability", "probability of overturning where blocks slide instead", DIMENSIONLESS),
-            (GATED_RATE, "rate", "annual rate of overturning where blocks slide instead", PER_YEAR),
-        ):
-            if ungated in falls:
-                dims = falls[ungated].dims
-                values = (falls[ungated] * rocks.variable).transpose(*dims)
-                found[name] = (dims, values.values, {"units": units, "long_name": text})
+        found = found.assign(gated(found[INSTEAD], falls))
         return found.assign_attrs({SLIDES_ON: sorted(cut)} if cut else {})
+
+    def chances(self, blocks: Sequence[Block], plane: bool) -> xr.Dataset:
+        """Return the chances of the friction itself (`of`) on block, NaN for blocks that are held or uneven.
+
+        plane: whether both horizontal components shake.
+        """
+        found = np.full((2, len(blocks)), np.nan)
+        for i in free_of(blocks):
+            friction, level = self.friction_of(blocks[i]), blocks[i].b / blocks[i].h
+            found[:, i] = friction.below(np.array(level)), near_uplift(friction, [blocks[i]], plane)[0]
+        slides = _said("chance of a friction with which the block slides, never rocks")
+        return xr.Dataset(
+            {INSTEAD: ("block", found[0], slides), NEAR: ("block", found[1], _said(of_near(plane)))},
+            coords={"block": np.array([block.label for block in blocks], dtype=object)},
+        )
 
     def _run(self, rocking: xr.Dataset, motions: Any, block: Block, client: Runner) -> xr.Dataset:
         """Return the runs of one block with random friction; both ways where that matters and nothing says otherwise.
@@ -307,6 +300,29 @@ class Slides:
             keep_replicates=True,
             state=state,
         )
+
+
+def free_of(blocks: Sequence[Block]) -> list[int]:
+    """Return the places of the blocks whose sliding is known (`is_free`)."""
+    return [i for i, block in enumerate(blocks) if is_free(block)]
+
+
+def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, xr.Variable]:
+    """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of what is known of falls.
+
+    slides: the chance (block,) that a block slides instead of rocking.
+    """
+    rocks = 1.0 - slides.variable
+    found = {}
+    for name, ungated, text, units in (
+        (GATED, "probability", "probability of overturning where blocks slide instead", DIMENSIONLESS),
+        (GATED_RATE, "rate", "annual rate of overturning where blocks slide instead", PER_YEAR),
+    ):
+        if ungated in falls:
+            dims = falls[ungated].dims
+            values = (falls[ungated].variable * rocks).transpose(*dims)
+            found[name] = xr.Variable(dims, values.values, {"units": units, "long_name": text})
+    return found
 
 
 def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:

@@ -16,7 +16,7 @@ from ...fragility.validity.scenes import DRIFT, pushed_by_drift
 from ...motions.arrays import POLARITY
 from ...wording import confidence_text, counted, given_number
 from ..buildings.variables import FALLEN, levels_have_own_motions
-from ..plan.slides import FALL_OFF, INSTEAD
+from ..plan.slides import FALL_OFF, GATED, GATED_RATE, INSTEAD
 from ..text.words import block_title, reference_law, roof_of, scales, storeys_yield
 from .method import lifted, study_of
 
@@ -77,6 +77,13 @@ def _left_out(slides: bool, scene: bool, vertical: bool) -> str:
     ]
     said = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
     return said[:1].upper() + said[1:]
+
+
+def _what_is_left(results: xr.Dataset) -> str:
+    """Return what else the table of sliding says, in words."""
+    if GATED in results or GATED_RATE in results:
+        return ", how far it slides, and what is left of the chance of falling"
+    return " and how far it slides"
 
 
 def _width_alone(results: xr.Dataset) -> str:
@@ -147,7 +154,7 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield (
             "The chances of falling are those of pieces that cannot slide: feet may catch at a joint, the edge of "
             "a carpet or a cable. A piece with little friction slides instead; the table of sliding in the appendix "
-            "says how likely that is, how far it slides, and what is left of the chance of falling."
+            f"says how likely that is{_what_is_left(results)}."
         )
     if f"{FALL_OFF}_probability" in results:
         yield (

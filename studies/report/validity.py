@@ -93,7 +93,12 @@ FRICTION_IN_TABLE = (
     "Read the table of sliding: it says how likely each piece slides instead of rocking, how far, and what is left of "
     "the chance of falling. Have the friction measured where a decision depends on it."
 )
-"""What to do about sliding: where no friction is given, where the screen alone has it, and where slips are computed."""
+SLIPS_IN_TABLE = (
+    "Read the table of sliding: it says how likely each piece slides instead of rocking, and how far. Have the "
+    "friction measured where a decision depends on it."
+)
+"""What to do about sliding: where no friction is given, where the screen alone has it, and where slips are computed, at
+common levels and at adaptive ones."""
 HAZARD = "Do the annual rates come from the part of the hazard curve that is known?"
 ENDS = {"below": "first", "above": "last"}
 CURES = {
@@ -189,6 +194,8 @@ def _edited(state: str) -> Iterator[Check]:
 def _model(results: xr.Dataset) -> Iterator[Check]:
     yield _rocking(results)
     if "outside" not in results:
+        if INSTEAD in results and bool(results[INSTEAD].notnull().any()):
+            yield _slides_instead(results)
         if str(results.attrs.get("design", "")) in (ADAPTIVE, POOLED):
             reason = "Runs at adaptive levels are not screened for slides and for motions that are scaled far."
             cure = "Give the same blocks a few levels that all motions share, and look at the checks of that study."
@@ -267,6 +274,17 @@ def _sliding(results: xr.Dataset) -> Check:
     )
     reason = f"{clause[:1].upper()}{clause[1:]} ({where})."
     return Check(question, INVALID if float(shares.min()) > MOST else CARE, reason, cure, clause)
+
+
+def _slides_instead(results: xr.Dataset) -> Check:
+    """Return the check of the friction alone, where no run was screened."""
+    chance = results[INSTEAD]
+    most = float(chance.max())
+    if most < MARKED:
+        return Check(SLIDING, GOOD, "With the friction given, every block would rock with a chance of at least 99 %.")
+    clause = f"a piece slides instead of rocking with a chance of up to {two_digit_percent(most)}"
+    reason = f"{clause[:1].upper()}{clause[1:]} (“{chance['block'].values[int(np.nanargmax(chance.values))]}”)."
+    return Check(SLIDING, INVALID if float(chance.min()) > MOST else CARE, reason, SLIPS_IN_TABLE, clause)
 
 
 def _rolling(results: xr.Dataset) -> Iterator[Check]:

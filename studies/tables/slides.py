@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
 from ...wording import about_percent, confidence_text, interval_text, two_digits
+from ..plan.adaptive_slides import SLIP_MEDIAN
 from ..plan.estimates import middle_level
 from ..plan.slides import (
     DAMAGE,
@@ -27,7 +28,7 @@ from ..plan.slides import (
     TRIP_RATE,
 )
 from ..text.rows import Rows
-from ..text.words import floor_name, level_text, reference_law
+from ..text.words import axis_of, display_unit, floor_name, level_text, quantity_name, reference_law
 
 MOST = 100
 """Most blocks in a table."""
@@ -40,8 +41,10 @@ NO_SIMULATION = "a criterion, not a simulation"
 def slide_rows(results: xr.Dataset) -> Rows | None:
     """Return the table of sliding: in the years of a study with a hazard, else at the level at which half of all fall.
 
-    None where no friction is given, or runs have no levels.
+    None where no friction is given, or nothing is known of slips.
     """
+    if SLIP_MEDIAN in results:
+        return _adaptive_rows(results)
     if INSTEAD not in results or SLIP not in results:
         return None
     at, _ = reference_law(results)
@@ -82,6 +85,43 @@ def slide_rows(results: xr.Dataset) -> Rows | None:
         f"Sliding {when} ({confidence_text(results)} intervals over the motions): a block whose friction is below b/h "
         f"slides and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
         f"{f'; trips over obstacles: {NO_SIMULATION}' if tripped else ''}"
+    )
+    return Rows(title, headings, rows)
+
+
+def _adaptive_rows(results: xr.Dataset) -> Rows:
+    """Return the table of sliding of a study at adaptive levels: chances in some years, else the shaking of slips."""
+    slips = results["slip"].values.tolist()
+    at, _ = reference_law(results)
+    here = results.isel(model=at)
+    rated = SLIP_RATE in results
+    scale, unit = display_unit(axis_of(results))
+    rows = []
+    for i, block in enumerate(results["block"].values[:MOST].tolist()):
+        cells = [_text([float(here[INSTEAD][i])])]
+        if rated:
+            (falls,), (rests,) = (_chances(here, name, ENDS[:1]) for name in ("rate", GATED_RATE))
+            cells += [_text([float(one[i])]) for one in (falls, rests)]
+        for k in range(len(slips)):
+            if rated:
+                own = [float(one[i, k]) for one in _chances(here, SLIP_RATE, ENDS)]
+                cells.append(_text(own if own[0] > 0.0 else own[:1]))
+                continue
+            median, low, high = (float(here[f"{SLIP_MEDIAN}{end}"][i, k]) / scale for end in ENDS)
+            cells.append("–" if np.isnan(median) else f"{median:.3g} ({low:.3g}–{high:.3g})")
+        rows.append((str(block), *cells))
+    of = f"the {quantity_name(axis_of(results))} ({unit}) at which half of the blocks that slide slip further"
+    headings = (
+        "",
+        "slides, never rocks",
+        *(("falls, if it could not slide", "falls, where it rocks") if rated else ()),
+        *(f"slips over {100.0 * one:g} cm" for one in slips),
+    )
+    words = ", ".join(f"over {100.0 * one:g} cm it {does}" for one, does in DAMAGE.items())
+    title = (
+        f"Sliding{f' {_when(results)}' if rated else f': {of}'} ({confidence_text(results)} intervals over the motions "
+        "and the friction): a block whose friction is below b/h slides and never "
+        f"rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
     )
     return Rows(title, headings, rows)
 

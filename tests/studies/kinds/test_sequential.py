@@ -9,8 +9,11 @@ import xarray as xr
 from real_processes import same_after_ten_kills
 
 import toppling as tp
+from toppling.fragility import Slip
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
+from toppling.models import RandomSliding
+from toppling.models.friction import FixedFriction, LognormalFriction
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
@@ -19,6 +22,7 @@ from toppling.studies.comparison.sides import two_sides
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.report.validity import checks_of
+from toppling.studies.tables.slides import slide_rows
 from toppling.studies.text.error import StudyError
 from toppling.studies.text.precision import precision_rows
 
@@ -45,6 +49,7 @@ levels = "adaptive"
 median = 0.15
 motions = { least = 32 }
 """
+FRICTION = "[friction]\nstatic = 0.3\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.05, 0.2]\n"
 HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
 
 
@@ -180,7 +185,9 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("until", "hazard"), [("median = 0.02", ""), ("rate = 0.1", HAZARD)])
+@pytest.mark.parametrize(
+    ("until", "hazard"), [("median = 0.02", ""), ("rate = 0.1", HAZARD), ("median = 0.05", FRICTION)]
+)
 def test_ten_kills_change_nothing(until, hazard, tmp_path):
     """Killed ten times, whenever it has kept something new, a study has the bytes of an undisturbed run."""
     text = STUDY.replace("number = 200", "number = 2000").replace("median = 0.15", until) + hazard
@@ -237,6 +244,113 @@ def test_a_median_beyond_any_shaking_is_a_note(study):
     results = study(STUDY.replace("width_m = 0.4\nheight_m = 1.8", "width_m = 12\nheight_m = 15")).run()
     assert float(results["median"].max()) > 5.0 * 9.80665
     assert any(note.startswith("the highest median, ") for note in results.attrs["notes"].splitlines())
+
+
+@pytest.fixture(scope="module")
+def slipping(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("slipping")
+    (folder / "study.toml").write_text(STUDY + FRICTION, encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+
+
+def test_slips_are_those_of_their_own_analyses(slipping, finished):
+    """The same motions and the same precision as for the falls, which friction does not change."""
+    results, _ = slipping
+    np.testing.assert_array_equal(results["level"], finished[0]["level"])
+    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
+    law = RandomSliding(LognormalFriction(0.3, 0.3), 0.85)
+    for k, distance in enumerate((0.05, 0.2)):
+        own = tp.ida(
+            blocks,
+            law,
+            tp.motions.CloughPenzien(duration=6.0, dt=0.02),
+            "adaptive",
+            until={"median": 0.15, "motions": {"least": 32, "most": 200}},
+            state=Slip(distance),
+            seed=4,
+        )
+        fitted = tp.fit_fragility(own, state=Slip(distance))
+        for name in ("median", "median_lower", "dispersion"):
+            np.testing.assert_array_equal(results[f"slip_{name}"][:, k], fitted[name][:, 0])
+        np.testing.assert_array_equal(results["slip_motions_run"][:, k], own["motions_run"][:, 0])
+    chances = LognormalFriction(0.3, 0.3).below([0.2 / 0.9, 0.3 / 0.9])
+    np.testing.assert_allclose(results["slides_instead"], chances)
+    assert (results["slip_median"][:, 0] < results["slip_median"][:, 1]).all()
+    assert "motions end while a block slides" in results.attrs["notes"]
+
+
+def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
+    results, path = slipping
+    table = slide_rows(results)
+    assert "at which half of the blocks that slide slip further" in table.title
+    assert table.headings == ("", "slides, never rocks", "slips over 5 cm", "slips over 20 cm")
+    assert table.rows[0][2] == "{:.3g} ({:.3g}–{:.3g})".format(
+        *(float(results[f"slip_median{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
+    )
+    write_report(path)
+    html = path.with_name("report.html").read_text(encoding="utf-8")
+    assert "says how likely that is and how far it slides." in html
+    clause = "a piece slides instead of rocking with a chance of up to 64 %"
+    assert clause in [one.clause for one in checks_of(results)]
+
+
+def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
+    """With a known friction that lies between the two b/h one block always slides, and the other never."""
+    results = study(STUDY + HAZARD + "[friction]\nstatic = 0.3\nslips_m = [0.1]\n").run()
+    assert results["slides_instead"].values.tolist() == [0.0, 1.0]
+    own = tp.ida(
+        tp.Block(0.6, 1.8),
+        RandomSliding(FixedFriction(0.3)),
+        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
+        "adaptive",
+        until={"median": 0.15, "motions": {"least": 32, "most": 200}},
+        state=Slip(0.1),
+        seed=4,
+    )
+    curves = tp.fit_fragility(own, state=Slip(0.1), keep_replicates=True)
+    rates = tp.annual_rate(curves, tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga"))
+    assert results["slip_rate"][:, 0].values == pytest.approx([0.0, float(rates["rate"].squeeze())], rel=1e-9)
+    assert float(results["slip_rate_upper"][1, 0]) == pytest.approx(float(rates["rate_upper"].squeeze()), rel=1e-9)
+    assert results["slip_stopped_because"][:, 0].values.tolist() == ["", "precision reached"]
+    np.testing.assert_array_equal(results["gated_rate"], results["rate"] * [[1.0], [0.0]])
+    table = slide_rows(results)
+    assert "in 50 years" in table.title
+    assert table.headings[2:4] == ("falls, if it could not slide", "falls, where it rocks")
+    assert table.rows[0][-1] == "0\u00a0%"
+
+
+def test_rates_of_slips_without_a_curve(study):
+    text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + FRICTION
+    results = study(text).run()
+    own = tp.ida(
+        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
+        RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
+        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
+        "adaptive",
+        until={"rate": 0.5, "motions": {"least": 32, "most": 200}},
+        hazard=tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga"),
+        state=Slip(0.2),
+        seed=4,
+    )
+    expected = own["rate"][:, 0].values * results["slides_instead"].values
+    np.testing.assert_allclose(results["slip_rate"][:, 1], expected, rtol=1e-9)
+
+
+def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
+    text = STUDY.replace("median = 0.15", "median = 0.02").replace("number = 200", "number = 40")
+    text = text.replace("height_m = 1.8", "height_m = 1.8\nwall_gap_mm = 20\nwall_restitution = 0.2", 1)
+    results = study(text + FRICTION).run()
+    assert np.isnan(results["slip_median"][0]).all()
+    assert np.isnan(results["slides_instead"][0])
+    assert "the precision asked for was not reached for the slips of" in results.attrs["notes"]
+    assert slide_rows(results).rows[0][1:] == ("–", "–", "–")
+
+
+def test_the_forecast_counts_slides(study):
+    whole = forecast(study(STUDY + FRICTION))
+    assert whole.slides == 4 * whole.runs // 2
+    assert f"about {2 * whole.expected.runs[1]:,} runs of sliding blocks" in "\n".join(whole.lines())
+    assert forecast(study()).slides == 0
 
 
 def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
@@ -309,7 +423,8 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
             ("median = 0.15", 'probability = { level = 0.3, unit = "m/s", within = 0.1 }'),
             "unit of levels of pga must be",
         ),
-        (("[until]", "[friction]\nstatic = 0.4\n[until]"), "friction needs levels that all motions share"),
+        (("[until]", "[friction]\nstatic = 0.4\ntrip_mm = 50\n[until]"), "trip_mm"),
+        (("height_m = 1.8", "height_m = 1.8\nfriction = 0.3"), "needs [friction]"),
         (("[until]", "[screen]\n[until]"), "screen needs levels that all motions share"),
         (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
         (("[until]", '[fit]\nform = "isotonic"\n[until]'), "fit.form of adaptive levels must be lognormal or"),

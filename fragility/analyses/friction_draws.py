@@ -1,0 +1,77 @@
+"""Friction that is drawn anew for every run: coefficients, and slips with them from runs with friction 1."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ...aliases import Array, Index
+from ...models import Block, Model, RandomSliding, Sliding
+from ...models.runs import Specimen
+from ...motions.arrays import Record
+from ...streams import stream
+from ..runs.request import Request
+
+DRAWS = (0, 4)
+"""Key, under a seed and before the number of a motion, of the random number that its coefficients are drawn from."""
+FRICTION = "friction"
+"""Variable of the coefficient of a run."""
+PROPORTIONAL = frozenset(
+    ("slide_peak", "slide_forward", "slide_backward", "slide_residual", "slide_path", "slide_velocity", "slide_after")
+)
+"""Outputs of a run that are those with friction 1, times the coefficient."""
+
+
+def is_random(models: Iterable[Model]) -> bool:
+    """Return True where a law draws its friction."""
+    return any(isinstance(one, RandomSliding) for one in models)
+
+
+def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
+    """Return the specimens of a request, curve by curve: of random friction, those with friction 1.
+
+    plane: whether both horizontal components shake blocks that slide.
+    """
+    if not is_random(request.models):
+        return request.in_plane if plane else request.oscillators
+
+    def numbers(law: Model, block: Block) -> Specimen:
+        if isinstance(law, RandomSliding):
+            return law.of_unit_in_plane if plane else law.of_unit
+        own = request._replace(blocks=[block], models=[law])
+        return (own.in_plane if plane else own.oscillators)[0]
+
+    return [numbers(law, block) for block in request.blocks for law in request.models]
+
+
+def draws(law: Model, block: Block, seed: int, motions: Index, runs: int) -> Array:
+    """Return the coefficients (run, motion) of the runs of a block under motions of these numbers (motion,).
+
+    They are NaN under laws without friction.  Random ones of one motion are equally spaced in probability, from a
+    random beginning: each is a draw from the distribution, whatever its level, and a motion's runs have small ones as
+    well as large ones.
+    """
+    if not isinstance(law, RandomSliding):
+        return np.full((runs, motions.size), law.static if isinstance(law, Sliding) else np.nan)
+    begin = np.array([stream(seed, *DRAWS, one).random() for one in motions.tolist()])
+    share = (begin + np.arange(runs)[:, None] / runs) % 1.0
+    return law.coefficients(block, share)
+
+
+def check_draws(models: Iterable[Model], blocks: Iterable[Block], motions: Iterable[Record]) -> None:
+    """Raise a ValueError for blocks that do not slide under a random friction, and for vertical shaking.
+
+    A vertical component changes what friction holds, so that slips are not proportional to the coefficient.
+    """
+    laws = [one for one in models if isinstance(one, RandomSliding)]
+    if not laws:
+        return
+    lifted = next((one.label for one in motions if one.vertical is not None), None)
+    if lifted is not None:
+        raise ValueError(
+            f"random friction at adaptive levels needs motions without a vertical component, and {lifted!r} has one"
+        )
+    for law in laws:
+        for block in blocks:
+            law.coefficients(block, np.array([0.5]))

@@ -1,0 +1,176 @@
+"""What sliding changes for the blocks of a study at adaptive levels: runs of its own for every slip."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...doubts import first_names
+from ...fragility import Slip
+from ...fragility.adaptive.stopping import REACHED
+from ...fragility.adaptive.until import RATE
+from ...models import Block, RandomSliding
+from ...units import DIMENSIONLESS, METRE, PER_YEAR
+from .designs import Sequential
+from .estimates import Fit
+from .risk import Risk
+from .slides import ENDS, INSTEAD, SLIP_RATE, Slides, free_of, gated
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+SLIP_MEDIAN, SLIP_DISPERSION = "slip_median", "slip_dispersion"
+"""Variables: of the curve of a slip of a block that slides, on (block, slip)."""
+SLIP_MOTIONS, SLIP_STOPPED, SLIP_ACCOUNT = "slip_motions_run", "slip_stopped_because", "slip_account"
+"""Variables: what was reached for each of these curves."""
+NEGLIGIBLE = 1e-6
+"""Chance of sliding up to which nothing is run: its share of a rate is below what any number here is known to."""
+OUTPUTS = ("slide_peak",)
+
+
+class Known(NamedTuple):
+    """What is known of sliding: variables, and notes of one sentence each."""
+
+    variables: xr.Dataset
+    notes: list[str]
+
+
+class _Curve(NamedTuple):
+    """Numbers of the curve of one slip of one block, NaN where they are not known: estimates with their intervals."""
+
+    median: Array
+    dispersion: Array
+    rate: Array
+    motions: int
+    stopped: str
+    account: str
+
+
+UNRUN = _Curve(np.full(3, np.nan), np.full(3, np.nan), np.full(3, np.nan), 0, "", "")
+
+
+def groups(slides: Slides, blocks: Sequence[Block]) -> dict[RandomSliding, list[int]]:
+    """Return the places of the blocks that are run, by their friction."""
+    found: dict[RandomSliding, list[int]] = {}
+    for i in free_of(blocks):
+        law = RandomSliding(slides.friction_of(blocks[i]), slides.ratio_of(blocks[i]))
+        if law.chance(blocks[i]) > NEGLIGIBLE:
+            found.setdefault(law, []).append(i)
+    return found
+
+
+def adaptive_slides(
+    slides: Slides,
+    design: Sequential,
+    blocks: Sequence[Block],
+    fit: Fit,
+    risk: Risk | None,
+    falls: Mapping[str, xr.DataArray],
+    units: str,
+    client: Runner,
+) -> Known:
+    """Return how likely blocks are to slide instead of rocking, and the curves of their slips.
+
+    Parameters
+    ----------
+    slides : Slides
+        The friction and the slips.
+    design : Sequential
+        That of the falls: the same motions, and the same precision for the curve of each slip.
+    blocks, fit, risk, falls, client
+        As of `Slides.of`.
+    units : str
+        Of the levels.
+
+    Returns
+    -------
+    Known
+        On block: ``slides_instead`` and ``friction_near_uplift`` (`Slides.of`).  On (block, slip), slip in m:
+        ``slip_median`` and ``slip_dispersion`` with their intervals, of the shaking that takes a block further where it
+        slides, in the measure of the levels; ``slip_motions_run``, ``slip_stopped_because``, ``slip_account``; and with
+        a hazard ``slip_rate``, 1/year, with its interval: the rate of the curve, or of weighted runs without a curve
+        where the precision asked for is that of a rate, times ``slides_instead``.  ``gated_rate``: as of `Slides.of`.
+        NaN for blocks that are held or uneven, and medians of blocks that never slide, whose rates are 0.
+    """
+    found = slides.chances(blocks, design.axes != "")
+    chance = found[INSTEAD].values
+    curves = {(i, k): UNRUN for i in range(len(blocks)) for k in range(len(slides.distances))}
+    said: list[str] = []
+    of_laws = groups(slides, blocks)
+    number = 0
+    for law, mine in of_laws.items():
+        for k, distance in enumerate(slides.distances):
+            state = Slip(distance)
+            # (what moves one way under a motion moves the other way under its reverse)
+            runs = replace(design.one_way, state=state).run([blocks[i] for i in mine], [law], OUTPUTS, client, None)
+            said += [] if k else list(runs.attrs.get("notes", "").splitlines())
+            for place, one in zip(mine, _curves(runs, replace(fit, state=state), risk, design), strict=True):
+                curves[place, k] = one
+            number += 1
+            client.tell("slips", number, len(of_laws) * len(slides.distances))
+    missed = [
+        f"{blocks[i].label} beyond {100.0 * slides.distances[k]:g} cm"
+        for (i, k), one in curves.items()
+        if one.stopped not in ("", REACHED)
+    ]
+    if missed:
+        said.append(f"the precision asked for was not reached for the slips of {first_names(missed)}")
+    still = [chance[i] <= NEGLIGIBLE for i in range(len(blocks))]
+    shape = len(blocks), len(slides.distances)
+
+    def column(name: str, units: str, text: str, values: Sequence[Array]) -> None:
+        """Add a number with its interval."""
+        of = np.stack(values).reshape(*shape, 3)
+        for end, j in zip(ENDS, range(3), strict=True):
+            words = f"{end[1:]} end of the interval of the {text}" if end else text
+            found[f"{name}{end}"] = (("block", "slip"), of[..., j], {"units": units, "long_name": words})
+
+    every = [curves[i, k] for i in range(shape[0]) for k in range(shape[1])]
+    column(
+        SLIP_MEDIAN, units, "level at which half of the blocks that slide slip further", [one.median for one in every]
+    )
+    column(SLIP_DISPERSION, DIMENSIONLESS, "dispersion of that level", [one.dispersion for one in every])
+    if risk is not None:
+        rates = [
+            np.zeros(3) if still[i] else chance[i] * curves[i, k].rate for i in range(shape[0]) for k in range(shape[1])
+        ]
+        column(SLIP_RATE, PER_YEAR, "annual rate of a greater slip", rates)
+    for name, text, values in (
+        (SLIP_MOTIONS, "motions that the block slid under", [one.motions for one in every]),
+        (SLIP_STOPPED, "why no further motions were run", [one.stopped for one in every]),
+        (SLIP_ACCOUNT, "what was reached, and what more would bring", [one.account for one in every]),
+    ):
+        table = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
+        found[name] = (("block", "slip"), table, {"units": DIMENSIONLESS, "long_name": text})
+    slip = xr.Variable("slip", list(slides.distances), {"units": METRE, "long_name": "slip that is exceeded"})
+    return Known(found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), list(dict.fromkeys(said)))
+
+
+def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -> Iterator[_Curve]:
+    """Yield what the runs of blocks under one law say of their slips, block by block."""
+    fitted = fit.curves(runs, risk is not None)
+    rates = None
+    if risk is not None:
+        rates = runs if design.until.target == RATE else risk.rates(fitted, fit.confidence)
+
+    def ends(of: xr.Dataset | None, name: str, block: int) -> Array:
+        if of is None:
+            return np.full(3, np.nan)
+        each = [float(of[f"{name}{end}"][block, 0]) if f"{name}{end}" in of else np.nan for end in ENDS]
+        return np.array(each)
+
+    for i in range(runs.sizes["block"]):
+        one = runs.isel(block=i, model=0)
+        yield _Curve(
+            ends(fitted, "median", i),
+            ends(fitted, "dispersion", i),
+            ends(rates, "rate", i),
+            int(one["motions_run"]),
+            str(one["stopped_because"].item()),
+            str(one["account"].item()),
+        )
