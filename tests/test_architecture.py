@@ -30,10 +30,10 @@ ALLOWED = {
 # From the ground up, a paragraph for each floor: a room uses only rooms of lower floors.
 # A new arrow that lifts a room is a decision, made here.
 FLOORS = """
-benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
+benchmarks/kernels benchmarks/multiprecision fragility/kernels models/engine models/scenes
 models/slip motions/arrays motions/kernels studies/codes studies/money
 
-models/block models/oscillator motions/corrections motions/polarity motions/readers motions/supports
+fragility/numerics models/block models/oscillator motions/corrections motions/polarity motions/readers motions/supports
 
 models/assembly models/batches models/columns models/friction models/items models/restraint_force models/statics
 models/supports motions/intensity motions/pairs

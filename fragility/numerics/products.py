@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...aliases import Array
+from ..kernels import products as engine
 
 
 def times(one: Array, other: Array) -> Array:
@@ -18,7 +19,9 @@ def times(one: Array, other: Array) -> Array:
 
 def crossed(one: Array, other: Array) -> Array:
     """Return the product of the transpose of a matrix (i, j) with a matrix (i, k)."""
-    return np.asarray(np.einsum("ij,ik->jk", one, other))
+    found = np.zeros((one.shape[1], other.shape[1]))
+    engine.add_crossed(np.ascontiguousarray(one), np.ascontiguousarray(other), found)
+    return found
 
 
 def squares(rows: Array, covariance: Array) -> Array:
