@@ -75,7 +75,10 @@ class TestPlane:
                 turned = [c * plain[ALONG] - s * plain[ACROSS], s * plain[ALONG] + c * plain[ACROSS]]
                 np.testing.assert_allclose(found[[ALONG, ACROSS]], turned, rtol=0.0, atol=1e-9)
 
-    @pytest.mark.parametrize(("static", "ratio", "lifted"), [(0.1, 1.0, False), (0.25, 0.8, False), (0.2, 0.9, True)])
+    @pytest.mark.parametrize(
+        ("static", "ratio", "lifted"),
+        [pytest.param(0.1, 1.0, False, marks=pytest.mark.slow), (0.25, 0.8, False), (0.2, 0.9, True)],
+    )
     def test_against_dop853(self, static, ratio, lifted):
         for k, (x, y) in enumerate(noise(3, seed=3, duration=3.0)):
             vertical = 0.4 * np.roll(x, 40) if lifted else None
