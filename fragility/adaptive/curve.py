@@ -140,7 +140,7 @@ class SequentialCurve:
         return min(max(self._global.dispersion, DISPERSIONS[0]), DISPERSIONS[1])
 
     def plan(self, motions: Index) -> WavePlan:
-        """Return the levels of motions of these numbers (motion,)."""
+        """Return the levels of motions of these numbers (motion,), the same for one that is run both ways."""
         uniform = np.stack([stream(self._seed, *LEVELS, int(one)).random((2, MOST_RUNS)) for one in motions], axis=-1)
         if self._global is None:
             low, high = self._range
@@ -151,7 +151,9 @@ class SequentialCurve:
         if self._hazard is not None:
             cells = hazard_cells(self._hazard, self._global.log_median, scale)
             x, weights = draw_levels(cells, self._global.log_median, scale, uniform)
-            return WavePlan(np.exp(x), weights)
+            # (a motion that is run both ways is one motion: its runs share the rate that they stand for)
+            _, own, ways = np.unique(motions, return_inverse=True, return_counts=True)
+            return WavePlan(np.exp(x), weights / ways[own])
         if self.until.target == DISPERSION:
             z = np.linspace(-WIDE, WIDE, self._runs)[:, None] + JITTER * (2.0 * uniform[0] - 1.0)
             return self._unweighted(self._global.log_median + scale * z)

@@ -148,6 +148,20 @@ def weighted_rate(weights: Array, fell: Flags, motion: Index) -> Estimate:
     return Estimate(value, math.sqrt(float(influence @ influence)), influence, k)
 
 
+def weighted_samples(weights: Array, fell: Flags, motion: Index, drawn: Array) -> Array:
+    """Return the annual rates (replicate,) of weighted runs (run,) of which motions are drawn several times or not.
+
+    drawn (replicate, motion): how often each motion is drawn.  Runs without a weight are left out, as by
+    `weighted_rate`, which every motion drawn once gives; NaN where no motion with weighted runs is drawn.
+    """
+    known = np.isfinite(weights)
+    sums = np.bincount(motion[known], np.where(fell[known], weights[known], 0.0), drawn.shape[1])
+    used = np.zeros(drawn.shape[1])
+    used[motion[known]] = 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(drawn @ sums / (drawn @ used))
+
+
 def unseen_tail(cells: HazardCells, weights: Array, runs: Observations) -> float:
     """Return the annual rate that low levels may contribute beyond what the weighted runs there say, 1/year.
 

@@ -6,8 +6,10 @@ from itertools import islice
 
 import xarray as xr
 
+from ..region.rows import event_sentences
 from ..report.actions import money_steps
 from ..report.crossed import crossed_pieces
+from ..report.extrapolation import rate_sentences, second_opinions
 from ..report.law_choice import law_choice
 from ..report.summary import plain_answer
 from ..report.validity import badge, checks_of
@@ -40,4 +42,6 @@ def _beside_table(results: xr.Dataset) -> list[str]:
     choice = [one for one in (law_choice(results),) if one]
     slid = [*edge_sentences(results), *trip_sentences(results)]
     crossing = crossed_pieces(results)[:1]  # (the report has the others)
-    return [*crossing, *choice, *gain_sentences(results), *break_sentences(results), *slid]
+    beyond = [*rate_sentences(results), *second_opinions(results)] if "rate" in results else []
+    together = [*event_sentences(results), *beyond, *crossing, *choice]
+    return [*together, *gain_sentences(results), *break_sentences(results), *slid]

@@ -13,6 +13,7 @@ import xarray as xr
 
 from ...aliases import Array
 from ...fragility.analyses.surface_results import POOLED
+from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.rates import probability_in
 from ...fragility.runs.provenance import RUN
 from ...units import DIMENSIONLESS, PER_YEAR
@@ -20,10 +21,12 @@ from ..buildings.recommendations import YEARS, Range
 from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
 from ..plan.estimates import Fit
+from ..plan.form_free import modelling_factor
 from ..plan.ratios import ratio_of, verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
 from ..text.error import StudyError
+from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, highest_level
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name
 from .ratios import Found, Line, Quantity
@@ -167,6 +170,11 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
         rates = yearly.get("rate_sample")
         if rates is not None and "realisation" in rates.dims:
             rates = rates.weighted(yearly["weight"]).mean("realisation")
+    if FITTED_RATE in side.results and (risk is not None or not fit.in_mean):
+        # (rates without a form of curve are those of the runs' own weights, which need no hazard curve)
+        labels = {dim: found[dim].values for dim in every}
+        rates = weighted_rate_samples(runs.assign_coords(labels), replicates, seed, fit.state)
+        rates = rates * (1.0 if risk is None else modelling_factor(found, risk, fit))
     drawn = None if rates is None else np.asarray(_spread(rates.reindex(every), "replicate").values)
     return Curves(side, found.reindex(every), drawn)
 

@@ -377,7 +377,8 @@ class FragilityStudy(BlockStudy, Study):
         """Return the rates of fitted curves, over branches where there are any."""
         highest = self.design.highest(results)
         modelled = self.fit.modelled(curves)
-        rates = risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell)
+        lowest = self.design.lowest(results)
+        rates = risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell, lowest=lowest)
         said = risk.notes(rates, modelled, highest, self.configuration)
         said += component_notes(self.configuration["motions"].get("component"), self.design.im)
         found = dict(rates.data_vars)

@@ -24,21 +24,19 @@ from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.adaptive_slides import adaptive_slides, groups
 from ..plan.designs import Sequential
+from ..plan.form_free import form_free, modelling_factor
 from ..plan.slides import exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
-from .fragility import FragilityStudy, fit_of, median_doubts, slides_of, without_replicates
+from .fragility import FragilityStudy, Rated, fit_of, median_doubts, slides_of, without_replicates
 from .study import Expected, blocks_of, check_laws, each, plain
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
+    from ..plan.risk import Risk
 
 OUTPUTS = ("overturned",)
-WITHOUT_FORM = (
-    "the precision asked for is that of the rate without a form of curve (table of the precision at adaptive levels); "
-    "the other rates are those of the fitted curves, whose intervals take the form as known"
-)
 OF_ANALYSIS = ("median", "dispersion", "rate", "probability")
 
 
@@ -118,6 +116,17 @@ class SequentialStudy(FragilityStudy):
         curves = len(self.slides.distances) * sum(map(len, groups(self.slides, self.blocks).values()))
         return curves * self.sequence.one_way.runs
 
+    def _rated(
+        self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
+    ) -> Rated:
+        """Return the rates of fitted curves; until a rate, those without a form and the fitted ones beside."""
+        fitted = super()._rated(risk, curves, results, client, progress)
+        if self.sequence.until.target != RATE:
+            return fitted
+        factor = modelling_factor(curves, risk, self.fit)
+        found = form_free(fitted.variables, results, factor, risk, self.fit, self.blocks)
+        return fitted._replace(variables=found.variables, notes=[*found.notes, *fitted.notes])
+
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         runs = self.design.run(self.blocks, self.models, self.kept_outputs, client, progress)
         curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
@@ -129,8 +138,6 @@ class SequentialStudy(FragilityStudy):
         coordinates: dict[Any, Any] = {}
         if self.risk is not None:
             rated = self._rated(self.risk, curves, runs, client, progress)
-            if self.sequence.until.target == RATE:
-                said.append(WITHOUT_FORM)
             found |= rated.variables
             coordinates |= rated.coordinates
             attributes |= rated.attributes

@@ -257,7 +257,8 @@ class UncertaintyStudy(BlockStudy, Study):
             shared.attrs, fit_method=pooled.attrs["method"], form=pooled.attrs["form"], confidence=self.fit.confidence
         )
         if self.risk is not None:
-            rates = yearly(self.risk, pooled, own, self.design.highest(runs), self.fit.confidence)
+            ends = self.design.highest(runs), self.design.lowest(runs)
+            rates = yearly(self.risk, pooled, own, *ends, self.fit.confidence)
             found = found.assign(rates.data_vars).assign_attrs(years=self.risk.years)
         done = len(self.models) * self.samples * self.design.runs * self.design.about
         for name, (indices, n, samples) in self._indices.items():

@@ -162,7 +162,8 @@ def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -
         if of is None:
             return np.full(3, np.nan)
         each = [float(of[f"{name}{end}"][block, 0]) if f"{name}{end}" in of else np.nan for end in ENDS]
-        return np.array(each)
+        # (a rate without a form of curve may have no upper end: then there is no interval)
+        return np.array(each if np.isfinite(each).all() else [each[0], np.nan, np.nan])
 
     for i in range(runs.sizes["block"]):
         one = runs.isel(block=i, model=0)

@@ -85,6 +85,10 @@ class Design(ABC):
         """The highest shaking of the runs, in the measure; on block where the measure depends on the block."""
         return float(self.levels[-1]) if self.levels.size else runs["intensity"].max("motion")
 
+    def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
+        """The lowest shaking of the runs, in the measure; on block where the measure depends on the block."""
+        return float(self.levels[0]) if self.levels.size else runs["intensity"].min("motion")
+
     @property
     def shakes(self) -> int:
         """Number of motions, counted on every floor, those run both ways twice."""
@@ -256,6 +260,11 @@ class Sequential(OfRuns):
         np.maximum.at(found, runs["run_block"].values, runs["level"].values)
         return xr.DataArray(found, dims="block")
 
+    def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
+        found = np.full(runs.sizes["block"], np.inf)
+        np.minimum.at(found, runs["run_block"].values, runs["level"].values)
+        return xr.DataArray(found, dims="block")
+
     def check(self, blocks: Sequence[Block]) -> None:
         plain = records(self.motions)
         below = ground_of(plain, records(self.ground)) if self.ground else None
@@ -350,6 +359,9 @@ class Pooled(Design):
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
         return float(runs["run_level"].max())
+
+    def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
+        return float(runs["run_level"].min())
 
     def check(self, blocks: Sequence[Block]) -> None:
         plain = records(self.motions)

@@ -83,12 +83,23 @@ def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: f
         return None
     those = sorted({*pairs, *pairs.values()})
     mean = replace(risk, hazard=replace(risk.hazard, realisations=None, weights=None))
-    rates = mean.rates(curves.isel(block=those), confidence)
-    dims = tuple(str(dim) for dim in rates["rate"].dims)
-    chance = probability_in(rates["rate"].values, risk.years)
-    if "rate_sample" not in rates:
+    return gains_of_rates(mean.rates(curves.isel(block=those), confidence), risk.years, blocks, confidence)
+
+
+def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
+    """Return the ratios of `gains` from the rates of the blocks that are compared, or of all blocks.
+
+    rates: ``rate`` and ``rate_sample`` of these blocks, in the order of `blocks`; None without samples or pairs.
+    """
+    pairs = comparable(blocks)
+    if not pairs or "rate_sample" not in rates:
         return None
-    samples = probability_in(rates["rate_sample"].values, risk.years).reshape(*chance.shape, -1)
+    those = sorted({*pairs, *pairs.values()})
+    if rates.sizes["block"] > len(those):
+        rates = rates.isel(block=those)
+    dims = tuple(str(dim) for dim in rates["rate"].dims)
+    chance = probability_in(rates["rate"].values, years)
+    samples = probability_in(rates["rate_sample"].values, years).reshape(*chance.shape, -1)
     at = dims.index("block")
     chance, samples = np.moveaxis(chance, at, 0), np.moveaxis(samples, at, 0)
     found = np.full((3, len(blocks), *chance.shape[1:]), np.nan)
@@ -97,7 +108,7 @@ def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: f
             pair = [(float(chance[(k, *where)]), samples[(k, *where)]) for k in map(those.index, (other, block))]
             (a, of_a), (b, of_b) = pair
             found[(slice(None), block, *where)] = ratio_of(a, b, of_a, of_b, confidence)
-    text = f"chance in {risk.years:g} years over that of the block compared with, under the same motions"
+    text = f"chance in {years:g} years over that of the block compared with, under the same motions"
     values = np.moveaxis(found, 1, 1 + at)
     return xr.Dataset(
         {

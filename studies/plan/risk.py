@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 
 from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
@@ -16,8 +17,8 @@ from ...fragility.hazard.curve import FLOOR
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.common_measure import per_block
 from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
-from ...units import DIMENSIONLESS
-from ..text.curve_notes import BEYOND, SETTLED, family_notes, rate_notes, verb_of
+from ...units import DIMENSIONLESS, PER_YEAR
+from ..text.curve_notes import AT_HIGHEST, BEYOND, EXCEEDED, SETTLED, UNDER, LevelEnd, family_notes, rate_notes, verb_of
 from ..text.level_advice import other_levels
 
 if TYPE_CHECKING:
@@ -87,6 +88,8 @@ class Risk:
         highest: xr.DataArray | float,
         state: State = OVERTURNED,
         telling: Callable[[str, int, int], None] | None = None,
+        *,
+        lowest: xr.DataArray | float,
     ) -> xr.Dataset:
         """Compute the rates of curves, and the size that meets the target, under the names that they have in results.
 
@@ -102,40 +105,68 @@ class Risk:
             The state that counts, for the long names.
         telling : callable, optional
             Called with the name of the work, the number of blocks that have their rates, and the number of all blocks.
+        lowest : xarray.DataArray or float
+            As `highest`, the lowest shaking that was run.
 
         Returns
         -------
         xarray.Dataset
             As `annual_rate` and `size_for_rate`, with names of `RISK_NAMES` and ``size_…``; and
-            ``rate_share_above_levels``, the share of each rate from shaking above `highest`.
+            ``rate_share_below_levels`` and ``rate_share_above_levels``, the shares of each rate from shaking below
+            `lowest` and above `highest`; ``rate_above_highest_level``, how often it shakes more strongly
+            than `highest`, and ``probability_at_highest_level``, how far the curve has risen there.
         """
         rates = self._slab_by_slab(curves, confidence, telling)
         found = rates.drop_vars("rate_sample", errors="ignore").rename(
             {old: new for old, new in RISK_NAMES.items() if old in rates}
         )
-        text = "share of the rate from shaking above the highest that was run"
-        beyond = self._beyond(curves, highest).transpose(*rates["rate"].dims)
-        beyond = beyond.assign_attrs(units=DIMENSIONLESS, long_name=text)
-        found = found.assign({BEYOND: (beyond.dims, beyond.values, beyond.attrs)})
+        dims = rates["rate"].dims
+        of_levels = {
+            UNDER: (1.0 - self._beyond(curves, lowest), "share of the rate from shaking below the lowest that was run"),
+            BEYOND: (self._beyond(curves, highest), "share of the rate from shaking above the highest that was run"),
+            AT_HIGHEST: (
+                _at_level(_plain(curves), highest),
+                "probability of overturning, of the curve, at the highest shaking that was run",
+            ),
+        }
+        rare = self.hazard.rate_at(_levels_of(curves, highest), self.below, self.above)
+        above = xr.zeros_like(rates["rate"]) + xr.DataArray(rare, dims=["block"] * np.ndim(rare))
+        text = "annual rate of shaking above the highest that was run"
+        found = found.assign({EXCEEDED: (dims, above.transpose(*dims).values, {"units": PER_YEAR, "long_name": text})})
+        found = found.assign(
+            {
+                name: (dims, one.transpose(*dims).values.clip(0.0, 1.0), {"units": DIMENSIONLESS, "long_name": text})
+                for name, (one, text) in of_levels.items()
+            }
+        )
         if self.along is not None:
-            size = size_for_rate(rates, self.along, probability=self.target, years=self.years, confidence=confidence)
-            names = {str(name): f"size_{name}" for name in size.data_vars}
-            found = found.merge(size.rename(names), compat="override").assign_attrs(
+            found = found.merge(self.size_of(rates, confidence), compat="override").assign_attrs(
                 found.attrs, size_along=self.along, size_probability=self.target
             )
         return worded(found, state_name(state))
+
+    def size_of(self, rates: xr.Dataset, confidence: float) -> xr.Dataset:
+        """Return the size `along` that meets the target, under the names that it has in results.
+
+        rates: of every block, with ``rate_sample``, as `rates` returns them.
+        """
+        assert self.along is not None
+        size = size_for_rate(rates, self.along, probability=self.target, years=self.years, confidence=confidence)
+        return size.rename({str(name): f"size_{name}" for name in size.data_vars})
 
     def notes(
         self, rates: xr.Dataset, curves: xr.Dataset, highest: xr.DataArray | float, study: Mapping[str, Any]
     ) -> list[str]:
         """Notes on rates that come from shaking beyond the hazard curve or beyond the runs of a study, in sentences."""
-        ends = {"ida": "the last level", "stripes": "the highest stripe"}
-        end = next((words for key, words in ends.items() if key in study), "the strongest motion")
-        cure = other_levels(study, True)
+        ends = {"ida": ("the first level", "the last level"), "stripes": ("the lowest stripe", "the highest stripe")}
+        both = next(
+            (words for key, words in ends.items() if key in study), ("the weakest motion", "the strongest motion")
+        )
+        first, last = (LevelEnd(end, other_levels(study, k > 0)) for k, end in enumerate(both))
         said = [] if self.along is None else family_notes(curves, self.along)
-        settled = _by_block(_plain(curves), highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
+        settled = _at_level(_plain(curves), highest)
         known = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
-        return said + rate_notes(rates, settled, known, end, cure)
+        return said + rate_notes(rates, settled, known, last, first)
 
     def beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """Return the largest share of each rate from below or above the hazard curve, or above `highest`: a guess.
@@ -144,7 +175,7 @@ class Risk:
         """
         plain = _plain(curves)
         rates = self.rates(plain, 0.9)
-        settled = _by_block(plain, highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
+        settled = _at_level(plain, highest)
         extrapolated = self._beyond(plain, highest).where(settled < SETTLED, 0.0)
         found = xr.concat([rates["share_below"], rates["share_above"], extrapolated], "part", coords="minimal")
         return found.max("part").fillna(0.0)
@@ -183,11 +214,14 @@ class Risk:
 
     def _beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """The share of each rate from shaking above the highest that was run."""
-        im = str(curves.attrs["im"])
-        if im in BLOCK_MEASURES:  # (one level of these is another level of the hazard's measure for every block)
-            highest = highest / per_block(curves, im)
         rules = {"below": self.below, "above": self.above, "outside": OUTSIDE}
-        return rate_share_above(curves, self.hazard, highest, **rules)
+        return rate_share_above(curves, self.hazard, _levels_of(curves, highest), **rules)
+
+
+def _levels_of(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray | float:
+    """Return a level of the curves' measure as one of the hazard's, on block where it is another for every block."""
+    im = str(curves.attrs["im"])
+    return level / per_block(curves, im) if im in BLOCK_MEASURES else level
 
 
 def _plain(curves: xr.Dataset) -> xr.Dataset:
@@ -195,13 +229,11 @@ def _plain(curves: xr.Dataset) -> xr.Dataset:
     return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
 
 
-def _by_block(
-    curves: xr.Dataset, level: xr.DataArray | float, found: Callable[[xr.Dataset, float], xr.DataArray]
-) -> xr.DataArray:
-    """Evaluate a function of curves and one level, block by block where each block has its own level."""
+def _at_level(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray:
+    """Return the probability of curves at one level, block by block where each block has its own level."""
     if not isinstance(level, xr.DataArray) or not level.dims:
-        return found(curves, float(level))
-    parts = [found(curves.isel(block=[i]), float(one)) for i, one in enumerate(level.values)]
+        return curve_probability(curves, [float(level)], LEAST)[..., 0]
+    parts = [_at_level(curves.isel(block=[i]), float(one)) for i, one in enumerate(level.values)]
     return xr.concat(parts, "block", coords="minimal", compat="override", join="exact")
 
 

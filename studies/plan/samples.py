@@ -75,7 +75,12 @@ def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
 
 
 def yearly(
-    risk: Risk, pooled: xr.Dataset, own: xr.Dataset, highest: xr.DataArray | float, confidence: float
+    risk: Risk,
+    pooled: xr.Dataset,
+    own: xr.Dataset,
+    highest: xr.DataArray | float,
+    lowest: xr.DataArray | float,
+    confidence: float,
 ) -> xr.Dataset:
     """Compute the rates of the curve of all samples, and of the curve of every sample.
 
@@ -85,7 +90,7 @@ def yearly(
         Hazard curve and years.
     pooled, own : xarray.Dataset
         As `pooled_curves` and `fitted` return them.
-    highest, confidence
+    highest, lowest, confidence
         As for `Risk.of`.
 
     Returns
@@ -113,7 +118,7 @@ def yearly(
             long_name=f"mean over samples of the probability of overturning in {risk.years:g} years",
         ),
     }
-    return risk.of(pooled, confidence, highest).assign(found)
+    return risk.of(pooled, confidence, highest, lowest=lowest).assign(found)
 
 
 def _quantiles(values: xr.DataArray, units: str, text: str) -> xr.DataArray:

@@ -17,6 +17,7 @@ from ...wording import in_years, percent
 from ..plan.risk import risk_of
 from ..text import block_order as falling
 from ..text.curve_notes import BEYOND
+from ..text.precision import FITTED_RATE
 from ..text.words import axis_name, display_unit, floor_name
 from . import axes, selection
 
@@ -246,6 +247,8 @@ def risk_figure(results: xr.Dataset) -> Figure:
     outside = [side for side in ("above", "below") if float(found[f"share_{side}"].max()) >= NOTABLE]
     if outside:
         parts.append("hatched: from shaking beyond the hazard curve's levels, drawn with an area that is its share")
+    if FITTED_RATE in found:
+        parts.append("rates are without a form of curve, and where a rate comes from is said by the fitted curve")
     ends = _outside_levels(found, 1.0)
     first, last, _ = _window(found, _edges(found))
     if ends is not None and (ends[0] > first or ends[1] < last):

@@ -11,12 +11,17 @@ import xarray as xr
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN
 from ...fragility.analyses.surface_results import POOLED
+from ...wording import about_percent, chances_between, two_digits, whole_percent
 from ..text.precision import measure_notes
 from ..text.rows import Rows
-from ..text.words import axis_of, display_unit, reference_law
+from ..text.words import axis_of, display_unit, quantity_name, reference_law
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Shares of the blocks below the values of the table."""
+MOST_SAID = 3
+"""Most levels of events that a sentence names."""
+TELLING = (0.1, 0.5, 0.9)
+"""Mean shares of a region that fall, next to which levels are named where there are more."""
 
 
 def is_pooled(results: xr.Dataset) -> bool:
@@ -75,6 +80,34 @@ def surface_rows(results: xr.Dataset) -> Rows | None:
     title = f"One surface a law: asked are ±{100.0 * asked:g} % of the medians of all blocks at once (95 %)"
     headings = ("law", "reached", "motions", "runs", "blocks run by themselves differ", "stopped because")
     return Rows(title, headings, lines)
+
+
+def event_sentences(results: xr.Dataset) -> list[str]:
+    """Return how much of a region falls in one event, under the law that the answer is given for; none without events.
+
+    Of many levels those are named at which about a tenth, half and nine tenths of the region fall on average.
+    """
+    if "fallen_mean" not in results:
+        return []
+    one = results.isel(model=reference_law(results)[0])
+    means, levels = one["fallen_mean"].values, one["event_level"].values
+    every = list(range(levels.size))
+    if levels.size > MOST_SAID:
+        every = sorted({int(np.abs(means - share).argmin()) for share in TELLING})
+    axis = axis_of(results)
+    scale, unit = display_unit(axis)
+    at = [f"{two_digits(float(one) / scale)}{f' {unit}' if unit else ''}" for one in levels]
+    ends = one["fallen_quantile"].isel(event_quantile=[0, -1]).values
+    shares = [about_percent(float(mean)) for mean in means]
+    spans = [chances_between(float(low), float(high), about_percent) for low, high in ends]
+    first, *others = every
+    more = "".join(f", and one of {at[k]} {shares[k]} ({spans[k]})" for k in others)
+    number = int(results.attrs.get("shown_of", results.sizes["block"]))
+    low, high = one["event_quantile"].values[[0, -1]]
+    return [
+        f"An earthquake with a {quantity_name(axis)} of {at[first]} overturns {shares[first]} of the {number:,} pieces "
+        f"on average ({spans[first]} in {whole_percent(float(high - low))} of such earthquakes){more}."
+    ]
 
 
 def event_rows(results: xr.Dataset) -> Iterator[Rows]:

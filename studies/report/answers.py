@@ -25,6 +25,7 @@ from ...wording import (
     years_between,
 )
 from ..plan.estimates import middle_level
+from ..region.rows import event_sentences
 from ..sensitivity.claims import FAILS, HOLDS, OPEN
 from ..tables.assessment import (
     ABOVE,
@@ -40,10 +41,12 @@ from ..tables.assessment import (
 from ..tables.sensitivity import GREEK, PARAMETERS, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
+from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, highest_level, within_levels
 from ..text.rows import Rows
 from ..text.spread import sample_range
 from ..text.words import INPUTS, axis_of, display_unit, floor_name, is_one_piece, quantity_name, reference_law
+from .extrapolation import part_sentence
 from .results_file import without_motions
 
 SPREAD = (0.1, 0.5, 0.9)
@@ -95,6 +98,7 @@ def _fragility(results: xr.Dataset) -> Answer:
         if "rate" in here:
             text += f" {_rate_sentence(here, float(results.attrs['years']))}"
         said.append(text)
+    said.extend(event_sentences(results))
     if "size_along" in results.attrs:
         said.extend(_size_sentences(results))
     return Answer(question, said)
@@ -237,6 +241,10 @@ def _rate_sentence(here: xr.Dataset, years: float) -> str:
     interval = "whose interval has no width (see the notes)" if lower == upper else years_between(upper, lower)
     chance = f"a probability of {chance_text(float(one['risk_probability']))} in {years:g} years"
     text = f"With the given hazard curve the mean return period is {in_years(rate)} years ({interval}), {chance}"
+    if FITTED_RATE in one:
+        fitted, *ends = (float(one[f"{FITTED_RATE}{end}"]) for end in ("", "_upper", "_lower"))
+        known = f" {in_years(fitted)} years ({years_between(*ends)})" if np.isfinite(fitted) else " none"
+        text += f", from weighted runs without a form of curve (the fitted curve gives{known})"
     others = np.delete(here["rate"].values.astype(float), at)
     others = others[np.isfinite(others)]
     if others.size:
@@ -246,7 +254,8 @@ def _rate_sentence(here: xr.Dataset, years: float) -> str:
             + (f" to {seldom}" if seldom != often else "")
             + " years"
         )
-    return f"{text}."
+    of = "this rate" if not others.size else f"the rate under {one['model'].item()}"
+    return " ".join([f"{text}.", *part_sentence(one, of)])
 
 
 def _size_sentences(results: xr.Dataset) -> Iterator[str]:

@@ -28,6 +28,7 @@ from ...wording import (
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
 from ..plan.piece_classes import TESTS
+from ..region.rows import event_sentences
 from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.breaks import break_sentences
@@ -38,6 +39,7 @@ from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import MEDIAN, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
 from ..text.one_side import falling_both_ways
+from ..text.precision import FITTED_RATE
 from ..text.reached import within_levels
 from ..text.spread import (
     amount_sentence,
@@ -60,6 +62,7 @@ from ..text.words import (
 )
 from .answers import largest_share
 from .crossed import case_name, crossed, crossing_laws
+from .extrapolation import part_sentence
 from .law_choice import law_choice
 from .results_file import without_motions
 from .validity import resonant_laws
@@ -165,6 +168,8 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
             yield f"Each of these rates is the mean over a modelling uncertainty of {beta:g}."
     elif "risk_probability" in first:
         yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]), _held(results))
+        yield from part_sentence(first, "this chance")
+    yield from event_sentences(results)
     yield from _tests(results)
     every = without_motions(results).isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
     yield from _other_laws(every, results, f"{name}{where}", verb)
@@ -408,13 +413,34 @@ def _rare(first: xr.Dataset, levels: Array, median: float) -> int | None:
 def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held: str) -> str:
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
-        return "How often that happens cannot be said, because there is no curve."
+        why = "too few of the runs show it" if FITTED_RATE in first else "there is no curve"
+        return f"How often that happens cannot be said, because {why}."
     said = f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}"
     if low == high:
         return f"{said}."
+    if math.isnan(low):
+        return f"{said}, but these motions do not show how precisely that is known.{_second_opinion(first)}"
     return (
         f"{said} ({chances_between(low, high, about_percent)}). This range reflects only the limited number of "
-        f"motions; {held}, and the damping law and the hazard curve are taken as correct."
+        f"motions; {held}, and the damping law and the hazard curve are taken as correct.{_second_opinion(first)}"
+    )
+
+
+def _second_opinion(first: xr.Dataset) -> str:
+    """Return what the fitted curve says of a chance that is without a form of curve; empty where it is the curve's."""
+    if f"{FITTED_RATE}_lower" not in first:
+        return ""
+    chance, apart = float(first["fitted_risk_probability"]), float(first["rate_misfit"])
+    if not math.isfinite(chance):
+        return ""
+    agrees = (
+        "differs by more than the limited number of motions explains: that curve has another form than the runs"
+        if apart
+        else "agrees within the error"
+    )
+    return (
+        " The chance is counted from the runs, without a form of fragility curve; the fitted curve would give "
+        f"{about_percent(chance)}, which {agrees}."
     )
 
 

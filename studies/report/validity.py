@@ -33,8 +33,10 @@ from ...wording import counted, listed_name, two_digit_percent
 from ..buildings.notes import AMOUNTS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..plan.slides import INSTEAD
+from ..region.rows import is_pooled
 from ..store.content import AS_WRITTEN, EDITED
-from ..text.curve_notes import NOTABLE
+from ..text.curve_notes import BEYOND, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
+from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
 from ..text.reached import within_levels
 from ..text.words import reference_law
@@ -105,6 +107,8 @@ CURES = {
     "below": "Give the hazard curve at lower levels.",
     "above": "Give the hazard curve at higher levels, and raise the levels of the analysis.",
 }
+RUN_LEVELS = "Do the annual rates come from shaking that was run?"
+RUN_ENDS = {"below": "weaker", "above": "stronger"}
 RATES = ("rate", "any_rate")
 """Variables of studies that give annual rates."""
 
@@ -224,6 +228,8 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _stability(results)
     if "rate" in results:
         yield _hazard(results)
+        if not is_pooled(results):  # (its runs lie where the surface needs them, at levels of no block by itself)
+            yield _run_levels(results)
     elif "annual_number_share_above" in results:
         yield _hazard_of_building(results)
 
@@ -643,6 +649,58 @@ def _hazard(results: xr.Dataset) -> Check:
     return far
 
 
+def _run_levels(results: xr.Dataset) -> Check:
+    """Check how much of annual rates rests on curves where nothing was run.
+
+    Below the lowest shaking that was run it is the share of the rate from there, above the highest one the change that
+    a curve which rises on from there can make of the rate.  Up to `NOTABLE` that is little beside the interval that a
+    few dozen motions leave to a rate; above `MOST` the rate is mostly the form of the curve, of which no interval over
+    motions knows.
+    """
+    shares = extrapolated_shares(results)
+    if not shares:
+        reason = "The results hold no shares of the rates from beyond the shaking that was run."
+        return Check(RUN_LEVELS, UNKNOWN, reason, AGAIN, "how much of the rates was extrapolated is not known")
+    side = max(shares, key=lambda one: _worst(shares[one])[0])
+    share, where = _worst(shares[side])
+    if share <= NOTABLE:
+        return _little_extrapolated(results)
+    clause = (
+        f"up to {two_digit_percent(share)} of an annual rate comes from shaking {RUN_ENDS[side]} than any that was run"
+    )
+    bounds, rests = rate_bounds(results), shares[side]
+    within = ""
+    if side == "above" and bounds is not None:
+        rests = possible_change(results).where(np.isfinite(shares[side]))
+        low, high = (float(one.transpose(*shares[side].dims).values[_at_worst(shares[side])]) for one in bounds)
+        within = f" Unless the curve decreases there, the rate is {low:.2f} to {high:.2f} times the one given."
+    advice = other_levels(json.loads(str(results.attrs["study"])), side == "above")
+    return Check(
+        RUN_LEVELS,
+        INVALID if float(rests.min()) > MOST else CARE,
+        f"{clause[:1].upper()}{clause[1:]} ({where}), where the fitted curve is extrapolated: the interval does not "
+        f"hold what another form of curve would give.{within}",
+        f"{advice[:1].upper()}{advice[1:]}, or take the rate as less certain than its interval says.",
+        clause,
+    )
+
+
+def _little_extrapolated(results: xr.Dataset) -> Check:
+    """Return the check of rates that hardly depend on what curves do where nothing was run."""
+    known = np.isfinite(results["rate"])
+    sides = (("below", UNDER), ("above", BEYOND))
+    shares = {side: _worst(results[name].where(known))[0] for side, name in sides if name in results}
+    side = max(shares, key=lambda one: shares[one])
+    end = f"shaking {RUN_ENDS[side]} than any that was run"
+    said = f"{two_digit_percent(shares[side])} of any annual rate comes from {end}"
+    if shares[side] <= NOTABLE:
+        return Check(RUN_LEVELS, GOOD, f"At most {said}.")
+    change = two_digit_percent(_worst(possible_change(results).where(known))[0])
+    return Check(
+        RUN_LEVELS, GOOD, f"Up to {said}, but unless a curve decreases there no rate is off by more than {change}."
+    )
+
+
 def _hazard_of_building(results: xr.Dataset) -> Check:
     names = [name for name in AMOUNTS if f"annual_{name}_share_above" in results]
     of = xr.Variable("of", [f"annual {AMOUNTS[name]}" for name in names])
@@ -669,13 +727,19 @@ def _beyond_hazard(shares: dict[str, xr.DataArray], of: str = "rate") -> Check:
 
 def _worst(shares: xr.DataArray) -> tuple[float, str]:
     """Return the greatest of some shares, and the labels to which it belongs."""
-    values = shares.values.astype(float)
-    filled = np.where(np.isnan(values), -np.inf, values)
-    at = np.unravel_index(int(filled.argmax()), values.shape)
+    at = _at_worst(shares)
     names = [
         listed_name(str(shares[dim].values[i])) for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords
     ]
-    return max(0.0, float(filled[at])), ", ".join(names) or "the only one"
+    share = float(shares.values[at])
+    return share if share > 0.0 else 0.0, ", ".join(names) or "the only one"
+
+
+def _at_worst(shares: xr.DataArray) -> tuple[int, ...]:
+    """Return where the greatest of some shares is."""
+    values = shares.values.astype(float)
+    filled = np.where(np.isnan(values), -np.inf, values)
+    return tuple(int(i) for i in np.unravel_index(int(filled.argmax()), values.shape))
 
 
 def _of_all(results: xr.Dataset, which: NDArray[np.bool_]) -> str:

@@ -20,7 +20,7 @@ from ...wording import (
     two_digits,
 )
 from ..text.block_order import RATE, chosen_of, shown
-from ..text.curve_notes import NOTABLE, action_of, verb_of
+from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_of
 from ..text.one_side import falling_both_ways
 from ..text.reached import within_levels
 from ..text.rows import Rows
@@ -70,6 +70,7 @@ def _blocks(results: xr.Dataset) -> Rows:
     floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
     rows: list[tuple[str, ...]] = []
     starred: list[float] = []
+    extrapolated: list[float] = []
     either = falling_both_ways(here)
     sampled, roof = "sample_median" in here, roof_of(here)
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
@@ -84,7 +85,10 @@ def _blocks(results: xr.Dataset) -> Rows:
             known = np.isfinite(float(one["rate"])) and "rate_share_above" in one
             far = bool(known and float(one["rate_share_above"]) > NOTABLE)
             starred += [float(one["rate_share_above"])] if far else []
-            cells += [_years(one, every) + (" *" if far else ""), _chance(one, every, float(results.attrs["years"]))]
+            shares = [float(share) for share in extrapolated_shares(one).values() if float(share) > NOTABLE]
+            extrapolated += shares
+            marks = f"{' *' if far else ''}{' ‡' if shares else ''}"
+            cells += [_years(one, every) + marks, _chance(one, every, float(results.attrs["years"]))]
         rows.append(tuple(cells))
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
     name = measure_name(str(axis.attrs.get("im", "level")))
@@ -104,10 +108,13 @@ def _blocks(results: xr.Dataset) -> Rows:
     if "epistemic_rate" in here:
         said = [f"level: {said[0]}; return period and chance: 90 % ranges over all stated uncertainties"]
     said += [chosen_of(here)] if chosen_of(here) else []
-    if starred:
-        ends = dict.fromkeys(about_percent(share) for share in (min(starred), max(starred)))
-        share = " to ".join(ends)
-        said.append(f"*: {share} of the rate comes from shaking beyond the end of the hazard curve, an extrapolation")
+    for mark, shares, where in (
+        ("*", starred, "beyond the end of the hazard curve, an extrapolation"),
+        ("‡", extrapolated, "at which nothing was run: the fitted curve is extrapolated there"),
+    ):
+        if shares:
+            share = " to ".join(dict.fromkeys(about_percent(one) for one in (min(shares), max(shares))))
+            said.append(f"{mark}: {share} of the rate comes from shaking {where}")
     if either:
         said.append(
             "†: it may fall the other way as well; such falls are not counted, so that half of the motions need not "

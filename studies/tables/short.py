@@ -23,6 +23,7 @@ from ..buildings.recommendations import YEARS, Range
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.one_side import FORCED
+from ..text.precision import FITTED_RATE
 from ..text.rows import Rows
 from ..text.spread import range_text
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name, reference_law
@@ -77,7 +78,8 @@ def _blocks(results: xr.Dataset) -> Rows:
     headings += ["over branches (90 %)"] if "epistemic_rate" in here else []
     chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
     forced = f"; not reliable: the {here.attrs['form']} curves rise to 1, see validity" if FORCED in here.attrs else ""
-    title = f"What {verb} under {law} ({confidence_text(here)} intervals{chosen}{forced})"
+    free = "; rates without a form of curve" if FITTED_RATE in here else ""
+    title = f"What {verb} under {law} ({confidence_text(here)} intervals{chosen}{forced}{free})"
     return Rows(title, tuple(headings), rows)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,6 +25,12 @@ WIDEST = 2.0
 """Ratio of the ends of a median's interval above which it is worth a sentence."""
 BEYOND = "rate_share_above_levels"
 """Variable with the share of a rate from shaking above the highest that was run."""
+UNDER = "rate_share_below_levels"
+"""Variable with the share of a rate from shaking below the lowest that was run."""
+EXCEEDED = "rate_above_highest_level"
+"""Variable with the annual rate of shaking above the highest that was run."""
+AT_HIGHEST = "probability_at_highest_level"
+"""Variable with the probability of a curve at the highest shaking that was run."""
 NOTABLE = 0.05
 """Share of a rate from beyond the known range above which it is worth a sentence."""
 SETTLED = 0.95
@@ -273,21 +279,84 @@ def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[
     ]
 
 
+class LevelEnd(NamedTuple):
+    """The lowest or the highest shaking that was run: its name (the last level), and advice (raise ida.levels.to)."""
+
+    name: str
+    cure: str
+
+
+def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Return the shares of annual rates that rest on curves where nothing was run, ``below`` and ``above`` the levels.
+
+    A share from above the highest shaking that was run counts as 0 where no curve that rises on from there changes the
+    rate by more than `NOTABLE` (`rate_bounds`).  Empty where results do not hold these shares.
+
+    Examples
+    --------
+    >>> known = {"rate": [1e-3, 1e-3], BEYOND: [0.3, 0.3], UNDER: [0.0, 0.01], AT_HIGHEST: [0.5, 0.97]}
+    >>> known[EXCEEDED] = [4e-4, 3.05e-4]
+    >>> found = extrapolated_shares(xr.Dataset({name: ("block", values) for name, values in known.items()}))
+    >>> {side: one.values.tolist() for side, one in found.items()}
+    {'below': [0.0, 0.01], 'above': [0.3, 0.0]}
+    """
+    found = {side: results[name] for side, name in (("below", UNDER), ("above", BEYOND)) if name in results}
+    if "above" in found:
+        found["above"] = found["above"].where(possible_change(results) > NOTABLE, 0.0)
+    return {side: one.where(np.isfinite(results["rate"])) for side, one in found.items()}
+
+
+def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
+    """Return the least and the greatest rate over the one given, whatever a curve does above the highest shaking run.
+
+    Above it the curve does not fall, and does not exceed 1: with P its probability there and H the annual rate of such
+    shaking, what comes from there lies between P H and H.  None where results do not hold what that needs.
+
+    Examples
+    --------
+    >>> known = {"rate": 1e-3, BEYOND: 0.3, AT_HIGHEST: 0.5, EXCEEDED: 4e-4}
+    >>> low, high = rate_bounds(xr.Dataset(known))
+    >>> round(low.item(), 6), round(high.item(), 6)
+    (0.9, 1.1)
+    """
+    if not {BEYOND, AT_HIGHEST, EXCEEDED} <= {*results}:
+        return None
+    run, share = 1.0 - results[BEYOND], results[EXCEEDED] / results["rate"].where(results["rate"] > 0.0)
+    return run + results[AT_HIGHEST] * share, run + share
+
+
+def possible_change(results: xr.Dataset) -> xr.DataArray:
+    """Return by how much of itself a rate may be off for what its curve does above the highest shaking that was run.
+
+    Where bounds are not known it is the whole share from there.
+    """
+    bounds = rate_bounds(results)
+    if bounds is None:
+        return results[BEYOND]
+    low, high = bounds
+    return (1.0 - low).where(1.0 - low > high - 1.0, high - 1.0)
+
+
 def rate_notes(
-    rates: xr.Dataset, settled: xr.DataArray, hazard_ends: tuple[float, float], levels_end: str, cure: str
+    rates: xr.Dataset,
+    settled: xr.DataArray,
+    hazard_ends: tuple[float, float],
+    highest: LevelEnd,
+    lowest: LevelEnd | None = None,
 ) -> list[str]:
-    """Notes on rates that come from shaking beyond the hazard curve or above the levels: one sentence each.
+    """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
 
     Parameters
     ----------
     rates : xarray.Dataset
-        As `Risk.of` returns them: ``rate``, ``rate_share_below``, ``rate_share_above``, ``rate_share_above_levels``.
+        As `Risk.of` returns them: ``rate``, ``rate_share_below``, ``rate_share_above``, ``rate_share_above_levels``,
+        and ``rate_share_below_levels`` where `lowest` is given.
     settled : xarray.DataArray
         The probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known.
     hazard_ends : (float, float)
         The hazard curve's first and last level, SI, in the unit of the bins.
-    levels_end, cure : str
-        The name of the highest shaking that was run (the last level), and the advice (raise ida.levels.to).
+    highest, lowest : LevelEnd
+        The ends of the shaking that was run.
 
     Returns
     -------
@@ -301,13 +370,14 @@ def rate_notes(
     ...     {"block": ["pedestal"], "bin": ("bin", [1.0], {"units": "m s-1"})},
     ... )
     >>> settled, ends = xr.DataArray([0.6], dims="block"), (0.1, 1.6)
-    >>> for note in rate_notes(rates, settled, ends, "the last level", "raise ida.levels.to"):
+    >>> for note in rate_notes(rates, settled, ends, LevelEnd("the last level", "raise ida.levels.to")):
     ...     print(note[:88])
     71 % of the annual rate of pedestal comes from shaking above the hazard curve's last lev
     8 % of the annual rate of pedestal comes from shaking above the last level, where the cu
     """
     beyond = rates[BEYOND]
     found = []
+    under = [] if lowest is None else [(rates[UNDER], rates[UNDER].values > NOTABLE, _unknown_at("below", lowest))]
     for share, here, where in (
         *(
             (rates[f"rate_share_{side}"], rates[f"rate_share_{side}"].values > NOTABLE, beyond_hazard(side, end))
@@ -318,8 +388,9 @@ def rate_notes(
         (
             beyond,
             (beyond.values > NOTABLE) & (settled.transpose(*beyond.dims).values < SETTLED),
-            f"above {levels_end}, where the curve is not known: {cure}",
+            _unknown_at("above", highest),
         ),
+        *under,
     ):
         if here.any():
             shown = np.where(here, share.values, 0.0)
@@ -341,6 +412,10 @@ def rate_notes(
                 "where it rises between two levels is not known; take closer levels and more motions"
             )
     return found
+
+
+def _unknown_at(side: str, end: LevelEnd) -> str:
+    return f"{side} {end.name}, where the curve is not known: {end.cure}"
 
 
 def beyond_hazard(side: str, end: str) -> str:

@@ -13,9 +13,12 @@ from ...aliases import Index
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
 from ...fragility.surfaces.gain import Gain, gain_words
+from ...wording import value_text, whole_percent
 from .rows import Rows
 from .words import axis_of, display_unit
 
+FITTED_RATE = "fitted_rate"
+"""Rate of the fitted curve in results whose rates are without a form of curve."""
 SEQUENTIAL = "sequential_"
 """Prefix, in a study's results, of what the analysis itself says of each curve, beside the curve fitted to all runs."""
 
@@ -43,7 +46,8 @@ def precision_notes(runs: xr.Dataset) -> list[str]:
     said = []
     for name, one in curves_of(runs):
         missed = str(one["stopped_because"].item()) != REACHED
-        off = max(abs(float(one[which])) for which in ("misfit", "rate_misfit") if which in one)
+        # (what the rate of a curve misses has a note of its own, however little it is)
+        off = abs(float(one["misfit"]))
         if missed or off >= room:
             said.append(f"{name}: {one['account'].item()}")
     return said
@@ -73,6 +77,7 @@ def precision_rows(results: xr.Dataset) -> Rows | None:
     chance = target == PROBABILITY
     scale, unit = display_unit(axis_of(results)) if target == MEDIAN else (1.0, "1/year" if target == RATE else "")
     within = f"±{asked[target]['within']:g}" if chance else f"±{100.0 * asked[target]:g} %"
+    beside = target == RATE and FITTED_RATE in results
     lines = []
     for name, one in curves_of(results):
         value, low, high = (float(one[f"{SEQUENTIAL}{target}{end}"]) / scale for end in ("", "_lower", "_upper"))
@@ -87,8 +92,18 @@ def precision_rows(results: xr.Dataset) -> Rows | None:
                 f"{int(one['motions_run']):,}",
                 f"{own.size:,}",
                 str(one["stopped_because"].item()),
+                *(_of_fitted(one) if beside else ()),
             )
         )
     of = f"{target}, {unit}" if unit else target
-    title = f"Precision at adaptive levels: asked are {within} of the {target} (95 % intervals)"
-    return Rows(title, ("curve", of, "reached", "motions", "runs", "stopped because"), lines)
+    without = " without a form of curve" if target == RATE else ""
+    title = f"Precision at adaptive levels: asked are {within} of the {target}{without} (95 % intervals)"
+    headings = ("curve", of, "reached", "motions", "runs", "stopped because")
+    return Rows(title, (*headings, *(("of the fitted curve", "which differs") if beside else ())), lines)
+
+
+def _of_fitted(one: xr.Dataset) -> tuple[str, str]:
+    """Return the rate of the fitted curve, and by how much the curve through all runs differs beyond error."""
+    fitted = value_text(*(float(one[f"{FITTED_RATE}{end}"]) for end in ("", "_lower", "_upper")))
+    apart = float(one["rate_misfit"])
+    return fitted, f"by {whole_percent(apart, signed=True)}" if apart else "within error"

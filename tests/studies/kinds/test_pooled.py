@@ -1,6 +1,7 @@
 """Studies of a region: curves from one surface a law, what the file may hold, kills, reports, and what is refused."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -15,13 +16,17 @@ from toppling.models.columns import BlockArray
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
+from toppling.studies.command.verdict import verdict
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
-from toppling.studies.region.rows import event_rows, examples, region_rows, surface_rows
+from toppling.studies.region.rows import event_rows, event_sentences, examples, region_rows, surface_rows
+from toppling.studies.report.answers import answer
 from toppling.studies.report.page import write_report
+from toppling.studies.report.summary import plain_answer
 from toppling.studies.text.error import StudyError
+from toppling.wording import about_percent, chances_between
 
 STUDY = """
 title = "Shelves of a region"
@@ -372,6 +377,29 @@ def test_events_that_are_refused(change, said, study):
     with pytest.raises(StudyError) as refused:
         study((STUDY + EVENTS).replace(*change, 1))
     assert said in str(refused.value)
+
+
+def test_the_answer_says_how_much_falls_in_one_event(with_events):
+    """At each level the mean share of the region and the range of nine tenths of the events; of many levels three."""
+    _, results, _ = with_events
+    one = results.isel(model=0)
+    said = [about_percent(float(share)) for share in one["fallen_mean"]]
+    low, _, high = one["fallen_quantile"].values[1]
+    (sentence,) = event_sentences(results)
+    assert sentence.startswith(
+        f"An earthquake with a peak ground acceleration of 0.30 g overturns {said[0]} of the 40 "
+    )
+    assert f"and one of 0.50 g {said[1]} ({chances_between(low, high, about_percent)})" in sentence
+    assert "in 90 % of such earthquakes" in sentence
+    assert sentence in plain_answer(results)
+    assert sentence in answer(results).sentences
+    assert sentence in verdict(results, True)
+    many = xr.concat([results[["fallen_mean", "fallen_quantile"]].isel(event_level=[0])] * 5, "event_level")
+    many = many.assign_coords(event_level=9.80665 * np.array([0.1, 0.2, 0.3, 0.4, 0.5])).assign_attrs(results.attrs)
+    many["fallen_mean"][0] = [0.01, 0.12, 0.3, 0.55, 0.8]
+    many = many.assign(results[["median"]].data_vars).assign_coords(intensity=results["intensity"])
+    assert re.findall(r"0\.\d0 g", event_sentences(many)[0]) == ["0.20 g", "0.40 g", "0.50 g"]
+    assert event_sentences(results.drop_vars("fallen_mean")) == []
 
 
 def test_columns_of_what_blocks_have_of_their_own(study, tmp_path):

@@ -1,5 +1,6 @@
 """Studies at adaptive levels: what they run, what they keep over kills, what they say, and what they refuse."""
 
+import csv
 import json
 from pathlib import Path
 
@@ -12,19 +13,26 @@ import toppling as tp
 from toppling.fragility import Slip
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
+from toppling.fragility.analyses.weighted_rates import weighted_rate_samples
 from toppling.models import RandomSliding
 from toppling.models.friction import FixedFriction, LognormalFriction
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
+from toppling.studies.command.verdict import verdict
 from toppling.studies.comparison.curves import compare_curves
 from toppling.studies.comparison.sides import two_sides
 from toppling.studies.plots.fragility import fragility_figure
+from toppling.studies.report.answers import answer
+from toppling.studies.report.extrapolation import second_opinions
 from toppling.studies.report.page import write_report
+from toppling.studies.report.summary import plain_answer
 from toppling.studies.report.validity import checks_of
+from toppling.studies.tables.short import short_rows
 from toppling.studies.tables.slides import slide_rows
 from toppling.studies.text.error import StudyError
 from toppling.studies.text.precision import precision_rows
+from toppling.wording import about_percent, in_years
 
 STUDY = """
 title = "As many as needed"
@@ -86,11 +94,17 @@ def test_the_runs_are_those_of_the_analysis(finished):
     assert results.attrs["kind"] == "fragility"
 
 
-def test_a_rate_takes_the_hazard_of_the_study(study):
-    text = STUDY.replace("median = 0.15", "rate = 0.5")
-    results = study(text + HAZARD).run()
+@pytest.fixture(scope="module")
+def until_a_rate(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rate")
+    asked = HAZARD + 'probability = 0.1\nalong = "width"\n'
+    (folder / "study.toml").write_text(STUDY.replace("median = 0.15", "rate = 0.5") + asked, encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+
+
+def own_rates(**options):
     hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    own = tp.ida(
+    return tp.ida(
         [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
         tp.EnergyConsistent(),
         tp.motions.CloughPenzien(duration=6.0, dt=0.02),
@@ -98,10 +112,151 @@ def test_a_rate_takes_the_hazard_of_the_study(study):
         seed=4,
         until={"rate": 0.5, "motions": {"least": 32, "most": 200}},
         hazard=hazard,
+        **options,
     )
-    np.testing.assert_allclose(results["sequential_rate"], own["rate"], rtol=1e-9)
-    # (the rate of the curve that is fitted to all runs is another estimate of the same)
-    assert (np.abs(np.log(results["rate"] / results["sequential_rate"])) < 0.5).all()
+
+
+def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
+    """Rates and chances are without a form of curve, with its interval; the fitted curve's have names of their own."""
+    results, _ = until_a_rate
+    own = own_rates()
+    for end in ("", "_lower", "_upper"):
+        np.testing.assert_allclose(results[f"rate{end}"], own[f"rate{end}"], rtol=1e-9)
+        np.testing.assert_array_equal(results[f"rate{end}"], results[f"sequential_rate{end}"])
+        chance = -np.expm1(-50.0 * own[f"rate{end}"].values)
+        np.testing.assert_allclose(results[f"risk_probability{end}"], chance, rtol=1e-9)
+        fitted = -np.expm1(-50.0 * results[f"fitted_rate{end}"].values)
+        np.testing.assert_allclose(results[f"fitted_risk_probability{end}"], fitted, rtol=1e-9)
+    curves = tp.fit_fragility(own, replicates=1000, keep_replicates=True)
+    hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
+    fitted = tp.annual_rate(curves, hazard)
+    for end in ("", "_lower", "_upper"):
+        np.testing.assert_allclose(results[f"fitted_rate{end}"], fitted[f"rate{end}"], rtol=1e-9)
+    # (two estimates of the same)
+    assert (np.abs(np.log(results["fitted_rate"] / results["rate"])) < 0.5).all()
+    assert "without a form of curve" in results["rate"].attrs["long_name"]
+    for name in ("fitted_rate", "rate_share", "rate_share_above", "rate_share_above_levels", "intensity_mean"):
+        assert results[name].attrs["long_name"].endswith("of the fitted curve")
+    assert sum("without a form of curve" in one for one in results.attrs["notes"].splitlines()) == 1
+
+
+def test_a_size_is_found_by_the_rates_without_a_form(until_a_rate):
+    results, _ = until_a_rate
+    target = -np.log1p(-0.1) / 50.0
+    wide, narrow = results["rate"].values[[1, 0], 0]
+    assert wide < target < narrow
+    share = np.log(narrow / target) / np.log(narrow / wide)
+    np.testing.assert_allclose(results["size_width"], 0.4 + 0.2 * share, rtol=1e-9)
+    assert results["size_width_lower"].item() < results["size_width"].item() < results["size_width_upper"].item()
+
+
+def test_replicates_of_a_rate_without_a_form_draw_motions():
+    own = own_rates()
+    drawn = weighted_rate_samples(own, 2000, seed=3)
+    mean, spread = (getattr(drawn, name)("replicate").values for name in ("mean", "std"))
+    np.testing.assert_allclose(mean, own["rate"], rtol=0.02)
+    # (the lower end of the interval is of the scatter between motions alone)
+    reach = own["rate"].values - own["rate_lower"].values
+    np.testing.assert_allclose(1.97 * spread, reach, rtol=0.08)
+    alone = weighted_rate_samples(own.isel(block=[1]), 2000, seed=3)
+    np.testing.assert_array_equal(alone.values[0], drawn.values[1])
+    with pytest.raises(ValueError, match="need the weights of runs at adaptive levels, until a rate"):
+        weighted_rate_samples(own.drop_vars("weight"), 10)
+
+
+def test_motions_run_both_ways_count_once_in_a_rate():
+    """The rate of a block that both ways are alike for is that of the motions as they are."""
+    both, plain = own_rates(polarity="both"), own_rates()
+    np.testing.assert_allclose(both["rate"], plain["rate"], rtol=0.25)
+    np.testing.assert_allclose(both["rate"] / both["rate_of_curve"], 1.0, atol=0.2)
+    drawn = weighted_rate_samples(both, 500).mean("replicate")
+    np.testing.assert_allclose(drawn, both["rate"], rtol=0.03)
+
+
+def test_modelling_uncertainty_is_in_the_rate_without_a_form(study, until_a_rate):
+    """Under a power law it multiplies any rate by exp(k² β²/2)."""
+    plain, _ = until_a_rate
+    text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + "[fit]\nmodelling_dispersion = 0.4\n"
+    results = study(text).run()
+    factor = np.exp(0.5 * (2.0 * 0.4) ** 2)
+    for name in ("rate", "rate_lower", "rate_upper", "fitted_rate"):
+        np.testing.assert_allclose(results[name], factor * plain[name], rtol=1e-6)
+
+
+def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_rate):
+    results, _ = until_a_rate
+    first = results.isel(block=0, model=0)
+    said = " ".join(plain_answer(results))
+    chance, fitted = (about_percent(float(first[name])) for name in ("risk_probability", "fitted_risk_probability"))
+    assert f"within 50 years is about {chance} (" in said
+    assert (
+        f"without a form of fragility curve; the fitted curve would give {fitted}, which agrees within the error"
+        in said
+    )
+    detail = answer(results).sentences[0]
+    assert f"the mean return period is {in_years(float(first['rate']))} years" in detail
+    assert f"the fitted curve gives {in_years(float(first['fitted_rate']))} years" in detail
+    rows = precision_rows(results)
+    assert rows.headings[-2:] == ("of the fitted curve", "which differs")
+    assert rows.rows[0][1].startswith(f"{float(first['rate']):.3g} (")
+    assert rows.rows[0][-2].startswith(f"{float(first['fitted_rate']):.3g} (")
+    assert rows.rows[0][-1] == "within error"
+    assert "rates without a form of curve" in short_rows(results).title
+    assert not second_opinions(results)
+
+
+def test_ratios_at_walls_are_those_of_the_rates_without_a_form(study):
+    """Blocks at walls are shaken both ways, which count as one motion."""
+    text = STUDY.replace("median = 0.15", "rate = 0.5").replace(
+        "width_m = 0.6\nheight_m = 1.8", 'width_m = 0.4\nheight_m = 1.8\nwall_gap_mm = 20\nname = "at a wall"'
+    )
+    results = study(text.replace('"energy-consistent"', '"housner"\ngeometry = "linear"') + HAZARD).run()
+    free, held = results["risk_probability"].values[:, 0]
+    np.testing.assert_allclose(results["chance_ratio"].values[1, 0], held / free, rtol=1e-9)
+    assert results["chance_ratio_lower"][1, 0] < held / free < results["chance_ratio_upper"][1, 0]
+    np.testing.assert_allclose(results["rate"] / results["fitted_rate"], 1.0, atol=0.15)
+
+
+def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
+    """Fewer than two hundred falls do not show what lies below them, so that the interval has no upper end."""
+    text = STUDY.replace("median = 0.15", "rate = 0.5").replace("number = 200", "number = 40") + HAZARD
+    results = study(text).run(tmp_path / "out")
+    assert np.isfinite(results["rate"]).all()
+    assert np.isinf(results["sequential_rate_upper"]).all()
+    for name in ("rate_lower", "rate_upper", "risk_probability_upper"):
+        assert results[name].isnull().all()
+    assert "these motions do not show how precisely that is known" in " ".join(plain_answer(results))
+    assert "(no interval)" in answer(results).sentences[0]
+    assert "no interval" in short_rows(results).rows[0][-1]
+    assert write_report(tmp_path / "out/results.nc", tmp_path / "report.html")
+
+
+def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
+    results = until_a_rate[0].copy(deep=True)
+    results["rate_misfit"][0] = 0.3
+    assert "which differs by more than the limited number of motions explains" in " ".join(plain_answer(results))
+    assert precision_rows(results).rows[0][-1] == "by +30 %"
+    (said,) = second_opinions(results)
+    assert "(+30 %)" in said
+    assert said in verdict(results, True)
+
+
+def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp_path):
+    text = STUDY.replace("median = 0.15", "rate = 0.5").replace("seed = 4", "seed = 5") + HAZARD
+    study(text).run(tmp_path / "other")
+    with two_sides(until_a_rate[1].parent, tmp_path / "other") as sides:
+        lines = [one for one in compare_curves(*sides).found.lines if one.quantity == "rate"]
+        for k, line in enumerate(lines):
+            assert line.a.value == sides[0].results["rate"].values[k, 0]
+            assert 0.4 < line.ratio.lower < line.b.value / line.a.value < line.ratio.upper < 2.5
+    assert main(["export", str(until_a_rate[1]), "--format", "csv", "--out", str(tmp_path / "csv")]) == 0
+    (page,) = (tmp_path / "csv").glob("*.csv")
+    head, *rows = csv.reader(page.read_text(encoding="utf-8").splitlines())
+    found = dict(zip(head, rows[0], strict=True))
+    results = until_a_rate[0]
+    for name in ("rate", "fitted_rate"):
+        (own,) = (value for key, value in found.items() if key.split(" ")[0] == name)
+        assert float(own) == pytest.approx(results[name].values[0, 0], rel=1e-6)
 
 
 @pytest.mark.parametrize(("state", "output"), [('"uplifted"', "uplifted"), ("0.5", "peak_rotation")])

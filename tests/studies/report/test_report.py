@@ -18,6 +18,7 @@ import toppling as tp
 from toppling.doubts import KINDS
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.command.verdict import verdict
 from toppling.studies.reference.json_schema import study_schema
 from toppling.studies.report import page as module
 from toppling.studies.report.actions import next_steps
@@ -722,6 +723,66 @@ class TestChecks:
         assert self.word(results, "annual rates") == CARE
         results["rate_share_above"][:] = 0.9
         assert self.word(results, "annual rates") == INVALID
+
+    def test_of_rates_from_shaking_that_was_not_run(self, folder):
+        """The word follows how far the rate can be off, whatever a curve that rises on does above the highest level."""
+        results = loaded(folder).copy(deep=True)
+        results["rate"][:], results["rate_share_below_levels"][:] = 1e-3, 0.0
+        about = "shaking that was run"
+
+        def set_to(share, reached, most):
+            # of such shaking every run reaches the state at `most` times the rate of the results
+            results["rate_share_above_levels"][:] = share
+            results["probability_at_highest_level"][:] = reached
+            results["rate_above_highest_level"][:] = most * 1e-3
+            return next(one for one in checks_of(results) if about in one.question)
+
+        assert set_to(0.04, 0.5, 0.06).word == GOOD
+        risen = set_to(0.3, 0.94, 0.31)
+        assert risen.word == GOOD
+        assert "Up to 30 % of any annual rate comes from shaking stronger than any that was run" in risen.reason
+        assert "no rate is off by more than 1 %" in risen.reason
+        wide = set_to(0.3, 0.5, 0.5)
+        assert wide.word == CARE
+        assert "30 % of an annual rate" in wide.clause
+        assert "the rate is 0.95 to 1.20 times the one given" in wide.reason
+        assert wide.cure.startswith("Raise ida.levels.to")
+        assert badge([wide]).startswith("use with care: up to 30 % of an annual rate comes from shaking stronger")
+        assert set_to(0.8, 0.1, 3.0).word == INVALID
+        results["rate_above_highest_level"][0], results["probability_at_highest_level"][0] = 0.82e-3, 0.97
+        assert self.word(results, about) == CARE  # (not of every block and law)
+
+        weak = set_to(0.0, 0.99, 0.0)
+        assert weak.word == GOOD
+        results["rate_share_below_levels"][0, 0] = 0.2
+        weak = next(one for one in checks_of(results) if about in one.question)
+        assert weak.word == CARE
+        assert "20 % of an annual rate comes from shaking weaker than any that was run" in weak.clause
+        assert weak.cure.startswith("Lower ida.levels.from")
+        older = results.drop_vars(["rate_share_below_levels", "rate_share_above_levels"])
+        assert self.word(older, about) == UNKNOWN
+
+    def test_rates_say_where_they_stand_that_curves_are_extrapolated(self, folder):
+        results = loaded(folder).copy(deep=True)
+        said = "comes from shaking stronger than any that was run, where the fitted curve is extrapolated."
+        for name, values in (("above_levels", 0.3), ("below_levels", 0.0)):
+            results[f"rate_share_{name}"][:] = values
+        results["probability_at_highest_level"][:] = 0.5
+        results["rate_above_highest_level"][:] = 0.5 * results["rate"].values
+        assert f"About 30\u00a0% of this chance {said}" in " ".join(plain_answer(results))
+        assert f"About 30\u00a0% of the rate under {results['model'].values[1]} {said}" in answer(results).sentences[0]
+        table = client_rows(results)
+        assert "‡: 30\u00a0% of the rate comes from shaking at which nothing was run" in table.title
+        assert all(row[2].endswith(" ‡") for row in table.rows)
+        lines = verdict(results, True)
+        assert f"30\u00a0% of the annual rates of “shelf”, “rack” {said}" in lines
+        results["probability_at_highest_level"][:], results["rate_above_highest_level"][:] = (
+            0.97,
+            0.31 * results["rate"],
+        )
+        text = " ".join([*plain_answer(results), *answer(results).sentences, *verdict(results, True)])
+        assert said not in text
+        assert "‡" not in client_rows(results).title
 
     def test_the_worst_word_wins(self, folder):
         found = checks_of(loaded(folder))

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import scipy
 import xarray as xr
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
@@ -13,7 +14,7 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
-from toppling.studies.text.curve_notes import crossing_notes, curve_notes, rate_notes
+from toppling.studies.text.curve_notes import LevelEnd, crossing_notes, curve_notes, rate_bounds, rate_notes
 from toppling.studies.text.one_side import one_side_notes
 from toppling.wording import three_digits, two_digits
 
@@ -169,6 +170,39 @@ class TestRates:
         )
         assert any("above the last level, where the curve is not known: raise ida.levels.to" in note for note in notes)
 
+    def test_what_lies_beyond_the_levels_is_known_to_bounds(self, tmp_path):
+        """Shares add up, and no curve that rises on above the last level has a rate outside the bounds."""
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA.replace("12.0", "9.0"), HAZARD, SCREEN).run()
+        levels = np.exp(np.linspace(0.0, np.log(9.0), 7))
+        hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
+        curves = found[["median", "dispersion"]].assign_attrs(form="lognormal", im="pga")
+        within = tp.annual_rate(curves, hazard, bins=[1e-12, levels[0], levels[-1], 1e20])["share"]
+        np.testing.assert_allclose(found["rate_share_below_levels"], within.isel(bin=0), rtol=1e-6, atol=1e-12)
+        np.testing.assert_allclose(found["rate_share_above_levels"], within.isel(bin=2), rtol=1e-6)
+        np.testing.assert_allclose(found["rate_above_highest_level"], hazard.rate_at(levels[-1]), rtol=1e-12)
+        fell = scipy.stats.norm.cdf(np.log(levels[-1] / found["median"]) / found["dispersion"])
+        np.testing.assert_allclose(found["probability_at_highest_level"], fell, rtol=1e-9)
+        low, high = rate_bounds(found)
+        assert (low < 1.0).all()
+        assert (high > 1.0).all()
+        # curves that stay where they are above the last level, and that jump to 1 there
+        x = np.geomspace(1e-3, 1e5, 40_001)
+        middles, masses = np.sqrt(x[1:] * x[:-1]), -np.diff(hazard.rate_at(x))
+        for i, j in np.ndindex(2, 2):
+            one = found.isel(block=i, model=j)
+            curve = scipy.stats.norm.cdf(np.log(middles / one["median"].item()) / one["dispersion"].item())
+            for end, above in ((low, fell[i, j]), (high, 1.0)):
+                rate = float(masses @ np.where(middles > levels[-1], above, curve))
+                assert end.values[i, j] == pytest.approx(rate / one["rate"].item(), rel=2e-3)
+
+    def test_levels_that_begin_too_high_are_named(self, tmp_path):
+        high = IDA.replace("from = 1.0", "from = 3.0")
+        assert high != IDA
+        steep = HAZARD.replace("k = 2.5", "k = 4.0")
+        assert steep != HAZARD
+        notes = study(tmp_path, BLOCKS, MODELS, MOTIONS, high, steep, SCREEN).run().attrs["notes"]
+        assert "comes from shaking below the first level, where the curve is not known: lower ida.levels.from" in notes
+
     def test_nothing_is_said_where_the_curve_has_risen(self):
         """All that shakes harder overturns it: that share of the rate is known."""
         shares = {
@@ -182,12 +216,12 @@ class TestRates:
             {"block": ["a", "b"], "bin": ("bin", [1.0], {"units": "1"})},
         )
         settled = xr.DataArray([0.951, 0.951], dims="block")
-        assert rate_notes(rates, settled, (0.1, 1.0), "the last level", "raise it") == []
-        (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), "the last level", "raise it")
+        assert rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it")) == []
+        (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), LevelEnd("the last level", "raise it"))
         where = "above the last level, where the curve is not known: raise it"
         assert note == f"30 % of the annual rate of b comes from shaking {where}"
         rates["rate_share_below"][:] = [0.07, 0.0]
-        (note,) = rate_notes(rates, settled, (0.1, 1.0), "the last level", "raise it")
+        (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"))
         where = "below the hazard curve's first level (0.1), where only its first slope is known"
         assert note == f"7 % of the annual rate of a comes from shaking {where}: give the curve at lower levels"
 

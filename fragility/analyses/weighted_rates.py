@@ -1,0 +1,65 @@
+"""Annual rates of runs at adaptive levels without a form of curve, for replicates that draw their motions again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from ...units import PER_YEAR
+from ..adaptive.rate import weighted_samples
+from ..fitting.bootstrap import draw_motions
+from ..fitting.states import OVERTURNED, State, flags_of, needed_output
+from ..runs.provenance import RUN, clusters_of
+
+
+def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, state: State = OVERTURNED) -> xr.DataArray:
+    """Return the annual rates of the replicates of runs whose levels were drawn from a hazard, without a form of curve.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        As `toppling.ida` at adaptive levels until a rate returns them, or a selection of its blocks and laws.
+    replicates, seed : int
+        As of `fit_fragility`: a replicate of the same seed draws the same motions for the curve and for this rate.
+    state : str or float
+        The damage state that the levels were chosen for.
+
+    Returns
+    -------
+    xarray.DataArray
+        On (block, model, replicate), 1/year.
+
+    Raises
+    ------
+    ValueError
+        Runs without weights, which stopped at another answer than a rate.
+
+    Notes
+    -----
+    The rate of a replicate is the mean over its motions of the weights of their runs that reached the state
+    (`fragility.adaptive.rate`).  What may lie below the lowest falls is not in the replicates, as it is in the interval
+    of the rate itself.
+    """
+    if "weight" not in runs or RUN not in runs["weight"].dims:
+        raise ValueError("rates without a form of curve need the weights of runs at adaptive levels, until a rate")
+    clusters = clusters_of(runs)
+    drawn = draw_motions((np.arange(clusters.max() + 1),), replicates, seed)
+    number = np.full(1 + int(max(runs["run_motion"].values.max(), runs["motion_number"].values.max())), -1)
+    number[runs["motion_number"].values] = clusters
+    of_run, verdicts = number[runs["run_motion"].values], runs[needed_output(state)].values
+    blocks, models = (runs[f"{dim}_number"].values for dim in ("block", "model"))
+    alpha = runs["alpha"].values if "alpha" in runs.coords else np.full(blocks.size, math.nan)
+    found = np.empty((blocks.size, models.size, replicates))
+    for i, j in np.ndindex(blocks.size, models.size):
+        own = (runs["run_block"].values == blocks[i]) & (runs["run_model"].values == models[j]) & (of_run >= 0)
+        fell = np.asarray(flags_of(verdicts[own], state, float(alpha[i])), dtype=np.bool_)
+        found[i, j] = weighted_samples(runs["weight"].values[own], fell, of_run[own], drawn)
+    text = "annual rate of each replicate, from weighted runs without a form of curve"
+    return xr.DataArray(
+        found,
+        {"block": runs["block"].variable, "model": runs["model"].variable},
+        ("block", "model", "replicate"),
+        attrs={"units": PER_YEAR, "long_name": text},
+    )

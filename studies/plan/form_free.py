@@ -1,0 +1,142 @@
+"""Annual rates of adaptive studies that stop at a rate: from weighted runs, beside those of the fitted curves.
+
+The rate without a form of curve has the precision that was asked for, so that it is the rate of the results.  That of
+the fitted curve is a second opinion: its interval takes the form as known and is the narrower for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.adaptive.until import CONFIDENCE
+from ...fragility.analyses.weighted_rates import weighted_rate_samples
+from ...fragility.hazard.rates import probability_in
+from ...models import Block
+from ...wording import counted, given_percent, listed_name, whole_percent
+from ..text.curve_notes import BEYOND, UNDER
+from .estimates import Fit
+from .gains import GAIN, gains_of_rates
+from .risk import Risk
+
+FITTED = "fitted_"
+"""Prefix of the rate and the chance of the fitted curve, where those of the results are without a form of curve."""
+ENDS = ("", "_lower", "_upper")
+FORM_FREE = (
+    "annual rates, and chances in years, are from weighted runs without a form of curve, with the precision that was "
+    "asked for; those of the fitted curves stand beside them in the table of the precision at adaptive levels, and the "
+    "shares of a rate by shaking are those of the fitted curve"
+)
+OF_THE_MEAN = "rates are at the mean hazard curve; their intervals do not hold the spread of its realisations"
+OF_CURVE = (
+    "rate_share",
+    "rate_share_below",
+    "rate_share_above",
+    UNDER,
+    BEYOND,
+    "intensity_mean",
+    "intensity_mode",
+    "samples_used",
+)
+"""Variables that are of the fitted curve beside its rate."""
+MOST_NAMED = 3
+
+
+class FormFree(NamedTuple):
+    """Rates without a form of curve: variables of the results that take the place of others, and notes."""
+
+    variables: dict[Hashable, xr.DataArray]
+    notes: list[str]
+
+
+def form_free(
+    fitted: Mapping[Hashable, xr.DataArray],
+    runs: xr.Dataset,
+    factor: xr.DataArray | float,
+    risk: Risk,
+    fit: Fit,
+    blocks: Sequence[Block],
+) -> FormFree:
+    """Return the variables of annual rates with those without a form of curve in the place of the fitted curves'.
+
+    Parameters
+    ----------
+    fitted : mapping
+        Variables of the rates of the fitted curves, under the names that they have in results.
+    runs : xarray.Dataset
+        As `toppling.ida` at adaptive levels until a rate returns them.
+    factor : xarray.DataArray or float
+        What the modelling uncertainty multiplies a rate by (`modelling_factor`).
+    risk, fit, blocks
+        Of the study.
+    """
+    found = dict(fitted)
+    dims = fitted["rate"].dims
+    for end in ENDS:
+        for name in (f"rate{end}", f"risk_probability{end}"):
+            text = str(fitted[name].attrs["long_name"])
+            found[f"{FITTED}{name}"] = fitted[name].assign_attrs(long_name=f"{text}, of the fitted curve")
+    # (with too few falls the tail below them is not known, and the interval has no upper end: then there is none)
+    known = np.isfinite(runs["rate_upper"])
+    for end in ENDS:
+        of_runs = runs[f"rate{end}"] if not end else runs[f"rate{end}"].where(known)
+        rate = (of_runs * factor).transpose(*dims).assign_attrs(runs[f"rate{end}"].attrs)
+        found[f"rate{end}"] = rate
+        chance = fitted[f"risk_probability{end}"]
+        text = f"{chance.attrs['long_name']}, without a form of curve"
+        values = probability_in(rate.values, risk.years)
+        found[f"risk_probability{end}"] = chance.copy(data=values).assign_attrs(long_name=text)
+    for name in OF_CURVE:
+        attributes = fitted[name].attrs
+        found[name] = fitted[name].assign_attrs(long_name=f"{attributes['long_name']}, of the fitted curve")
+    samples = weighted_rate_samples(runs, fit.replicates, fit.seed, fit.state) * factor
+    sampled = xr.Dataset({"rate": found["rate"], "rate_sample": samples.transpose(*dims, "replicate")})
+    if risk.along is not None:
+        of_size = risk.size_of(sampled.assign_coords(runs[[risk.along]].coords), fit.confidence)
+        found |= {name: one.assign_attrs(found[name].attrs) for name, one in of_size.data_vars.items()}
+    if GAIN in fitted:
+        compared = gains_of_rates(sampled, risk.years, blocks, fit.confidence)
+        assert compared is not None  # (of the fitted rates there are ratios)
+        found |= compared.data_vars
+    said = [FORM_FREE, *_differing(runs)]
+    if risk.hazard.weights is not None:
+        said.append(OF_THE_MEAN)
+    if fit.confidence != CONFIDENCE:
+        said.append(f"intervals of rates without a form of curve are of {given_percent(CONFIDENCE)}, as [until] asks")
+    return FormFree(found, said)
+
+
+def modelling_factor(curves: xr.Dataset, risk: Risk, fit: Fit) -> xr.DataArray | float:
+    """Return what the modelling uncertainty in the mean multiplies a rate by, from the fitted curves; 1 without any.
+
+    Under a hazard of slope k it is exp(k² β_m²/2) whatever the curve is, so that the form of the curve matters little.
+    """
+    if not fit.in_mean:
+        return 1.0
+    plain = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+    with_it, without = (risk.rates(one, fit.confidence)["rate"] for one in (fit.modelled(plain), plain))
+    return with_it / without
+
+
+def _differing(runs: xr.Dataset) -> list[str]:
+    """Return the note on curves whose own rate differs from that without a form by more than the error."""
+    apart = runs["rate_misfit"].values
+    every = np.argwhere(apart != 0.0)
+    if not every.size:
+        return []
+    laws = runs["model"].values.tolist()
+    several = len(laws) > 1
+    named = [
+        f"{listed_name(str(runs['block'].values[i]))}{f' under {laws[j]}' if several else ''} by "
+        f"{whole_percent(float(apart[i, j]), signed=True)}"
+        for i, j in every[:MOST_NAMED].tolist()
+    ]
+    more = len(every) - MOST_NAMED
+    text = "; ".join(named) + (f"; and {more:,} more" if more > 0 else "")
+    return [
+        f"the rate of the lognormal curve through all runs differs from that without a form by more than the error for "
+        f"{len(every):,} of {counted(apart.size, 'curve')} ({text}): rely on the rate without a form"
+    ]
