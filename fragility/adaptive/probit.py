@@ -15,6 +15,7 @@ import scipy
 from ...aliases import Array, Flags, Index
 from ..fitting.likelihood import STATUSES, FactorData, FittedLines, fit_lines
 from ..fitting.links import LINKS, LOGNORMAL, Link
+from ..fitting.trials import gap_between
 from ..kernels import binomial as engine
 from .until import CONFIDENCE
 
@@ -130,11 +131,10 @@ def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
 
     Between the two the runs tell nothing: the estimate is the middle, and its interval reaches to both ends at least.
     """
-    if runs.fell.all() or not runs.fell.any():
+    gap = gap_between(runs.x, ~runs.fell, runs.fell)
+    if gap is None:
         return estimate
-    low, high = float(runs.x[~runs.fell].max()), float(runs.x[runs.fell].min())
-    if not low < high:
-        return estimate
+    low, high = gap
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     return estimate._replace(value=middle, error=max(estimate.error, half / student(estimate.motions - 2)))
 

@@ -186,9 +186,10 @@ def fit_fragility(
     *Separated data* have no finite maximum: the dispersion goes to 0.  Half the logarithm of the determinant of the
     information is then added (Jeffreys' prior; finite for every link here, Kosmidis and Firth 2021), the flag
     `penalised` is set, and intervals are of the profile penalised likelihood whichever kind is asked for, because
-    resampled data are as separated as the data.  With no overturning at all the prior alone would decide: the median
-    is NaN, median_lower a one-sided bound that holds for any rising curve, median_upper infinite (and the other way
-    round where all overturned).
+    resampled data are as separated as the data.  Where all falls lie above all runs that stood, a step anywhere between
+    the two explains the data best: intervals of the median and of fractiles hold both levels.  With no overturning at
+    all the prior alone would decide: the median is NaN, median_lower a one-sided bound that holds for any rising curve,
+    median_upper infinite (and the other way round where all overturned).
 
     *Bootstrap.*  Replicate r draws motions from SeedSequence(seed, spawn_key=(r,)); the same motions serve every
     block, law and floor, and floors above one ground motion are drawn together, so replicates of two curves may be

@@ -57,9 +57,15 @@ def log_likelihood_of(probability: Array, overturnings: Index, runs: Index) -> f
         return float((fallen + np.where(stood > 0, stood * np.log1p(-probability), 0.0)).sum())
 
 
-def percentile_columns(values: Array, samples: Array, options: Options) -> Columns:
-    """Columns of median and fractiles: values (1 + fraction,), percentile intervals of samples (1 + fraction, …)."""
+def percentile_columns(sample: Sample, values: Array, samples: Array, options: Options) -> Columns:
+    """Columns of median and fractiles: values (1 + fraction,), percentile intervals of samples (1 + fraction, …).
+
+    Resampled separated data are as separated as the data: their intervals hold the levels between which these are.
+    """
     ends = percentile_interval(samples, options.confidence, against=True)
+    gap = sample.gap
+    if gap is not None:
+        ends = ends._replace(lower=np.minimum(ends.lower, gap[0]), upper=np.maximum(ends.upper, gap[1]))
     medians = samples[0][np.isfinite(samples[0])]
     columns: Columns = {
         "median": values[0],
@@ -129,7 +135,7 @@ class CustomForm(Form):
             "status": OK,
             "converged": True,
             "failed_replicates": sum(one is None for one in every),
-            **percentile_columns(self._fractiles(best, x, fractions), samples, options),
+            **percentile_columns(sample, self._fractiles(best, x, fractions), samples, options),
         }
         parameters = _parameters(best)
         for name, value in parameters.items():

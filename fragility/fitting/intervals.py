@@ -155,6 +155,9 @@ class Estimate:
         motion of small capacity, which the likelihood allows for (tests/fragility/fitting/test_coverage.py measures
         the coverage of each kind).  The two runs of a motion that is run both ways count as one there.
 
+        Separated data are explained as well as can be by a step anywhere between the highest level at which a run stood
+        and the lowest at which one fell: intervals of levels hold both.
+
         References
         ----------
         Chandler, R. E. and Bate, S. (2007). Inference for clustered data using the independence loglikelihood.
@@ -184,7 +187,9 @@ class Estimate:
         if p is None:  # a larger slope is a smaller dispersion
             whole = math.log(self.lines.link.scale * self.lines.width)
             return whole - last, whole - first
-        return self.lines.centre + self.lines.width * first, self.lines.centre + self.lines.width * last
+        lower, upper = self.lines.centre + self.lines.width * first, self.lines.centre + self.lines.width * last
+        gap = self.fits.data.gap
+        return (lower, upper) if gap is None else (min(lower, gap[0]), max(upper, gap[1]))
 
     def _target(self, p: float | None) -> tuple[int, float]:
         """Return the kernel's code of the parameter, and its eta."""

@@ -71,7 +71,7 @@ class IsotonicForm(Form):
             "status": OK if runs.any() else NO_RUNS,
             "converged": bool(runs.any()),
             "failed_replicates": int(np.isnan(again).any(axis=1).sum()),
-            **percentile_columns(values, samples, options),
+            **percentile_columns(sample, values, samples, options),
         }
         return columns | ({"probability_sample": again} if options.keep else {})
 

@@ -26,7 +26,7 @@ from ..kernels import binomial as engine
 from .links import Link
 from .patterns import Patterns
 from .states import ALL, DECREASING, FAILED, FLAT, NO_RUNS, NONE, OK, ONE_LEVEL, SEPARATED
-from .trials import failures_of
+from .trials import failures_of, gap_between
 
 # In the order of the kernel's codes.
 STATUSES = (OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED)
@@ -52,6 +52,12 @@ class FactorData(NamedTuple):
     z: Array
     failures: Array
     runs: Array
+
+    @property
+    def gap(self) -> tuple[float, float] | None:
+        """The ln levels between which separated data tell nothing (`gap_between`), of the first replicate."""
+        fell = np.cumsum(self.failures[0])[:-1] if self.kind == engine.INTERVAL else self.failures[0]
+        return gap_between(self.x, fell < self.runs[0], fell > 0.0)
 
 
 def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorData | None = None) -> FactorData:

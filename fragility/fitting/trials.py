@@ -93,9 +93,40 @@ class Sample(NamedTuple):
         overturnings, runs = self.counts_in(self.cells[None])
         return overturnings[0].astype(np.int64), runs[0].astype(np.int64)
 
+    @property
+    def gap(self) -> tuple[float, float] | None:
+        """The levels between which separated data tell nothing of a curve, `gap_between`."""
+        overturnings, runs = self.level_counts
+        return gap_between(self.levels, overturnings < runs, overturnings > 0)
+
     def counts_in(self, cells: Array) -> tuple[Array, Array]:
         """Return the overturnings and the runs (replicate, level) in cells (replicate, cell) of the same levels."""
         return failures_of(cells, outcomes_of(OVERTURNING_OUTCOMES, self.levels.size))
+
+
+def gap_between(x: Array, stood: Flags, fell: Flags) -> tuple[float, float] | None:
+    """Return the highest level at which a run stood and the lowest at which one fell; None if the first is no lower.
+
+    None also where all stood or all fell.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Levels, or their logarithms, of runs or of stripes.
+    stood, fell : ndarray of bool, shape (n,)
+        Whether a run stood there, and whether one fell.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stood = np.array([True, True, False])
+    >>> gap_between(np.array([1.0, 2.0, 3.0]), stood, ~stood)
+    (2.0, 3.0)
+    """
+    if not stood.any() or not fell.any():
+        return None
+    low, high = float(x[stood].max()), float(x[fell].min())
+    return (low, high) if low < high else None
 
 
 def outcomes_of(states: tuple[int, int, int], levels: int) -> Index:

@@ -73,7 +73,10 @@ class UpliftForm(Form):
             columns |= {**parameter_columns(first, "uplift_", options), "uplift_status": first.status}
             parameters = 4
         names = ("fractile", "fractile_lower", "fractile_upper")
-        parts = [self._fractile(first, found, p, options) if whole else (math.nan,) * 3 for p in options.fractiles]
+        parts = [
+            self._fractile(first, found, p, sample.gap, options) if whole else (math.nan,) * 3
+            for p in options.fractiles
+        ]
         columns |= {name: np.array([part[i] for part in parts]) for i, name in enumerate(names)}
         likelihood = math.nan
         if whole:
@@ -105,16 +108,18 @@ class UpliftForm(Form):
 
     @staticmethod
     def _fractile(
-        first: UpliftStep | Estimate, second: Estimate, p: float, options: Options
+        first: UpliftStep | Estimate, second: Estimate, p: float, gap: Ends | None, options: Options
     ) -> tuple[float, float, float]:
-        """Return a fractile of the product and its interval."""
+        """Return a fractile of the product and its interval, which holds the gap of separated data."""
         if isinstance(first, UpliftStep):
             ends = second.log_interval(p, options.intervals, options.confidence)
             value, lower, upper = (max(unlogged(one), first.at) for one in (second.log_value(p), *ends))
             return value, lower, upper
         value = float(product.log_fractile(first.lines, second.lines, p)[0])
-        ends = _interval(first, second, p, value, options)
-        return unlogged(value), unlogged(ends[0]), unlogged(ends[1])
+        lower, upper = (unlogged(end) for end in _interval(first, second, p, value, options))
+        if gap is not None:
+            lower, upper = min(lower, gap[0]), max(upper, gap[1])
+        return unlogged(value), lower, upper
 
 
 def _interval(first: Estimate, second: Estimate, p: float, value: float, options: Options) -> Ends:

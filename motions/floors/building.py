@@ -300,7 +300,7 @@ class Building:
         Raises
         ------
         TypeError, ValueError
-            As `from_storeys`; a pendulum, or stops.
+            As `from_storeys`; a pendulum, or stops; a slab or a floor so light that steps which follow it take minutes.
 
         Notes
         -----

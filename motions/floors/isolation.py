@@ -6,10 +6,16 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from ... import checks
+from ...aliases import Array
 from ...units import STANDARD_GRAVITY
 from ..supports.isolator import BILINEAR, Isolator
 from ..supports.support import Support
+
+FASTEST = 5e4
+"""Greatest rate, 1/s, at which a floor may follow its storeys; at ten times as much each motion takes ten seconds."""
 
 
 class Storey(NamedTuple):
@@ -22,6 +28,25 @@ class Storey(NamedTuple):
     viscosity: float
 
 
+def refuse_light(mass: Array, stiffness: Array, viscosity: Array) -> None:
+    """Raise ValueError for a slab or a floor that is so light that steps which follow it would take minutes.
+
+    Masses, kg, stiffnesses, N/m, and viscosities, N s/m, of isolators and storeys from below, (storey,).  Between
+    floors that are held, a floor moves at the rate c/m of the dampers beside it or the frequency sqrt(k/m) of the
+    springs.
+    """
+    springs, dampers = (one + np.append(one[1:], 0.0) for one in (stiffness, viscosity))
+    least = np.maximum(dampers / FASTEST, springs / FASTEST**2)
+    light = np.flatnonzero(mass < least)
+    if light.size:
+        i = int(light[0])
+        name, where = ("base_mass", "the slab") if i == 0 else ("masses", f"floor {i}")
+        raise ValueError(
+            f"{name} must be at least {least[i]:.3g} kg for {where} between these stiffnesses and dampings, got "
+            f"{mass[i]:g} kg: what is lighter follows them within {1e3 / FASTEST:g} ms, and runs would take minutes"
+        )
+
+
 @dataclass(frozen=True)
 class Isolation:
     """Isolators below the slab of a building.
@@ -31,7 +56,7 @@ class Isolation:
     isolator : Isolator or Support
         `Isolator.linear` or `Isolator.bilinear`: period and strength are of the whole weight, slab and building.
     base_mass : float
-        Mass of the slab above the isolators, kg, > 0.
+        Mass of the slab above the isolators, kg, > 0; a building refuses one that is far lighter than the rest.
 
     Raises
     ------

@@ -24,7 +24,7 @@ from ...units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOC
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
 from ..plausibility import collapse_doubts, record_doubts
-from .isolation import Isolation
+from .isolation import Isolation, refuse_light
 
 HARDENING = 0.03
 MOST_DISPERSION = 1.0
@@ -390,6 +390,12 @@ def yielding_building(
     theta = _stability(p_delta, weight, stiffnesses, heights)
     if isolation is not None:
         factors = (0.0, 2.0 * ratio / float(omega[0]))
+        below = isolation.storey(float(masses.sum()))
+        refuse_light(
+            np.append(below.mass, masses),
+            np.append(below.stiffness, stiffnesses),
+            np.append(below.viscosity, factors[1] * stiffnesses),
+        )
     elif masses.size == 1:
         factors = (2.0 * ratio * float(omega[0]), 0.0)
     else:

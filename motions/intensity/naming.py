@@ -41,6 +41,19 @@ def program_unit(measure: Measure) -> str:
     return "g" if measure.units == ACCELERATION else _PROGRAM_UNITS.get(measure.label, "")
 
 
+def written_level(measure: Measure, level: float) -> str:
+    """Return a level (SI) of a measure in the unit of OpenQuake and USGS, as ``0.2 g``.
+
+    Examples
+    --------
+    >>> from toppling.motions.intensity.dataset import measure_named
+    >>> written_level(measure_named("pgv"), 0.5)
+    '50 cm/s'
+    """
+    unit = program_unit(measure)
+    return f"{level / in_si(unit, measure):.4g} {unit}" if unit else f"{level:.4g} {measure.units}"
+
+
 def in_si(units: str, measure: Measure) -> float:
     """Return the SI value of a unit of a measure, as people write units; ValueError for a unit of another measure."""
     factor: float | None

@@ -15,7 +15,7 @@ from ... import checks
 from ...aliases import Array
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
-from ..intensity.naming import in_si, our_name, program_unit
+from ..intensity.naming import in_si, our_name, program_unit, written_level
 from ..simulated.ground_motion_models import Scenario
 from .files import TargetError, numbered, opened, rows_of
 
@@ -177,9 +177,10 @@ def _one_of(file: Path, found: Bins, wanted: Measure | None, level: float | None
         y = checks.number("level", level, above=0.0)
         keys = [key for key in keys if abs(key[1] / y - 1.0) < 0.02]
         if not keys:
-            raise TargetError(f"{file}: holds {_named(list(found))} (SI), none within 2 % of {y:.4g}")
+            asked = written_level(wanted or measure_named(next(iter(found))[0]), y)
+            raise TargetError(f"{file}: holds {_named(list(found))}, none within 2 % of {asked}")
     if len({key[0] for key in keys}) > 1 or (level is None and len(keys) > 1):
-        raise TargetError(f"{file}: holds {_named(keys)} (SI): say which with im and level")
+        raise TargetError(f"{file}: holds {_named(keys)}: say which with im and level")
     if level is not None:
         keys.sort(key=lambda key: abs(math.log(key[1] / level)))
     label, at = keys[0]
@@ -198,4 +199,5 @@ def _one_of(file: Path, found: Bins, wanted: Measure | None, level: float | None
 
 
 def _named(keys: list[tuple[str, float]]) -> str:
-    return ", ".join(f"{label} = {level:.4g}" for label, level in keys)[:120] or "nothing"
+    held = (f"{label} = {written_level(measure_named(label), level)}" for label, level in keys)
+    return ", ".join(held)[:120] or "nothing"

@@ -11,6 +11,7 @@ import numpy as np
 from ... import checks
 from ...aliases import Array
 from ..intensity.measure import Measure
+from ..intensity.naming import written_level
 from .target import FORMULAS, Conditional, Target
 
 NEAR = 0.02
@@ -87,8 +88,9 @@ class Stated:
         levels = self.levels
         row = int(np.abs(np.log(levels / y)).argmin())
         if abs(levels[row] / y - 1.0) > NEAR:
-            known = ", ".join(f"{one:.4g}" for one in levels)
-            raise ValueError(f"the target is stated at {self.given.label} = {known} (SI), not at {y:.4g}")
+            known = ", ".join(written_level(self.given, one) for one in levels.tolist())
+            asked = written_level(self.given, y)
+            raise ValueError(f"the target is stated at {self.given.label} = {known}, not at {asked}")
         k = list(self.measures).index(self.given)
         residual = self._unit.at(1.0).covariance
         spread = np.sqrt(np.maximum(np.diag(residual), np.finfo(float).tiny))

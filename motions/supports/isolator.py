@@ -154,8 +154,9 @@ class Isolator:
         clearance : float
             Displacement at which the platform strikes a stop, m, > 0; none if not given.
         stop_frequency : float, optional
-            Stiffness of a stop as the natural frequency of platform and load on it, sqrt(k_s/m)/(2 pi), Hz, at most 250
-            undamped.  If not given strikes are not modelled, and motions that reach the clearance are warned of.
+            Stiffness of a stop as the natural frequency of platform and load on it, sqrt(k_s/m)/(2 pi), Hz: at least
+            that of the isolator, at most 250 undamped.  If not given strikes are not modelled, and motions that reach
+            the clearance are warned of.
         stop_restitution : float
             Velocity after a strike over that before, 0.15 to 1 (judgement: 0.6).
         mass_ratio, one_way
@@ -212,6 +213,12 @@ class Isolator:
         if self.kind != LINEAR:
             name = "friction" if self.kind == PENDULUM else "strength"
             checks.number(name, self.strength, above=0.0, below=1.0)
+        own, on_stop = 1.0 / self.period, self.stops.frequency
+        if on_stop is not None and on_stop < own:
+            raise ValueError(
+                f"stop_frequency must be at least that of the isolator, {own:.3g} Hz, got {on_stop:g} Hz: a stop "
+                "that is softer than the isolator hardly holds the platform"
+            )
         one_way_only(self.mass_ratio, self.one_way)
 
     def motions(self, motions: xr.DataArray, factor: float = 1.0) -> xr.DataArray:

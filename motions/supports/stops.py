@@ -17,6 +17,8 @@ RESTITUTION = 0.6
 """Share of its velocity with which a platform leaves a stop (judgement)."""
 LEAST_RESTITUTION = 0.15
 """Least restitution of a stop that still swings: critical damping leaves exp(-2) = 0.135."""
+LEAST_FREQUENCY = 0.01
+"""Least frequency on a stop, Hz: that of the slowest isolator, than which no stop is softer."""
 SAMPLES = 20
 """Least samples of the motion on top while the platform is in contact with a stop."""
 HALVINGS = 52
@@ -33,8 +35,8 @@ class Stops:
     clearance : float
         Displacement at which the platform touches a stop, m, > 0; infinite for none.
     frequency : float, optional
-        Natural frequency of the platform with its load on a stop, sqrt(k_s/m)/(2 pi), Hz; strikes are not modelled
-        where it is not given.
+        Natural frequency of the platform with its load on a stop, sqrt(k_s/m)/(2 pi), Hz, >= 0.01; strikes are not
+        modelled where it is not given.
     restitution : float
         Velocity after a strike over that before, 0.15 to 1.
 
@@ -71,7 +73,7 @@ class Stops:
             if self.restitution != RESTITUTION:
                 raise ValueError("stop_restitution needs a stop_frequency: strikes are not modelled without one")
             return
-        checks.number("stop_frequency", self.frequency, above=0.0, unit="Hz")
+        checks.number("stop_frequency", self.frequency, at_least=LEAST_FREQUENCY, unit="Hz")
         if math.isinf(self.clearance):
             raise ValueError("stop_frequency needs a clearance, the displacement at which the platform strikes a stop")
         if self.contact < SAMPLES * FINEST:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, field_validator, model_validator
 
 from ...aliases import Array
 from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
@@ -20,7 +20,7 @@ from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
 from ...fragility.fitting.links import LOGNORMAL
-from ...fragility.fitting.states import state_name
+from ...fragility.fitting.states import NAMES as STATES
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import PIECES, Variability
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
@@ -37,7 +37,7 @@ from ..plan.slides import DISTANCES, Slides
 from .code import CodeTable
 from .motions import MotionsTable
 from .selecting import OwnTarget, SelectTable
-from .table import KeyInfo, PartialTable, RelativePath, Table, nearest, one_of, shown
+from .table import KeyInfo, PartialTable, RelativePath, Table, checked, nearest, one_of, shown
 
 # The SI value of each unit that a level may be written in, and the SI unit that it belongs to.
 LEVEL_UNITS: dict[str, tuple[float, str]] = {
@@ -615,6 +615,18 @@ class FitTable(Table):
         Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
     ] = None
 
+    @field_validator("state", mode="before")
+    @classmethod
+    def _named(cls, state: Any) -> Any:
+        """Refuse what is neither a state's word nor a number that |θ|/α exceeds, in one sentence for both."""
+        if isinstance(state, str):
+            return checked(state, STATES)
+        plain = isinstance(state, int | float) and not isinstance(state, bool)
+        if not plain or not 0.0 < state < math.inf:
+            given = str(state).lower() if isinstance(state, bool) else shown(state)
+            raise ValueError(f"must be a word, as 'overturned', or a finite number > 0, of |θ|/α, got {given}")
+        return float(state)
+
     @model_validator(mode="before")
     @classmethod
     def _shaped(cls, given: Any) -> Any:
@@ -635,7 +647,6 @@ class FitTable(Table):
 
     def build(self) -> Fit:
         """Make the options of the fit; ValueError where there is no such state of rocking blocks."""
-        state_name(self.state)
         if self.state in (FALLEN_OFF, TRIPS):
             raise ValueError(
                 f"fit.state must be a state of rocking blocks, got {self.state!r}: with [friction] the chances of "

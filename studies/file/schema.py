@@ -7,7 +7,9 @@ are refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
@@ -63,7 +65,7 @@ from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
 from .supports import NamedSupportTable, SupportTable
-from .table import KeyInfo, RelativePath, Table, all_errors, one_of
+from .table import KeyInfo, RelativePath, Table, all_errors, bare, one_of
 from .uncertainty import SensitivityTable, UncertaintyTable
 
 
@@ -523,23 +525,35 @@ class StudyFile(Table):
             return self._selected(self.stripes, self.stripes.select, tables, folder)
         samples = 0.0
         for i, table in enumerate(tables, start=1):
-            try:
+            with self._of_stripe(i):
                 samples += table.samples(folder)
-            except ValueError as error:
-                raise ValueError(f"stripes.at[{i}]: {error}") from None
         refuse_samples(samples * (1 + sum(self._floor_counts())), "the motions of all stripes")
         found: list[MotionSet] = []
         held, levels = 0, self.stripes.levels().tolist()
         for i, table in enumerate(tables, start=1):
-            try:
-                found.append(self._shaking(table, folder, levels[i - 1]))
-                held += sum(array.size for array in found[-1].motions)
-                refuse_samples(
-                    held, "the motions of all stripes"
-                )  # (the size of records is known only once they are read)
-            except ValueError as error:
-                raise ValueError(f"stripes.at[{i}]: {error}") from None
+            with self._of_stripe(i):
+                ground, reading = self._ground(table, folder)
+            found.append(self._in_buildings(ground, reading, levels[i - 1]))
+            held += sum(array.size for array in found[-1].motions)
+            # (the size of records is known only once they are read)
+            refuse_samples(held, "the motions of all stripes")
         return found
+
+    @contextmanager
+    def _of_stripe(self, number: int) -> Iterator[None]:
+        """Name the table that an error of a stripe's motions comes from: the stripe's own keys, or [motions]."""
+        assert self.stripes is not None
+        own = self.stripes.at[number - 1].motions or {}
+        try:
+            yield
+        except ValueError as error:
+            text = str(error).removeprefix("motions: ")
+            words = [bare(word) for word in re.findall(r"\w+", text)]
+            known = {"stripes", *map(bare, self.motions.model_fields_set)}
+            elsewhere = not known.isdisjoint(words[:1]) and not {*words} & {*map(bare, own)}
+            if own and not elsewhere:
+                raise ValueError(f"stripes.at[{number}].motions: {text}") from None
+            raise
 
     def _selected(
         self, stripes: StripesTable, select: SelectTable, tables: list[MotionsTable], folder: Path
@@ -552,7 +566,7 @@ class StudyFile(Table):
                 "stripes.select with a building needs im_at = 'ground': the hazard that motions agree with is there"
             )
         levels = Levels(stripes.im, stripes.unit, LEVEL_UNITS[stripes.unit][0], stripes.levels().tolist())
-        found, doubts = selected(select, stripes.at, tables, levels, folder)
+        found, doubts = selected(select, stripes.at, tables, levels, folder, self._of_stripe)
         sets = []
         for i, stripe in enumerate(found):
             reading = Reading.of(stripe.ground)
@@ -576,10 +590,13 @@ class StudyFile(Table):
         return found
 
     def _shaking(self, motions: MotionsTable, folder: Path, level: float = math.nan) -> MotionSet:
-        counts = self._floor_counts()
-        refuse_samples(motions.samples(folder) * (1 + sum(counts)), "motions on all floors")
+        return self._in_buildings(*self._ground(motions, folder), level)
+
+    def _ground(self, motions: MotionsTable, folder: Path) -> tuple[list[xr.DataArray], Reading]:
+        """Return the motions of a table as they are made or read, and what is to be said of them."""
+        refuse_samples(motions.samples(folder) * (1 + sum(self._floor_counts())), "motions on all floors")
         ground = motions.build(folder)
-        return self._in_buildings(ground, Reading.of(ground, motions.made_by(folder)), level)
+        return ground, Reading.of(ground, motions.made_by(folder))
 
     def _in_buildings(self, ground: list[xr.DataArray], reading: Reading, level: float = math.nan) -> MotionSet:
         """Return what ground motions, of a stripe at a level (SI), make of the buildings that the blocks stand in."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -241,20 +242,23 @@ def selected(
     tables: Sequence[MotionsTable],
     levels: Levels,
     folder: Path,
+    named: Callable[[int], AbstractContextManager[None]],
 ) -> tuple[list[Stripe], list[Doubt]]:
     """Return the stripes that are run, with their selections, and doubts; ValueError where none agrees.
 
-    tables: the motions that each stripe is chosen from; the same pool is made and measured once.
+    tables: the motions that each stripe is chosen from; the same pool is made and measured once.  named: names the
+    table that an error of the motions of a stripe comes from, by the number of the stripe.
     """
     pools: dict[str, shaking.Candidates] = {}
     found: list[Stripe] = []
     doubts: list[Doubt] = []
     for i, (stripe, table, level) in enumerate(zip(stripes, tables, levels.values, strict=True), start=1):
         key = table.model_dump_json()
-        try:
-            if key not in pools:
+        if key not in pools:
+            with named(i):
                 pools[key] = select.pool(table, folder)
-                doubts += select.outside_data(table, folder)
+            doubts += select.outside_data(table, folder)
+        try:
             chosen, said = select.chosen(pools[key], stripe, levels, level, folder)
         except ValueError as error:
             raise ValueError(f"stripes.at[{i}]: {error}") from None

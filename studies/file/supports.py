@@ -9,7 +9,7 @@ from pydantic import Field
 
 from ... import motions as shaking
 from ...doubts import Doubt
-from ...motions.supports.stops import LEAST_RESTITUTION, RESTITUTION
+from ...motions.supports.stops import LEAST_FREQUENCY, LEAST_RESTITUTION, RESTITUTION
 from .table import KeyInfo, Table, one_of, refuse_foreign
 
 STOPS = ("clearance_mm", "stop_frequency_hz", "stop_restitution")
@@ -55,8 +55,11 @@ class SupportTable(Table):
     ] = None
     stop_frequency_hz: Annotated[
         float | None,
-        KeyInfo("strikes are not modelled", above=0.0),
-        Field(description="Natural frequency of platform and load on a stop, sqrt(k/m)/(2 pi), Hz: its stiffness."),
+        KeyInfo("strikes are not modelled", at_least=LEAST_FREQUENCY, at_most=250.0),
+        Field(
+            description="Natural frequency of platform and load on a stop, sqrt(k/m)/(2 pi), Hz: its stiffness, at "
+            "least that of the isolator."
+        ),
     ] = None
     stop_restitution: Annotated[
         float | None,

@@ -165,7 +165,7 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
         if quantity == "loss":
             top = _value(results, place)
-            free = f"{short_digits(top)} {currency_of(results)}".strip()
+            free = f"{short_digits(top)}\u00a0{currency_of(results)}".strip()
         if _is_drawn(results, quantity):  # (without a greatest value)
             shown = results[f"{quantity}_quantile"], results[f"{quantity}_mean_upper"]
             top = max(0.0, *(float(one.sel(place=place).max()) for one in shown))
@@ -173,7 +173,9 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
     log = axes.log_spaced(x)
     name = f"{measure_name(str(results['level'].attrs['im']))}{f' ({unit})' if unit else ''} of the ground motion"
     axes.level_axis(ax, float(x[0]) / 1.06, float(x[-1]) * 1.06, log, name)
-    ax.set_title(axes.wrapped(f"{place_name(place)}: {free} not anchored", axes.width_of(ax) + 0.5), fontsize=10)
+    # (a title may extend over the numbers beside the axis, but those of a loss are so long that the axis is short)
+    room = axes.width_of(ax) + (0.0 if quantity == "loss" else 0.5)
+    ax.set_title(axes.wrapped(f"{place_name(place)}: {free} not anchored", room), fontsize=10)
     axes.grid(ax)
 
 

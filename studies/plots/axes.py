@@ -20,7 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 __all__ = [
@@ -64,6 +64,8 @@ LETTERS = 13.0
 """Letters of 10 points that fit into one inch."""
 
 
+LONG_NUMBER = 1.2
+"""Width that a small number on an axis needs as a multiple of a power of ten, with the space beside it, inches."""
 PHONE = 3.7
 """Width of a figure for a phone, inches."""
 _widest: ContextVar[float] = ContextVar("_widest", default=math.inf)
@@ -247,13 +249,13 @@ def plain_log(ax: Axes) -> None:
     decades = math.log10(high / low) if 0.0 < low < high else 1.0
     room = width_of(ax) / decades
     subs = (1.0, 2.0, 5.0) if room > 1.3 else (1.0, 3.0) if room > 0.9 else (1.0,)
-    ax.xaxis.set_major_locator(ShownTicks(subs=subs))
+    ax.xaxis.set_major_locator(ShownTicks(subs, max(1, int(width_of(ax) / LONG_NUMBER))))
     # (small numbers are written as powers of ten, which do not overlap)
-    tiny = LogFormatterMathtext()
+    tiny = LogFormatterSciNotation()
 
     def text(value: float, _: int | None = None) -> str:
         left, right = ax.get_xlim()
-        if (value < 1e-3 or right > 100.0 * left) and not _is_power(value):
+        if right > (10.0 if value < 1e-3 else 100.0) * left and not _is_power(value):
             return ""
         return f"{value:,g}" if value >= 1e-3 else str(tiny(value))
 
@@ -265,12 +267,26 @@ def plain_log(ax: Axes) -> None:
 
 
 class ShownTicks(LogLocator):
-    """The ticks of a logarithmic axis that are within its limits; matplotlib makes as many again and hides them."""
+    """The ticks of a logarithmic axis that are within its limits; matplotlib makes as many again and hides them.
+
+    Where less than two multiples `subs` of powers of ten lie within, they are at most `most` equal steps of round width
+    instead.
+    """
+
+    def __init__(self, subs: Sequence[float], most: int) -> None:
+        super().__init__(subs=subs)
+        self._multiples, self._most = subs, most
 
     def tick_values(self, vmin: float, vmax: float) -> list[float]:
         """Return the ticks from `vmin` to `vmax`, with those that rounding puts just beyond."""
-        every = np.asarray(super().tick_values(vmin, vmax), dtype=float)
         low, high = sorted((vmin, vmax))
+        if 0.0 < low < high < 10.0 * low:
+            power = 10.0 ** math.floor(math.log10(low))
+            within = [low <= one * size <= high for size in (power, 10.0 * power) for one in self._multiples]
+            if sum(within) < 2:
+                steps = round_ticks(self._most).tick_values(low, high)
+                return [float(one) for one in steps if low <= one <= high]
+        every = np.asarray(super().tick_values(vmin, vmax), dtype=float)
         shown: list[float] = every[(every >= low * (1.0 - 1e-6)) & (every <= high * (1.0 + 1e-6))].tolist()
         return shown
 

@@ -33,6 +33,10 @@ LOW_ROWS = 2
 """Rows of panels up to which panels of laws are high."""
 FULL_BIN, MOST_BINS = 30, 8
 """Motions of a cloud that make a bin, and the largest number of bins."""
+LEVEL = 1e-3
+"""Greatest rise of a curve over a bin in which it is as good as level."""
+BIN_POINTS = 200
+"""Levels within a bin among which the place of its point is looked for."""
 
 
 class Frame(NamedTuple):
@@ -116,8 +120,9 @@ def fragility(
     Levels that are spaced logarithmically are drawn on a logarithmic axis, other levels on a linear axis from zero.
     Curves end at the highest level that was run.  Points lie at their levels; those of several laws may cover each
     other, which `model` avoids.  The motions of a cloud are ticks: below the curves where the block stands, above them
-    where it falls.  The points of a cloud are fractions in bins of equally many motions, with Wilson intervals, at the
-    bin's geometric mean.
+    where it falls.  The points of a cloud, and of adaptive levels, are fractions in bins of equally many motions, with
+    Wilson intervals, where the curve has the mean probability of the bin's runs: a curve is bent within a bin, and its
+    value at the mean level is another.  Without a curve they lie at the bin's geometric mean.
 
     Examples
     --------
@@ -262,6 +267,7 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
     """Draw whether every motion of a cloud brought the state, at its intensity, and fractions in equally full bins.
 
     Of adaptive levels, every run of the block under the law; a motion with several runs in a bin is one trial there.
+    A fraction lies where the curve has the mean probability of its runs, so that their distance is that of the data.
     """
     one = law.results
     if RUN in one.dims:
@@ -285,8 +291,24 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
     else:
         trials = runs / (at.size // motions)
     ends = wilson_interval(falls / runs * trials, trials, float(one.attrs.get("confidence", 0.95)))
-    middle = np.array([math.exp(float(np.log(at[part]).mean())) for part in parts])
-    _points(ax, law, middle, falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
+    places = np.array([_place(one, at[part] * scale) for part in parts]) / scale
+    _points(ax, law, places, falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
+
+
+def _place(one: xr.Dataset, levels: Array) -> float:
+    """Return the level at which the curve of one law has its mean over the levels of a bin's runs.
+
+    The geometric mean of the levels where there is no curve, or one that is level over the bin.
+    """
+    mean = math.exp(float(np.log(levels).mean()))
+    if not _has_curves(one):
+        return mean
+    along = np.geomspace(levels.min(), levels.max(), BIN_POINTS)
+    curve = _curves(one, along)
+    if not curve[-1] - curve[0] > LEVEL:
+        return mean
+    probability = float(np.interp(np.log(levels), np.log(along), curve).mean())
+    return math.exp(float(np.interp(probability, curve, np.log(along))))
 
 
 def _state_of(results: xr.Dataset) -> State | None:
@@ -392,19 +414,22 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
         parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {by}")
     fell = results.attrs.get("state", state_name(OVERTURNED)) == state_name(OVERTURNED)
     ends = "stood below, fell above" if fell else "state not reached below, reached above"
+    fitted = bool(results["converged"].any())
+    placed = ", placed by the curve's mean over the bin" if fitted else ""
     if "level" in results.coords:
         parts.append(f"points: observed, with {confidence} Wilson intervals")
     elif _state_of(results) is None:
         pass  # (curves of a surface: no runs of each block)
     elif RUN in results.dims:
-        parts.append(f"ticks: every run, {ends}; points: fractions in bins, {confidence} Wilson intervals")
+        parts.append(f"ticks: every run, {ends}; points: fractions in bins{placed}, {confidence} Wilson intervals")
     else:
         parts.append(f"ticks: every motion, {ends}")
         if motions >= 2 * FULL_BIN:
             bins = min(MOST_BINS, motions // FULL_BIN)
-            parts.append(f"points: fractions in {bins} bins of equally many motions, {confidence} Wilson intervals")
+            what = f"{bins} bins of equally many motions{placed}"
+            parts.append(f"points: fractions in {what}, {confidence} Wilson intervals")
     if results.sizes["model"] > 1:
         parts.append("grey: the other laws")
-    if bool(results["converged"].any()):
+    if fitted:
         parts.append(f"lines: {results.attrs.get('form', 'lognormal')} fits")
     return "; ".join(parts)

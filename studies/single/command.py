@@ -145,9 +145,17 @@ def simulate_one(
         say(console, *(f"written: {path}" for path in written))
 
 
+FRAME_SECONDS = {"gif": 0.006, "mp4": 0.03}
+"""Time that a frame of a film takes on a usual machine, s."""
+LONG_SECONDS = 10.0
+"""Time from which it is said beforehand how long the films take, s."""
+
+
 def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
     """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
+    from ...wording import time_text  # noqa: PLC0415
     from ..film.animate import animate  # noqa: PLC0415 - matplotlib
+    from ..film.frames import frames_of  # noqa: PLC0415
     from ..film.writers import ffmpeg  # noqa: PLC0415
     from ..store.progress import show_progress  # noqa: PLC0415
     from ..text.error import StudyError  # noqa: PLC0415
@@ -158,6 +166,11 @@ def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[
         say(log, "no ffmpeg on the PATH: the film is a GIF alone")
     try:
         found = []
+        number = frames_of(response, speed=speed).time.size
+        takes = number * sum(FRAME_SECONDS[name[-3:]] for name in names)
+        if takes >= LONG_SECONDS:
+            each = " each" if len(names) > 1 else ""
+            say(log, f"drawing {' and '.join(names)}: {number:,} frames{each}, some {time_text(takes)}")
         for name in names:
             # (an MP4 has twice the pixels: its file is small, and it can be watched on a full screen)
             size = 480 if name.endswith("gif") else 960

@@ -4,6 +4,7 @@
 """
 
 import json
+import math
 
 import numpy as np
 import xarray as xr
@@ -61,6 +62,32 @@ def cloud():
     )
 
 
+def adaptive(place=2.0, spread=0.4, each=3, motions=240):
+    """Runs at levels of their own under a known curve: most at a few levels near its median, the others far below it.
+
+    The fractions of falls near any level are those of the curve, as even as can be.
+    """
+    far = np.geomspace(0.02 * place, 0.7 * place, motions * each // 3)
+    near = place * np.exp(spread * np.linspace(-0.2, 0.2, motions * each - far.size))
+    at = np.concatenate([far, near])
+    # (steps of the golden section are evenly spread over 0 to 1, however many of them are taken)
+    fell = np.arange(at.size) * (math.sqrt(5.0) - 1.0) / 2.0 % 1.0 < ndtr(np.log(at / place) / spread)
+    found = curves(("shelf",)).isel(model=[0]).drop_vars(["probability", "lower", "upper"]).drop_dims("motion")
+    on = ("block", "model")
+    found = found.drop_dims("level").assign(
+        median=(on, [[place]], {"units": "m s-2"}), dispersion=(on, [[spread]]), overturned=("run", fell)
+    )
+    return found.assign_coords(
+        intensity=("run", at, PGA),
+        run_block=("run", np.zeros(at.size, int)),
+        run_model=("run", np.zeros(at.size, int)),
+        run_motion=("run", np.arange(at.size) % motions),
+        block_number=("block", [0]),
+        model_number=("model", [0]),
+        motion=[f"m{i}" for i in range(motions)],
+    )
+
+
 def rates(above=0.35):
     """Annual rates, with a tail of `above` from beyond the hazard curve's levels."""
     edges = np.geomspace(0.4, 6.0, 21)
@@ -88,6 +115,22 @@ def rates(above=0.35):
         },
         {"title": TITLE, "confidence": 0.95},
     )
+
+
+def dear(floors=4):
+    """Values of some 100 000 on each of many floors under one law, which make long numbers beside the axes."""
+    whole = assessment(1)
+    values = whole[[name for name in whole.data_vars if name.startswith("loss_") and "rate" not in name]]
+    values = 850.0 * values.isel(place=[0, *[2] * floors]).assign_coords(motion=whole["motion"])
+    here = [f"floor {i + 1}" for i in range(floors)]
+    return values.assign_coords(
+        place=["building", *here],
+        item=here,
+        floor=("item", [str(i + 1) for i in range(floors)]),
+        count=("item", [5] * floors),
+        value=("item", [850.0 * 110.0] * floors),
+        anchored=("item", [False] * floors),
+    ).assign_attrs(whole.attrs)
 
 
 def assessment(laws=3):

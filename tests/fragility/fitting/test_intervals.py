@@ -29,6 +29,44 @@ CASES = {
 }
 
 
+class TestSeparated:
+    """Any step between the highest level that stood and the lowest that fell explains the data as well as can be."""
+
+    LEVELS = (1.0, 1.4, 2.0, 2.2, 4.0)
+
+    @pytest.mark.parametrize(
+        ("form", "intervals"),
+        [(form, kind) for form in LINKS for kind in ("wald", "profile", "bootstrap")] + [("isotonic", "bootstrap")],
+    )
+    def test_intervals_of_levels_hold_the_gap(self, form, intervals):
+        for first in range(1, 5):
+            fallen = np.where(np.arange(5) < first, 0, 40)
+            fit = fit_fragility(counts(self.LEVELS, fallen), form=form, intervals=intervals, fractiles=(0.16, 0.84))
+            low, high = self.LEVELS[first - 1] * (1.0 + 1e-12), self.LEVELS[first] * (1.0 - 1e-12)
+            assert fit["median_lower"].item() <= low < fit["median"].item() < high <= fit["median_upper"].item()
+            assert (fit["fractile_lower"].values <= low).all()
+            assert (fit["fractile_upper"].values >= high).all()
+
+    @pytest.mark.parametrize("method", ["binomial", "first-overturning"])
+    def test_a_known_step(self, method):
+        """All motions take the block over at one level, wherever that lies between two of those run."""
+        levels = np.array(self.LEVELS)
+        for step in (1.41, 1.7, 1.99):
+            fell = np.broadcast_to((levels > step)[:, None], (5, 30))
+            runs = xr.Dataset({"overturned": (("level", "motion"), fell)}, coords={"level": levels})
+            fit = fit_fragility(runs, method=method)
+            assert fit["status"].item() == "separated"
+            assert fit["median_lower"].item() < step < fit["median_upper"].item()
+            assert fit["median_lower"].item() == pytest.approx(1.4, rel=1e-12)
+            assert fit["median_upper"].item() == pytest.approx(2.0, rel=1e-12)
+
+    def test_a_level_with_both_outcomes_leaves_no_gap(self):
+        """The profile alone bounds the median there."""
+        fit = fit_fragility(counts(self.LEVELS, [0, 0, 20, 40, 40]))
+        assert fit["status"].item() == "separated"
+        assert 1.4 < fit["median_lower"].item() < 2.0 < fit["median_upper"].item() < 2.2
+
+
 class TestProfile:
     def test_published(self):
         """Baker (2015): θ 0.9642-1.3070, β 0.3018-0.6500."""

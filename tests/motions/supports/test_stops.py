@@ -183,6 +183,11 @@ def test_strikes_are_counted_and_contacts_have_samples_enough():
         ({"stop_frequency": 5.0}, "stop_frequency needs a clearance"),
         ({"clearance": 0.1, "stop_restitution": 0.5}, "stop_restitution needs a stop_frequency"),
         ({"clearance": 0.1, "stop_frequency": 0.0}, "stop_frequency must be"),
+        (
+            {"clearance": 0.1, "stop_frequency": 1e-9},
+            "stop_frequency must be finite and >= 0.01 .* got 1e-09",
+        ),
+        ({"clearance": 0.1, "stop_frequency": 0.3}, "stop_frequency must be at least that of the isolator, 0\\.[45]"),
         ({"clearance": 0.1, "stop_frequency": 300.0}, "contact of at least 2 ms, 20 samples of 0.1 ms, got 1.5 ms"),
         ({"clearance": 0.1, "stop_frequency": 5.0, "stop_restitution": 0.1}, "stop_restitution must be"),
         ({"clearance": 0.1, "stop_frequency": 5.0, "stop_restitution": 1.1}, "stop_restitution must be"),

@@ -17,6 +17,7 @@ from toppling.studies.file.schema import StudyFile, read_study_file
 from toppling.studies.file.table import expand
 from toppling.studies.plan import size
 
+NUMBER = "a finite number > 0, of |θ|/α, got "
 SMALL = """title = "A small study"
 
 [[blocks]]
@@ -315,6 +316,11 @@ MESSAGES = [
         ),
         "motions at levels are 900,100,000, allowed are 500,000,000",
     ),
+    *(
+        (SMALL + f"[fit]\nstate = {state}\n", f"fit.state: must be a word, as 'overturned', or {NUMBER}{state}")
+        for state in ("nan", "inf", "-inf", "-1.0", "0", "true", "[0.5]")
+    ),
+    (SMALL + '[fit]\nstate = "uplift"\n', "fit.state: must be one of overturned, uplifted, front, back, fallen_off, "),
 ]
 
 
@@ -341,6 +347,28 @@ class TestStripes:
         assert message == "stripes: the levels of stripes must be strictly increasing, got 0.2 g after 0.4 g"
         assert "unit of levels of pga" in refused(tmp_path, self.stripes(0.1).replace('"g"', '"m"'))
 
+    @pytest.mark.parametrize(
+        ("motions", "more", "message"),
+        [
+            ("{ xi_g = -1.0 }", "", "stripes.at[2].motions: xi_g must be finite and > 0"),
+            ("{ dt_s = 8.0 }", "", "stripes.at[2].motions: duration must be at least 20 dt = 160 s"),
+            ("{ seed = 3 }", "xi_g = -1.0\n", "motions: xi_g must be finite and > 0"),
+            (
+                "{ seed = 3 }",
+                "[building]\nkind = 'flexural-shear'\nperiod_s = 1\nfloors = [9]\n",
+                "building: floors must",
+            ),
+            ("{ seed = 3 }", "[building]\nkind = 'flexural-shear'\nperiod_s = -1\n", "building: period must be"),
+            ("{ seed = 3 }", "[support]\nkind = 'bench'\nfrequency_hz = 0\n", "support: frequency must be"),
+        ],
+    )
+    def test_an_error_names_the_table_that_it_comes_from(self, tmp_path, motions, more, message):
+        """The motions of a stripe alone, those of all, or what stands on the ground under every stripe."""
+        text = self.stripes(0.1, 0.2) + f"motions = {motions}\n"
+        at = "[stripes]\n"
+        text = text.replace(at, f"{more}{at}im_at = 'ground'\n" if "[" in more else f"{more}{at}")
+        assert refused(tmp_path, text).startswith(message)
+
     def test_all_stripes_together_are_judged(self, tmp_path, monkeypatch):
         monkeypatch.setattr(tp.motions.CloughPenzien, "sample", None)
         text = self.stripes(0.1, 0.2).replace("number = 2", "number = 1500000")
@@ -352,11 +380,11 @@ class TestStripes:
         assert tp.Study.from_toml(write(tmp_path, text)).runs == 2
         monkeypatch.setattr(size, "MOST_NUMBERS", 150)
         assert refused(tmp_path, text) == (
-            "stripes.at[2]: the motions of all stripes would hold 200 samples, allowed are 150 (4 GB): "
+            "the motions of all stripes would hold 200 samples, allowed are 150 (4 GB): "
             "fewer or shorter motions, a longer time step, or fewer floors"
         )
         monkeypatch.setattr(size, "MOST_NUMBERS", 50)
-        assert refused(tmp_path, text).startswith("stripes.at[1]: records would hold 100 samples, allowed are 50")
+        assert refused(tmp_path, text).startswith("records would hold 100 samples, allowed are 50")
 
 
 class TestUnits:

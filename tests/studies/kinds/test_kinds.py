@@ -356,7 +356,7 @@ STRIPE = '[stripes]\nunit = "g"\n[[stripes.at]]\nlevel = 1\n'
         ((MODELS, MOTIONS, IDA), "key 'blocks' is missing"),
         ((BLOCKS, MODELS, MOTIONS), "exactly one of ida, stripes, cloud, performance, got none"),
         ((BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nform = "normal"\n'), "fit.form: must be one of lognormal"),
-        ((BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nstate = "fallen"\n'), "state must be one of 'overturned', 'uplifted'"),
+        ((BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nstate = "fallen"\n'), "fit.state: must be one of overturned, uplif"),
         ((BLOCKS, MODELS, MOTIONS, IDA, "[measures]\nalso = [\"Sa\"]\n"), "measures.also"),
         ((BLOCKS, MODELS, MOTIONS, IDA, HAZARD + "probability = 0.1\n"), "hazard.along go together"),
         ((BLOCKS, MODELS, MOTIONS, IDA, '[hazard]\nfile = "no.csv"\n'), "no.csv"),

@@ -131,6 +131,10 @@ def test_the_report_says_what_the_blocks_stand_on(tmp_path):
         ((LINEAR.replace("2.0", "200"), IDA), "period"),
         ((PENDULUM + "stop_frequency_hz = 20\n", STRIPES), "stop_frequency needs a clearance"),
         ((PENDULUM + "clearance_mm = 9\nstop_frequency_hz = 900\n", STRIPES), "contact of at least 2 ms"),
+        (
+            (PENDULUM + "clearance_mm = 9\nstop_frequency_hz = 1e-9\n", STRIPES),
+            r"toml: support: stop_frequency must be .* >= 0\.01",
+        ),
         ((BENCH + "clearance_mm = 9\n", IDA), "kind 'bench' has no key 'clearance_mm'"),
         ((BENCH.replace("9", "-9"), IDA), "frequency"),
         (('[support]\nkind = "springs"\n', IDA), "springs"),

@@ -37,6 +37,13 @@ def lines(ax):
     return {line.get_label(): line for line in ax.lines if not line.get_label().startswith("_")}
 
 
+def close_rates(rate=1.226e-4):
+    """The rate of one block under one law, whose interval is far shorter than a decade."""
+    found = cases.rates(0.0).isel(block=[0], model=[0])
+    ends = {"rate": 1.0, "rate_lower": 0.94, "rate_upper": 1.06}
+    return found.assign({name: (found["rate"].dims, [[one * rate]]) for name, one in ends.items()})
+
+
 DRAWN = {
     "fragility": (SHELF, {}),
     "inventory levels": (cases.assessment(), {}),
@@ -105,13 +112,40 @@ class TestFragility:
         at, fell = found["intensity"].values / G, found["overturned"].values[0, 0]
         parts = np.array_split(np.arange(300), x.size)
         np.testing.assert_allclose(p, [fell[part].mean() for part in parts], atol=1e-12)
-        np.testing.assert_allclose(x, [np.exp(np.log(at[part]).mean()) for part in parts], rtol=1e-9)
+        # (where the curve has the mean over the bin)
+        curve = curve_probability(found.isel(block=0, model=0), x * G).values
+        means = [curve_probability(found.isel(block=0, model=0), at[part] * G).values.mean() for part in parts]
+        np.testing.assert_allclose(curve, means, atol=1e-4)
         ends = np.array([segment[:, 1] for segment in bars[2][0].get_segments()])
         falls = np.array([fell[part].sum() for part in parts])
         lower, upper = wilson_interval(falls, np.array([len(part) for part in parts]))
         np.testing.assert_allclose(ends, np.stack([lower, upper], -1), atol=1e-12)
         # and every motion is a tick
         assert max(len(line.get_xdata()) for line in ax.lines if line.get_marker() == "|") == 300
+
+    @pytest.mark.parametrize("wrong", [1.0, 0.8, 1.25])
+    def test_points_of_adaptive_levels_lie_as_far_from_a_curve_as_the_runs(self, wrong):
+        """At the mean level of a wide bin, points would be up to 0.12 off the very curve that the runs follow."""
+        found = cases.adaptive()
+        found["median"] = found["median"] * wrong
+        (bars,) = plot.fragility(found).containers
+        x, p = bars[0].get_xdata() * G, bars[0].get_ydata()
+        curve = curve_probability(found.isel(block=0, model=0), x).values
+        at, fell = found["intensity"].values, found["overturned"].values
+        parts = np.array_split(np.argsort(at, kind="stable"), x.size)
+        assert all(at[part].min() <= one <= at[part].max() for one, part in zip(x, parts, strict=True))
+        of_runs = ndtr(np.log(at / found["median"].item()) / found["dispersion"].item())
+        means = np.array([[fell[part].mean(), of_runs[part].mean()] for part in parts])
+        np.testing.assert_allclose(p - curve, means[:, 0] - means[:, 1], atol=1e-3)
+        off = np.abs(p - curve).max()
+        assert off < 0.03 if wrong == 1.0 else off > 0.15
+
+    def test_points_without_a_curve_lie_at_the_mean_level(self):
+        found = cases.adaptive().drop_vars(["median", "dispersion"])
+        (bars,) = plot.fragility(found).containers
+        at = np.sort(found["intensity"].values)
+        middle = [np.exp(np.log(part).mean()) for part in np.array_split(at, bars[0].get_xdata().size)]
+        np.testing.assert_allclose(bars[0].get_xdata() * G, middle, rtol=1e-9)
 
     def test_curves_alone_and_fractions_alone(self):
         alone = SHELF[["median", "dispersion"]].drop_dims("level", errors="ignore").assign_attrs(im="pga")
@@ -196,6 +230,17 @@ class TestRisk:
         rates = tp.annual_rate(curves, tp.HazardCurve.power_law(1e-3, 2.0, "pgv"))
         (bars,) = plot.risk(rates).containers
         assert bars[0].get_xdata()[0] == pytest.approx(rates["rate"].item())
+
+    @pytest.mark.parametrize("rate", [1.226e-4, 3.3e-7, 9.7e-5, 4.9e-4, 0.0431, 2.9])
+    def test_an_axis_within_a_decade_has_numbers(self, rate):
+        figure = risk_figure(close_rates(rate))
+        ax = figure.axes[0]
+        figure.canvas.draw()
+        low, high = ax.get_xlim()
+        assert high < 10.0 * low
+        named = [tick for tick, one in zip(ax.get_xticks(), ax.get_xticklabels(), strict=True) if one.get_text()]
+        assert 2 <= len(named) <= 5
+        assert all(low <= one <= high for one in named)
 
     def test_a_law_without_a_curve(self):
         found = cases.rates()
@@ -380,9 +425,12 @@ FIGURES = {
     "five blocks": lambda: fragility_figure(cases.curves((*"abcd", "a block with a long name, in a corner"))),
     "cloud": lambda: fragility_figure(cases.cloud()),
     "risk": lambda: risk_figure(cases.rates()),
+    "close rates": lambda: risk_figure(close_rates()),
+    "adaptive": lambda: fragility_figure(cases.adaptive()),
     "measures": lambda: ranking_figure(cases.measured()),
     "number": lambda: levels_figure(WHOLE),
     "loss of one law": lambda: levels_figure(cases.assessment(1), "loss"),
+    "loss of many floors": lambda: levels_figure(cases.dear(), "loss"),
     "exceedance": lambda: exceedance_figure(WHOLE),
     "exceedance of one law": lambda: exceedance_figure(cases.assessment(1), "number"),
     "anchoring": lambda: anchoring_figure(cases.ranking()),

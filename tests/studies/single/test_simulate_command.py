@@ -161,6 +161,21 @@ class TestCommand:
         with Image.open(tmp_path / "animation.gif") as film:
             assert film.n_frames == 21
 
+    def test_a_long_film_says_beforehand_how_long_it_takes(self, tmp_path, capsys, monkeypatch):
+        from toppling.studies.film import animate
+
+        def drawn(response, path, **options):
+            return path
+
+        monkeypatch.setattr(animate, "animate", drawn)
+        monkeypatch.setattr(movies, "ffmpeg", lambda: "ffmpeg")
+        arguments = ["bookcase-5-shelf", "half-sine", "--period", "0.8s", "--pga", "0.2g", "--animate"]
+        for tail, said in (("60", "1,209 frames each, some 44 s\n"), ("0.4", "")):
+            assert main(["simulate", *arguments, "--set", f"tail_s={tail}", "--out", str(tmp_path)]) == 0
+            told = capsys.readouterr().err
+            assert told.endswith(said)
+            assert ("drawing animation.gif and animation.mp4" in told) == bool(said)
+
     @pytest.mark.skipif(movies.ffmpeg() is None, reason="ffmpeg is not on the PATH")
     def test_film_as_mp4_too(self, tmp_path, capsys):
         arguments = ["bookcase-5-shelf", "half-sine", "--period", "0.4s", "--set", "tail_s=0.1", "--speed", 2]
