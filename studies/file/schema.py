@@ -424,6 +424,8 @@ class StudyFile(Table):
                 "friction.slips_m is for fragility and performance studies; "
                 f"a {self.kind} study has its friction screened alone"
             )
+        if friction.trip_mm is not None and self.kind == "sequential":
+            raise ValueError("friction.trip_mm needs levels that all motions share, not levels = 'adaptive'")
         if friction.trip_mm is not None and self.kind not in ("fragility", "performance"):
             raise ValueError(f"friction.trip_mm is for fragility and performance studies, not for a {self.kind} study")
         if friction.shared is None:
@@ -446,6 +448,8 @@ class StudyFile(Table):
         if own is not None and self.friction is None:
             raise ValueError(f"blocks[{own}]: its own friction needs [friction], which is that of the other blocks")
         near = next((i for i, one in enumerate(self.blocks or [], start=1) if one.trip_mm is not None), None)
+        if near is not None and self.kind == "sequential":
+            raise ValueError(f"blocks[{near}].trip_mm needs levels that all motions share, not levels = 'adaptive'")
         if near is not None and self.kind != "fragility":
             raise ValueError(f"blocks[{near}].trip_mm is for fragility studies, not for a {self.kind} study")
         if near is not None and self.friction is None:

@@ -25,7 +25,7 @@ from ..file.schema import StudyFile
 from ..plan.adaptive_slides import adaptive_slides, groups
 from ..plan.designs import Sequential
 from ..plan.form_free import form_free, modelling_factor
-from ..plan.slides import exact_friction_notes, in_plane, slide_notes
+from ..plan.slides import exact_friction_notes, free_of, in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
@@ -57,8 +57,6 @@ class SequentialStudy(FragilityStudy):
             assert risk is not None  # (checked with the file)
             design = replace(design, hazard=risk.hazard)
         slides = slides_of(content, blocks)
-        if slides is not None and (slides.trip is not None or slides.own_trips):
-            raise ValueError("trip_mm needs levels that all motions share, not adaptive ones")
         if slides is not None and any(LIFTS in array.coords for array in design.arrays):
             raise ValueError("friction at adaptive levels needs motions without a vertical component")
         study = cls(
@@ -149,7 +147,8 @@ class SequentialStudy(FragilityStudy):
             found |= slid.variables.data_vars
             coordinates["slip"] = slid.variables["slip"]
             said += [*slid.notes, *slide_notes(slid.variables, self.blocks, plane=in_plane(runs))]
-            exact = [block for block in self.blocks if isinstance(self.slides.friction_of(block), FixedFriction)]
+            free = [self.blocks[i] for i in free_of(self.blocks)]
+            exact = [block for block in free if isinstance(self.slides.friction_of(block), FixedFriction)]
             said += exact_friction_notes([block.label for block in exact])
         found |= without_replicates(curves).data_vars
         own = [f"{name}{end}" for name in OF_ANALYSIS for end in ("", "_lower", "_upper")]

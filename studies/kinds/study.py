@@ -154,7 +154,7 @@ class Study(ABC):
 
     @property
     def slide_runs(self) -> int:
-        """Number of further runs, of sliding blocks, that progress does not count."""
+        """Number of further runs, of sliding blocks, at most; they are not among those that `work` counts."""
         return 0
 
     @property
@@ -381,7 +381,12 @@ class Study(ABC):
 
     @property
     def _pinned(self) -> dict[str, Any]:
-        return {"identity": self.identity, "title": self.title, "study": self.configuration, "work": self.work}
+        return {
+            "identity": self.identity,
+            "title": self.title,
+            "study": self.configuration,
+            "work": self.work + self.slide_runs,
+        }
 
     def _kept(
         self,
@@ -396,7 +401,7 @@ class Study(ABC):
         shards, resumed = open_shards(folder, self._pinned, fresh, other_machine)
         stop = Stop()
         with run_log(folder) as log, stop.graceful():
-            watch = Watch(self.work, log)
+            watch = Watch(self.work + self.slide_runs, log)
             log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
             if watching is not None:
                 watching(watch)

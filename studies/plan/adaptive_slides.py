@@ -10,16 +10,16 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Array
-from ...doubts import first_names
 from ...fragility import Slip
 from ...fragility.adaptive.stopping import REACHED
-from ...fragility.adaptive.until import RATE
+from ...fragility.adaptive.until import PROBABILITY, RATE
 from ...models import Block, RandomSliding
 from ...units import DIMENSIONLESS, METRE, PER_YEAR
+from ...wording import counted
 from .designs import Sequential
 from .estimates import Fit
 from .risk import Risk
-from .slides import ENDS, INSTEAD, SLIP_RATE, Slides, free_of, gated
+from .slides import ENDS, INSTEAD, SLIP, SLIP_RATE, Slides, free_of, gated
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
@@ -31,6 +31,8 @@ SLIP_MOTIONS, SLIP_STOPPED, SLIP_ACCOUNT = "slip_motions_run", "slip_stopped_bec
 NEGLIGIBLE = 1e-6
 """Chance of sliding up to which nothing is run: its share of a rate is below what any number here is known to."""
 OUTPUTS = ("slide_peak",)
+MOST_SAID = 3
+"""Most slips that have a note of their own."""
 
 
 class Known(NamedTuple):
@@ -46,12 +48,14 @@ class _Curve(NamedTuple):
     median: Array
     dispersion: Array
     rate: Array
+    probability: Array
     motions: int
     stopped: str
     account: str
 
 
-UNRUN = _Curve(np.full(3, np.nan), np.full(3, np.nan), np.full(3, np.nan), 0, "", "")
+UNKNOWN = np.full(3, np.nan)
+UNRUN = _Curve(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, 0, "", "")
 
 
 def groups(slides: Slides, blocks: Sequence[Block]) -> dict[RandomSliding, list[int]]:
@@ -94,13 +98,14 @@ def adaptive_slides(
         ``slip_median`` and ``slip_dispersion`` with their intervals, of the shaking that takes a block further where it
         slides, in the measure of the levels; ``slip_motions_run``, ``slip_stopped_because``, ``slip_account``; and with
         a hazard ``slip_rate``, 1/year, with its interval: the rate of the curve, or of weighted runs without a curve
-        where the precision asked for is that of a rate, times ``slides_instead``.  ``gated_rate``: as of `Slides.of`.
-        NaN for blocks that are held or uneven, and medians of blocks that never slide, whose rates are 0.
+        where the precision asked for is that of a rate, times ``slides_instead``; where it is that of a probability,
+        ``slip_probability`` at its level with its interval, times ``slides_instead``, too.  ``gated_rate``: as of
+        `Slides.of`.  NaN for blocks that are held or uneven, and medians of blocks that never slide, whose rates are 0.
     """
     found = slides.chances(blocks, design.axes != "")
     chance = found[INSTEAD].values
     curves = {(i, k): UNRUN for i in range(len(blocks)) for k in range(len(slides.distances))}
-    said: list[str] = []
+    longest, ends = 0, ""
     of_laws = groups(slides, blocks)
     number = 0
     for law, mine in of_laws.items():
@@ -108,25 +113,28 @@ def adaptive_slides(
             state = Slip(distance)
             # (what moves one way under a motion moves the other way under its reverse)
             runs = replace(design.one_way, state=state).run([blocks[i] for i in mine], [law], OUTPUTS, client, None)
-            said += [] if k else list(runs.attrs.get("notes", "").splitlines())
+            if runs.sizes["motion"] > longest:
+                longest, ends = runs.sizes["motion"], str(runs.attrs.get("notes", ""))
             for place, one in zip(mine, _curves(runs, replace(fit, state=state), risk, design), strict=True):
                 curves[place, k] = one
             number += 1
             client.tell("slips", number, len(of_laws) * len(slides.distances))
+    said = [ends] if ends else []
     missed = [
-        f"{blocks[i].label} beyond {100.0 * slides.distances[k]:g} cm"
+        f"slips of {blocks[i].label} over {slides.distances[k]:g} m: {one.account}"
         for (i, k), one in curves.items()
         if one.stopped not in ("", REACHED)
     ]
-    if missed:
-        said.append(f"the precision asked for was not reached for the slips of {first_names(missed)}")
+    said += missed[:MOST_SAID]
+    if len(missed) > MOST_SAID:
+        said.append(f"{counted(len(missed) - MOST_SAID, 'further slip')} stopped before the precision asked for, too")
     still = [chance[i] <= NEGLIGIBLE for i in range(len(blocks))]
     shape = len(blocks), len(slides.distances)
 
     def column(name: str, units: str, text: str, values: Sequence[Array]) -> None:
         """Add a number with its interval."""
         of = np.stack(values).reshape(*shape, 3)
-        for end, j in zip(ENDS, range(3), strict=True):
+        for j, end in enumerate(ENDS):
             words = f"{end[1:]} end of the interval of the {text}" if end else text
             found[f"{name}{end}"] = (("block", "slip"), of[..., j], {"units": units, "long_name": words})
 
@@ -135,11 +143,13 @@ def adaptive_slides(
         SLIP_MEDIAN, units, "level at which half of the blocks that slide slip further", [one.median for one in every]
     )
     column(SLIP_DISPERSION, DIMENSIONLESS, "dispersion of that level", [one.dispersion for one in every])
+    weights = [0.0 if still[i] else chance[i] for i in range(shape[0]) for _ in range(shape[1])]
     if risk is not None:
-        rates = [
-            np.zeros(3) if still[i] else chance[i] * curves[i, k].rate for i in range(shape[0]) for k in range(shape[1])
-        ]
+        rates = [w * one.rate if w else np.zeros(3) for w, one in zip(weights, every, strict=True)]
         column(SLIP_RATE, PER_YEAR, "annual rate of a greater slip", rates)
+    if design.until.target == PROBABILITY:
+        chances = [w * one.probability if w else np.zeros(3) for w, one in zip(weights, every, strict=True)]
+        column(SLIP, DIMENSIONLESS, "probability of a greater slip at the level asked for", chances)
     for name, text, values in (
         (SLIP_MOTIONS, "motions that the block slid under", [one.motions for one in every]),
         (SLIP_STOPPED, "why no further motions were run", [one.stopped for one in every]),
@@ -160,7 +170,7 @@ def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -
 
     def ends(of: xr.Dataset | None, name: str, block: int) -> Array:
         if of is None:
-            return np.full(3, np.nan)
+            return UNKNOWN
         each = [float(of[f"{name}{end}"][block, 0]) if f"{name}{end}" in of else np.nan for end in ENDS]
         # (a rate without a form of curve may have no upper end: then there is no interval)
         return np.array(each if np.isfinite(each).all() else [each[0], np.nan, np.nan])
@@ -171,6 +181,7 @@ def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -
             ends(fitted, "median", i),
             ends(fitted, "dispersion", i),
             ends(rates, "rate", i),
+            ends(runs if design.until.target == PROBABILITY else None, "probability", i),
             int(one["motions_run"]),
             str(one["stopped_because"].item()),
             str(one["account"].item()),

@@ -222,7 +222,7 @@ class Sequential(OfRuns):
 
     @property
     def one_way(self) -> Self:
-        """The same with every motion as it is: for what moves back as it moves forth."""
+        """The same with every motion as it is: a slip to either side is as long under the reversed motion."""
         return replace(self, both=False)
 
     @property

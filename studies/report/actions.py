@@ -43,6 +43,7 @@ from ..buildings.recommendations import YEARS as PIECE_YEARS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..buildings.variables import FALLEN, JOINT
 from ..codes.check import UNCHECKED as NOT_CHECKED
+from ..plan.slides import INSTEAD
 from ..tables.item_slides import contacts_of
 from ..tables.sensitivity import law_name, law_of_answer, laws_apart, swings_of
 from ..tables.unseen import at_most
@@ -50,11 +51,18 @@ from ..text.words import block_title, consequence_name, floor_name, reference_la
 from .kits import kits_without_effect, purchases, restraint_steps
 from .validity import GOOD, SLIDING, Check
 
+PUSH_STEP = (
+    "On a smooth floor or on castors a piece may slide instead of rocking, and the chances of falling then do not "
+    "apply to it. As a first check of a light piece, push it gently at mid-height, with a second person steadying it "
+    "and nobody where it could fall; do not try this with heavy, fragile or hazardous contents."
+)
 SLIDE_STEP = (
-    "On a smooth floor or on castors a piece may slide instead of rocking, and these results then do not apply to it. "
-    "As a first check of a light piece, push it gently at mid-height, with a second person steadying it and nobody "
-    "where it could fall; do not try this with heavy, fragile or hazardous contents. A piece that slides rather than "
-    "tips needs a study that includes sliding, or must be kept from sliding."
+    f"{PUSH_STEP} A piece that slides rather than tips needs a study that includes sliding, or must be kept from "
+    "sliding."
+)
+KNOWN_SLIDE_STEP = (
+    f"{PUSH_STEP} The table of sliding in the appendix says how far a piece that slides goes; where that is too far, "
+    "keep it from sliding."
 )
 SIZES = {"alpha": "slenderness angle", "R": "size (half of its diagonal)", "cm_height": "height of the mass centre"}
 """Sizes that are no words themselves."""
@@ -87,7 +95,7 @@ def next_steps(results: xr.Dataset, checks: list[Check]) -> list[str]:
         f"({bad} of {len(checks)}); the technical appendix says what to do about each."
     )
     pushed = str(results.attrs["kind"]) != "sensitivity"  # (its blocks stand for no piece in particular)
-    step = MEASURE_STEP if FALLEN in results else SLIDE_STEP
+    step = MEASURE_STEP if FALLEN in results else KNOWN_SLIDE_STEP if INSTEAD in results else SLIDE_STEP
     slides = [step] if pushed and any(one.question == SLIDING and one.word != GOOD for one in checks) else []
     return [*_actions(results), *slides, look]
 

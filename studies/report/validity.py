@@ -287,7 +287,11 @@ def _slides_instead(results: xr.Dataset) -> Check:
     chance = results[INSTEAD]
     most = float(chance.max())
     if most < MARKED:
-        return Check(SLIDING, GOOD, "With the friction given, every block would rock with a chance of at least 99 %.")
+        return Check(
+            SLIDING,
+            GOOD,
+            "With the friction given, every block that stands free would rock with a chance of at least 99 %.",
+        )
     clause = f"a piece slides instead of rocking with a chance of up to {two_digit_percent(most)}"
     reason = f"{clause[:1].upper()}{clause[1:]} (“{chance['block'].values[int(np.nanargmax(chance.values))]}”)."
     return Check(SLIDING, INVALID if float(chance.min()) > MOST else CARE, reason, SLIPS_IN_TABLE, clause)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
 import xarray as xr
 
+from ...fragility.adaptive.until import PROBABILITY
 from ...fragility.hazard.rates import probability_in
 from ...wording import about_percent, confidence_text, interval_text, two_digits
 from ..plan.adaptive_slides import SLIP_MEDIAN
@@ -107,10 +109,20 @@ def _adaptive_rows(results: xr.Dataset) -> Rows:
                 own = [float(one[i, k]) for one in _chances(here, SLIP_RATE, ENDS)]
                 cells.append(_text(own if own[0] > 0.0 else own[:1]))
                 continue
+            if SLIP in here:
+                own = [float(here[f"{SLIP}{end}"][i, k]) for end in ENDS]
+                cells.append(_text(own if own[0] > 0.0 else own[:1]))
+                continue
             median, low, high = (float(here[f"{SLIP_MEDIAN}{end}"][i, k]) / scale for end in ENDS)
             cells.append("–" if np.isnan(median) else f"{median:.3g} ({low:.3g}–{high:.3g})")
         rows.append((str(block), *cells))
-    of = f"the {quantity_name(axis_of(results))} ({unit}) at which half of the blocks that slide slip further"
+    name = f"{quantity_name(axis_of(results))}{f' ({unit})' if unit else ''}"
+    of = f": the {name} at which half of the blocks that slide slip further"
+    if rated:
+        of = f" {_when(results)}"
+    elif SLIP in here:
+        asked = json.loads(str(results.attrs["until"]))[PROBABILITY]
+        of = f" at {level_text(float(asked['level']), axis_of(results))}"
     headings = (
         "",
         "slides, never rocks",
@@ -119,9 +131,8 @@ def _adaptive_rows(results: xr.Dataset) -> Rows:
     )
     words = ", ".join(f"over {100.0 * one:g} cm it {does}" for one, does in DAMAGE.items())
     title = (
-        f"Sliding{f' {_when(results)}' if rated else f': {of}'} ({confidence_text(results)} intervals over the motions "
-        "and the friction): a block whose friction is below b/h slides and never "
-        f"rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
+        f"Sliding{of} ({confidence_text(results)} intervals over the motions and the friction): a block whose friction "
+        f"is below b/h slides and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
     )
     return Rows(title, headings, rows)
 

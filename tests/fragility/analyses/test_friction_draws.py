@@ -8,13 +8,14 @@ from toppling.fragility import Slip, slide_runs
 from toppling.fragility.analyses.friction_draws import draws
 from toppling.models import RandomSliding
 from toppling.models.friction import FixedFriction, LognormalFriction, UniformFriction
+from toppling.models.sliding.runs import SLIDES
 from toppling.motions import both_axes
 
 BLOCK = tp.Block(0.6, 1.8)
 FRICTION = LognormalFriction(0.35, 0.3)
 LAW = RandomSliding(FRICTION, 0.85)
 SHAKES = tp.motions.CloughPenzien(duration=10.0, dt=0.02)
-OUTPUTS = ("slide_peak", "slide_forward", "slide_residual", "slide_velocity", "slips", "first_slip_time")
+OUTPUTS = (*SLIDES,)
 pytestmark = pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
 
 
