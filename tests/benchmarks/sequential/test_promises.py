@@ -57,3 +57,7 @@ def test_a_database_keeps_the_promise(monkeypatch):
     until = Until("median", 0.1, most=5000)
     kept = [databases.outcome(name, until, False, seed)[0].kept for seed in range(20)]
     assert sum(kept) >= 18
+    # (of the common levels half are where a run ends at once)
+    found = databases.cost(name)
+    assert found.near > found.common > 0.0
+    assert f"us: {1e6 * found.common:.0f} of 20 common levels" in databases.cost_text(name, found)
