@@ -44,7 +44,7 @@ STUDIES = {
     "selected": ("selected", "", ""),
     "adaptive": ("adaptive", "", ""),
     "adaptive_chance": ("adaptive", "", ""),
-    "adaptive_rate": ("adaptive_rate", "", ""),
+    "adaptive_rate": ("adaptive_rate", "", '[friction]\ncontact = "vinyl"\n'),
     "region": ("region", "", ""),
     "region_own": ("region", "", ""),
     "cloud": ("cloud", "", ""),
@@ -91,7 +91,7 @@ def results(tmp_path_factory):
         if "[stripes.select]" in text:  # (few motions do not agree with the hazard)
             text = text.replace("[stripes.select]", '[stripes.select]\noutside = "keep"')
         if name.startswith("adaptive"):
-            text = text.replace("number = 6", "number = 40") + "\n[until.motions]\nleast = 32\n"
+            text = text.replace("number = 6", "number = 40") + "\n[until.motions]\nleast = 32\n\n"
         if name == "region":
             text = re.sub(r"number = 6\b.*", "number = 400", text).replace("median = 0.1", "median = 0.5")
         if name == "region_own":  # blocks with their own e and delta, which events do not take
@@ -120,13 +120,26 @@ def results(tmp_path_factory):
 
 
 TABLES = (
-    *("runs", "adaptive", "surface", "chosen", "curves", "year", "branches", "measures", "slides", "samples", "varied"),
+    *(
+        "runs",
+        "adaptive",
+        "surface",
+        "chosen",
+        "curves",
+        "year",
+        "branches",
+        "measures",
+        "slides",
+        "slips",
+        "samples",
+        "varied",
+    ),
     *("given", "annual", "spread", "ranking", "duties", "kits", "sliding", "standing", "screen", "shares"),
 )
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "chosen", "curves", "year", "branches", "measures", "slides", "standing", "screen"),
-    "sequential": ("adaptive", "curves", "year", "standing"),
+    "sequential": ("adaptive", "curves", "year", "slips", "standing"),
     "pooled": ("surface", "curves", "year"),
     "uncertainty": ("samples", "curves", "year", "standing", "shares"),
     "sensitivity": ("varied", "standing", "shares"),
