@@ -43,5 +43,7 @@ def _beside_table(results: xr.Dataset) -> list[str]:
     slid = [*edge_sentences(results), *trip_sentences(results)]
     crossing = crossed_pieces(results)[:1]  # (the report has the others)
     beyond = [*rate_sentences(results), *second_opinions(results)] if "rate" in results else []
-    together = [*event_sentences(results), *beyond, *crossing, *choice]
+    # (what rates rest on and which law they are of is one paragraph)
+    rests = " ".join([*beyond, *choice])
+    together = [*event_sentences(results), *crossing, *([rests] if rests else [])]
     return [*together, *gain_sentences(results), *break_sentences(results), *slid]
