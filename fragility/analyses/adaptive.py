@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ... import checks
 from ...aliases import Array, Flags
 from ...doubts import Doubt, warn
-from ...models import Block, Model, RandomSliding, Sliding
+from ...models import Block, RandomSliding
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES
 from ...motions.intensity.dataset import measure_named, positive_measure
@@ -257,12 +257,10 @@ def fall_start(block: Block) -> Start:
     return Start(static, PGV_HIGHEST * static / block.p)
 
 
-def slip_start(law: Model, block: Block, state: State) -> Start:
+def slip_start(law: SlidingLaw, block: Block, state: State) -> Start:
     """Return where the search for the curve of a slip begins: a velocity v takes a block v^2/(2 mu g) far."""
     assert isinstance(state, Slip)  # (checked with the request)
-    assert isinstance(law, Sliding | RandomSliding)
-    middle = law.static if isinstance(law, Sliding) else float(law.coefficients(block, np.array([0.5]))[0])
-    static = STANDARD_GRAVITY * middle
+    static = STANDARD_GRAVITY * float(law.coefficients(block, np.array(0.5)))
     return Start(static, SLIP_HIGHEST * math.sqrt(2.0 * static * state.distance))
 
 
@@ -304,11 +302,13 @@ def _outputs(
         own = [where for where, one in plans.items() if one.levels.shape[0] == n]
         factors = np.stack([plan.scaled.factors(plans[at].levels, measured[at[0] % len(measured)]) for at in own])
         check_factors(factors, wave.records)
+        sliding = [(at, request.models[at[1]]) for at in (own if random else ())]
         friction = {
-            at: draws(request.models[at[1]], request.blocks[at[0]], plan.seed, wave.numbers, n)
-            for at in (own if random else ())
+            at: draws(law, request.blocks[at[0]], plan.seed, wave.numbers, n)
+            for at, law in sliding
+            if isinstance(law, SlidingLaw)
         }
-        at_random = [k for k, (_, model) in enumerate(own) if isinstance(request.models[model], RandomSliding)]
+        at_random = [k for k, (_, law) in enumerate(sliding) if isinstance(law, RandomSliding)]
         for k in at_random:
             factors[k] /= friction[own[k]]
         numbers = [block * laws + model for block, model in own]

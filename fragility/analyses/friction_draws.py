@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ...aliases import Array, Index
-from ...models import Block, Model, RandomSliding, Sliding
+from ...models import Block, Model, RandomSliding
 from ...models.runs import Specimen
+from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import Record
 from ...streams import stream
 from ..runs.request import Request
@@ -36,24 +37,22 @@ def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
     if not is_random(request.models):
         return request.in_plane if plane else request.oscillators
 
-    def numbers(law: Model, block: Block) -> Specimen:
+    def numbers(law: SlidingLaw, block: Block) -> Specimen:
         if isinstance(law, RandomSliding):
             return law.of_unit_in_plane if plane else law.of_unit
-        own = request._replace(blocks=[block], models=[law])
-        return (own.in_plane if plane else own.oscillators)[0]
+        return law.in_plane(block) if plane else law.slider(block)
 
-    return [numbers(law, block) for block in request.blocks for law in request.models]
+    # (where one law slides, all do)
+    laws = [one for one in request.models if isinstance(one, SlidingLaw)]
+    return [numbers(law, block) for block in request.blocks for law in laws]
 
 
-def draws(law: Model, block: Block, seed: int, motions: Index, runs: int) -> Array:
+def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -> Array:
     """Return the coefficients (run, motion) of the runs of a block under motions of these numbers (motion,).
 
-    They are NaN under laws without friction.  Random ones of one motion are equally spaced in probability, from a
-    random beginning: each is a draw from the distribution, whatever its level, and a motion's runs have small ones as
-    well as large ones.
+    Random ones of one motion are equally spaced in probability, from a random beginning: each is a draw from the
+    distribution, whatever its level, and a motion's runs have small ones as well as large ones.
     """
-    if not isinstance(law, RandomSliding):
-        return np.full((runs, motions.size), law.static if isinstance(law, Sliding) else np.nan)
     begin = np.array([stream(seed, *DRAWS, one).random() for one in motions.tolist()])
     share = (begin + np.arange(runs)[:, None] / runs) % 1.0
     return law.coefficients(block, share)

@@ -78,6 +78,13 @@ class SlidingLaw(Model):
         found = self.slider(block)
         return PlaneSlider(found.static_front, found.kinetic_front)
 
+    @abstractmethod
+    def coefficients(self, block: Block, share: Array) -> Array:
+        """Return the static coefficients at shares, between 0 and 1, of those with which a block slides.
+
+        In the shape of `share`; ValueError for a block that is held, differs front and back, or slides with none.
+        """
+
 
 @dataclass(frozen=True)
 class Sliding(SlidingLaw):
@@ -124,6 +131,10 @@ class Sliding(SlidingLaw):
         check_free(block)
         kinetic = self.static if self.kinetic is None else self.kinetic
         return Slider(self.static, self.static, kinetic, kinetic)
+
+    def coefficients(self, block: Block, share: Array) -> Array:
+        check_free(block)
+        return np.full(np.shape(share), self.static)
 
     @property
     def label(self) -> str:
@@ -191,10 +202,6 @@ class RandomSliding(SlidingLaw):
         return float(self.friction.below(block.b / block.h))
 
     def coefficients(self, block: Block, share: Array) -> Array:
-        """Return the coefficients at shares, between 0 and 1, of those with which a block slides, in the same shape.
-
-        ValueError for a block that is held, differs front and back, or slides with none.
-        """
         check_free(block)
         chance = self.chance(block)
         if not chance > 0.0:

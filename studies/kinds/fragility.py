@@ -34,7 +34,7 @@ from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.restraints import DESIGN, FLAG, any_held, ruptures
 from ..plan.risk import Risk
 from ..plan.selections import UNSELECTED, selection_notes, selection_variables
-from ..plan.slides import Slides, edge_notes, exact_friction_notes, free_of, in_plane, is_free, slide_notes
+from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes, uplift_notes
@@ -463,9 +463,7 @@ class FragilityStudy(BlockStudy, Study):
             found |= slid.data_vars
             coordinates |= {name: slid.coords[name] for name in ("slip",) if name in slid.coords}
             said += slide_notes(slid, self.blocks, [str(one) for one in results["motion"].values], in_plane(results))
-            free = [self.blocks[i] for i in free_of(self.blocks)]
-            exact = [block for block in free if isinstance(self.slides.friction_of(block), FixedFriction)]
-            said += exact_friction_notes([block.label for block in exact])
+            said += exact_friction_notes(self.slides.exact(self.blocks))
         said += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)
             results = results.rename(floor="motion_floor")

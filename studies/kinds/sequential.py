@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+import numpy as np
 import xarray as xr
 
 from ...aliases import Progress
@@ -18,14 +19,13 @@ from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.runs.axes import check_axes, check_outputs
-from ...models.friction import FixedFriction
 from ...motions.arrays import LIFTS
 from ...wording import counted
 from ..file.schema import StudyFile
-from ..plan.adaptive_slides import adaptive_slides, groups
+from ..plan.adaptive_slides import SLIP_MEDIAN, adaptive_slides, groups
 from ..plan.designs import Sequential
 from ..plan.form_free import form_free, modelling_factor
-from ..plan.slides import exact_friction_notes, free_of, in_plane, slide_notes
+from ..plan.slides import exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
@@ -132,7 +132,6 @@ class SequentialStudy(FragilityStudy):
         attributes = self._fit_attributes(curves)
         said = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs), *measure_notes(runs)]
         said += uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form)
-        said += median_doubts(curves["median"].values, str(runs["level"].attrs["units"]))
         coordinates: dict[Any, Any] = {}
         if self.risk is not None:
             rated = self._rated(self.risk, curves, runs, client, progress)
@@ -140,16 +139,16 @@ class SequentialStudy(FragilityStudy):
             coordinates |= rated.coordinates
             attributes |= rated.attributes
             said += rated.notes
+        units, medians = str(runs["level"].attrs["units"]), curves["median"].values
         if self.slides is not None:
             falls = {"rate": found["rate"]} if "rate" in found else {}
-            units = str(runs["level"].attrs["units"])
             slid = adaptive_slides(self.slides, self.sequence, self.blocks, self.fit, self.risk, falls, units, client)
             found |= slid.variables.data_vars
             coordinates["slip"] = slid.variables["slip"]
+            medians = np.append(medians, slid.variables[SLIP_MEDIAN].values)
             said += [*slid.notes, *slide_notes(slid.variables, self.blocks, plane=in_plane(runs))]
-            free = [self.blocks[i] for i in free_of(self.blocks)]
-            exact = [block for block in free if isinstance(self.slides.friction_of(block), FixedFriction)]
-            said += exact_friction_notes([block.label for block in exact])
+            said += exact_friction_notes(self.slides.exact(self.blocks))
+        said += median_doubts(medians, units)
         found |= without_replicates(curves).data_vars
         own = [f"{name}{end}" for name in OF_ANALYSIS for end in ("", "_lower", "_upper")]
         renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in own if name in runs})

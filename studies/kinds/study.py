@@ -158,6 +158,11 @@ class Study(ABC):
         return 0
 
     @property
+    def all_runs(self) -> int:
+        """Number of runs that are kept in the study's folder, those of sliding blocks among them, at most."""
+        return self.work + self.slide_runs
+
+    @property
     def seconds_of_slides(self) -> float:
         """Approximate time of these runs on one core, by the generous planning figures of the engine."""
         if not self.slide_runs:
@@ -381,12 +386,8 @@ class Study(ABC):
 
     @property
     def _pinned(self) -> dict[str, Any]:
-        return {
-            "identity": self.identity,
-            "title": self.title,
-            "study": self.configuration,
-            "work": self.work + self.slide_runs,
-        }
+        kept = {"identity": self.identity, "title": self.title, "study": self.configuration}
+        return {**kept, "work": self.all_runs}
 
     def _kept(
         self,
@@ -401,7 +402,7 @@ class Study(ABC):
         shards, resumed = open_shards(folder, self._pinned, fresh, other_machine)
         stop = Stop()
         with run_log(folder) as log, stop.graceful():
-            watch = Watch(self.work + self.slide_runs, log)
+            watch = Watch(self.all_runs, log)
             log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
             if watching is not None:
                 watching(watch)

@@ -22,7 +22,7 @@ from ...fragility.runs.provenance import AXES, configuration_of
 from ...fragility.validity.plausibility import end_doubts
 from ...fragility.validity.screen import SQUAT_RATIO
 from ...models import Block
-from ...models.friction import Friction
+from ...models.friction import FixedFriction, Friction
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import check_free
 from ...models.sliding.mode import Mode
@@ -91,6 +91,10 @@ class Slides:
         """Return kinetic over static friction of a block."""
         ratio = self.own[block.label][1] if block.label in self.own else None
         return self.kinetic_ratio if ratio is None else ratio
+
+    def exact(self, blocks: Sequence[Block]) -> list[str]:
+        """Return the labels of the blocks that may slide and whose coefficient is taken as known exactly."""
+        return [blocks[i].label for i in free_of(blocks) if isinstance(self.friction_of(blocks[i]), FixedFriction)]
 
     def trip_of(self, block: Block) -> float | None:
         """Return the distance from the foot of a block to an obstacle, m; None where there is none."""

@@ -87,6 +87,7 @@ def slide_rows(results: xr.Dataset) -> Rows | None:
         f"Sliding {when} ({confidence_text(results)} intervals over the motions): a block whose friction is below b/h "
         f"slides and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
         f"{f'; trips over obstacles: {NO_SIMULATION}' if tripped else ''}"
+        f"{_cut(results.sizes['block'])}"
     )
     return Rows(title, headings, rows)
 
@@ -133,8 +134,14 @@ def _adaptive_rows(results: xr.Dataset) -> Rows:
     title = (
         f"Sliding{of} ({confidence_text(results)} intervals over the motions and the friction): a block whose friction "
         f"is below b/h slides and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
+        f"{_cut(results.sizes['block'])}"
     )
     return Rows(title, headings, rows)
+
+
+def _cut(of: int, what: str = "blocks") -> str:
+    """Return what a title says where a table holds only the first of its lines."""
+    return f"; the first {MOST} of {of:,} {what}" if of > MOST else ""
 
 
 def trip_sentences(results: xr.Dataset) -> list[str]:
@@ -185,7 +192,10 @@ def edge_rows(results: xr.Dataset) -> Rows | None:
     when, cases = _edges(results)
     rows = [(name, *chances) for name, chances in cases[:MOST]]
     headings = ("", "slides off", "overturns, if it could not slide", "overturns or slides off")
-    return Rows(f"Falls over edges {when} ({confidence_text(results)} intervals over the motions)", headings, rows)
+    title = (
+        f"Falls over edges {when} ({confidence_text(results)} intervals over the motions){_cut(len(cases), 'cases')}"
+    )
+    return Rows(title, headings, rows)
 
 
 def edge_sentences(results: xr.Dataset) -> list[str]:

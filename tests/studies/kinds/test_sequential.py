@@ -539,6 +539,21 @@ def test_the_check_of_sliding(static, word, study):
         assert (results["slip_motions_run"] == 0).all()
 
 
+def test_a_table_that_is_cut_says_so(slipping):
+    results, _ = slipping
+    many = results.isel(block=np.zeros(130, int))
+    table = slide_rows(many)
+    assert len(table.rows) == 100
+    assert table.title.endswith("; the first 100 of 130 blocks")
+
+
+def test_slips_beyond_any_shaking_are_a_note(study):
+    """So far no motion takes a block at 50 g."""
+    results = study(STUDY + FRICTION.replace("[0.05, 0.2]", "[0.05, 10.0]")).run()
+    assert float(results["slip_median"].max()) > 50.0
+    assert any("the highest median" in one for one in results.attrs["notes"].splitlines())
+
+
 def test_the_log_counts_slides(slipping):
     """All runs are within the most that were announced, slides among them."""
     results, path = slipping
