@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ... import checks
-from ...aliases import Array, Flags
+from ...aliases import Array, Flags, Progress
 from ...doubts import Doubt, warn
 from ...models import Block, RandomSliding
 from ...models.sliding.law import SlidingLaw
@@ -33,10 +34,13 @@ from ..adaptive.until import RATE, Until
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
 from ..hazard.curve import FLOOR, HazardCurve
 from ..runs.axes import axes_of, check_axes, check_outputs
-from ..runs.provenance import ADAPTIVE, AXES, GROUND
+from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import GROUND_FLOORS, check_factors
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, rocking_doubts
+from ..validity.screen import with_sparse_screen
+from ..validity.sparse_screen import ScreenRequest, Shaken
+from ..validity.undecided import perturbed_runs
 from .analysis import specimens_of
 from .friction_draws import FRICTION, PROPORTIONAL, check_draws, draws, is_random, specimens_in
 from .other_measures import OtherMeasures
@@ -87,8 +91,12 @@ def adaptive(
     hazard: HazardCurve | None = None,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
+    screening: ScreenRequest | None = None,
 ) -> xr.Dataset:
-    """Run waves of motions until every block has the precision asked for under every law; see `toppling.ida`."""
+    """Run waves of motions until every block has the precision asked for under every law; see `toppling.ida`.
+
+    screening: what is asked of the screen, where the request wants one.
+    """
     _check_request(request, state)
     scaled = scaled_to(im)
     _check_hazard(until, hazard, scaled)
@@ -100,7 +108,9 @@ def adaptive(
     curves: dict[tuple[int, int], SequentialCurve] = {}
     others = OtherMeasures(scaled)
     cut: dict[str, bool] = {}
-    waves = list(_waves(request, plan, curves, others, doubts, cut))
+    asked = ScreenRequest() if screening is None else screening
+    shaken = Shaken(asked.undecided)
+    waves = list(_waves(request, plan, curves, others, doubts, cut, shaken))
     ends = end_doubts(cut.values(), list(cut))
     doubts += ends
     warn(list(dict.fromkeys(doubts)))
@@ -120,6 +130,11 @@ def adaptive(
         **({"im_at": GROUND} if ground is not None else {}),
     }
     found = labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
+    if request.screen:
+        told = None
+        if request.progress is not None:
+            told = partial(_after, request.progress, found.sizes[RUN])
+        found = with_sparse_screen(found, shaken, asked, request.runner, told)
     return found.assign_attrs(notes=ends[0].sentence) if ends else found
 
 
@@ -130,19 +145,25 @@ def _waves(
     others: OtherMeasures,
     doubts: list[Doubt],
     cut: dict[str, bool],
+    shaken: Shaken,
 ) -> Iterator[WaveRuns]:
     """Run wave after wave until all curves have stopped; curves, other measures and doubts are added to.
 
-    cut: whether blocks still slide when a motion ends, by its label; added to, too.
+    cut: whether blocks still slide when a motion ends, by its label; added to, as is what the screen needs of motions.
     """
     needed = needed_output(plan.state)
     done = records = runs = number = 0
+    perturbed = 0.0
+    if request.screen:
+        perturbed = shaken.share * perturbed_runs(1, request.models, 1, 1, 1.0) / len(request.models)
     while not curves or any(not one.stopped for one in curves.values()):
         wave = plan.source.wave(done, min(next_wave(done), plan.most - done))
         axes = _check_wave(request, wave, plan)
         doubts += record_doubts([one for one in wave.records if not one.reverse_of])
         measured = plan.scaled.measured(wave, request.blocks)
         others.add(wave)
+        if request.screen:
+            shaken.add(wave.records)
         if not curves:
             curves |= _begun(request, plan, peaks_of(wave), measured)
         plans = {where: one.plan(wave.numbers) for where, one in curves.items() if not one.stopped}
@@ -158,7 +179,13 @@ def _waves(
         number, records = number + 1, records + len(wave.records)
         runs += sum(one.levels.size for one in plans.values())
         if request.progress is not None:
-            request.progress(runs, max(runs, math.ceil(runs / done * _expected(curves, done, plan.most))))
+            expected = max(runs, math.ceil(runs / done * _expected(curves, done, plan.most)))
+            request.progress(runs, expected + round(perturbed * expected))
+
+
+def _after(progress: Progress, before: int, done: int, total: int) -> None:
+    """Tell the progress of runs that follow so many others."""
+    progress(before + done, before + total)
 
 
 def _begun(

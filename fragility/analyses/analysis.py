@@ -28,8 +28,12 @@ from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.lazy_screen import with_lazy_screen
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, level_doubts, rocking_doubts
-from ..validity.screen import ScreenInput, with_screen
+from ..validity.screen import with_screen
+from ..validity.slab_screen import ScreenInput
 from .measuring import MeasuringThread
+
+OF_WIDTH = ", of the component along the width"
+"""End of the long name of measures of motions along both axes.  (Their screen is that of the width, too.)"""
 
 
 class Specimens(NamedTuple):
@@ -134,8 +138,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         known = {}
     measures, characteristics = thread.result()
     if axes == BOTH_AXES:
-        outputs = {name: _told(one, RULES[name]) for name, one in outputs.items()}
-        measures = {name: _told(one, ", of the component along the width") for name, one in measures.items()}
+        outputs = {name: told(one, RULES[name]) for name, one in outputs.items()}
+        measures = {name: told(one, OF_WIDTH) for name, one in measures.items()}
     coordinates = {
         **specimens.coordinates,
         **(depth_coordinate(specimens.blocks) if axes and "block" in specimens.sizes else {}),
@@ -181,7 +185,7 @@ def _about(axes: str, request: Request) -> Request:
     return request._replace(outputs=[*request.outputs, AXIS]) if usual else request
 
 
-def _told(variable: xr.Variable, more: str) -> xr.Variable:
+def told(variable: xr.Variable, more: str) -> xr.Variable:
     """Return a variable with more words at the end of its long name."""
     attributes = {**variable.attrs, "long_name": f"{variable.attrs['long_name']}{more}"}
     return xr.Variable(variable.dims, variable.data, attributes)

@@ -39,7 +39,7 @@ def ida(
     client: Client | Runner | None = None,
     skip: bool = True,
     *,
-    screen: bool | None = None,
+    screen: bool = True,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,
@@ -89,11 +89,10 @@ def ida(
         alone, those after which the rest of the record cannot overturn a block.  Flags do not change, peaks only by
         rounding.  The attribute ``skipped`` (JSON) states how many samples all runs have, which share was skipped and
         why (also after overturning, which `skip` does not change), and how many events were solved per run.
-    screen : bool, optional
+    screen : bool
         Add the validity screen to the outputs: friction needed, squat blocks, an elastic mode in the motion's band,
         far scaling, few motions, and a ``verdict`` for every run, as `toppling.fragility.screen` returns them without
-        a coefficient of friction and without repeating runs.  False leaves them out.  Where not given, runs at levels
-        have it; those at adaptive levels do not, and True is refused.
+        a coefficient of friction and without repeating runs.  False leaves them out.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions, with the same labels: the levels then refer to the
         measure of the ground motions, and each floor motion is scaled like its ground motion (the building is elastic).
@@ -163,13 +162,11 @@ def ida(
     if isinstance(levels, str):
         if levels != ADAPTIVE:
             raise TypeError(f"levels must be real numbers or {ADAPTIVE!r}, got {levels!r:.40}")
-        if screen:
-            raise ValueError("screen must be left out for adaptive levels: runs at levels of their own have no screen")
         laws = list(models) if isinstance(models, Iterable) else [models]
         sought = sought_state(state, laws)
         wanted = [needed_output(sought)] if outputs is None else outputs
         return adaptive(
-            check_request(blocks, laws, wanted, skip, client, progress, False, compute),
+            check_request(blocks, laws, wanted, skip, client, progress, screen, compute),
             motions,
             im,
             until_of(until),
@@ -184,8 +181,7 @@ def ida(
         raise ValueError("until, state and hazard are for adaptive levels (levels='adaptive'), got levels")
     if isinstance(motions, Generator):
         raise TypeError("motions must be labelled arrays where levels are given: take some of the generator's (sample)")
-    screened = True if screen is None else screen
-    request = check_request(blocks, models, outputs, skip, client, progress, screened, compute)
+    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
     design = incremental(levels, motions, im, request.blocks, ground, polarity)
     return analyse(request, specimens_of(request), design)
 

@@ -12,7 +12,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...aliases import Array, Index
-from ...motions.arrays import motion_coordinates
+from ...motions.arrays import BOTH_AXES, motion_coordinates
+from ...motions.intensity.dataset import measure_named, measure_variables
 from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ..adaptive.account import account, half_width
 from ..adaptive.curve import SequentialCurve, WavePlan
@@ -24,7 +25,7 @@ from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
 from ..runs.request import Request
 from ..runs.scaling import BlockMeasure, name_at
 from ..surfaces.gain import gain_words
-from .analysis import specimens_of
+from .analysis import OF_WIDTH, specimens_of, told
 from .friction_draws import FRICTION
 from .other_measures import OtherMeasures
 from .waves import MotionWave, Scaled
@@ -81,7 +82,10 @@ def runs_of(
         }
         for name, values in own.items():
             columns.setdefault(name, []).append(values)
-    coordinates: dict[str, xr.Variable] = motion_coordinates(list(wave.records))
+    peaks = measure_variables(wave.records, [measure_named("pga")])
+    if axes == BOTH_AXES:
+        peaks = {name: told(one, OF_WIDTH) for name, one in peaks.items()}
+    coordinates: dict[str, xr.Variable] = {**motion_coordinates(list(wave.records)), **peaks}
     long_name = name_at(scaled.long_name, wave.records, wave.ground)
     if scaled.one is not None:
         values = measured if isinstance(scaled.one, BlockMeasure) else measured[0]

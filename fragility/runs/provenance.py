@@ -128,7 +128,7 @@ def level_measure(runs: xr.Dataset) -> LevelMeasure:
     ValueError
         Levels that do not name their measure, or motions without its values.
     """
-    levels = intensity_of(runs)
+    levels = runs["level"] if design_of(runs) == ADAPTIVE else intensity_of(runs)
     if "im" not in levels.attrs:
         raise ValueError("runs must have levels or intensities and say of which measure, as toppling.ida returns them")
     im = str(levels.attrs["im"])
@@ -304,7 +304,7 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
     polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
     if "stripe" not in runs.coords:
         known = {one.label: one for one in records_under(motions, polarity)}  # type: ignore[arg-type]
-        return _same(runs, [known.get(str(label)) for label in runs["motion"].values])
+        return same_motions(runs, [known.get(str(label)) for label in runs["motion"].values])
     sets: list[Any] = [] if isinstance(motions, xr.DataArray) else list(motions)
     stripe = runs["stripe"].values.tolist()
     keys = list(zip(stripe, map(str, runs[RECORD].values), as_given(runs).tolist(), strict=True))
@@ -315,10 +315,10 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
         for k, own in enumerate(sets, start=1)
         for one in records_under(own, polarity)
     }
-    return _same(runs, [found.get(key) for key in keys])
+    return same_motions(runs, [found.get(key) for key in keys])
 
 
-def _same(runs: xr.Dataset, records: Sequence[Record | None]) -> list[Record]:
+def same_motions(runs: xr.Dataset, records: Sequence[Record | None]) -> list[Record]:
     """Return the records of the motions of runs; ValueError where there is none, or one with another PGA."""
     stored = runs["pga"].values.tolist() if "pga" in runs.coords else [None] * len(records)
     found = []

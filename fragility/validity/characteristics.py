@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...aliases import Array, Index
 from ...motions.arrays import Record
 from ...motions.intensity.peaks import half_cycle_peaks
 from ...motions.intensity.spectra import BAND_SHARES, energy_band
@@ -29,6 +29,23 @@ class Characteristics(NamedTuple):
         """Return the characteristics of motions."""
         low, high = _bands(motions)
         return cls(low, high, rising_peaks(motions))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Characteristics]) -> Characteristics:
+        """Return the characteristics of motions part after part."""
+        low, high = (
+            labelled(
+                xr.Variable("motion", np.concatenate([getattr(one, end).values for one in parts])),
+                str(getattr(parts[0], end).attrs["long_name"]),
+                HERTZ,
+            )
+            for end in ("low", "high")
+        )
+        return cls(low, high, [peaks for one in parts for peaks in one.rising])
+
+    def at(self, motions: Index) -> Characteristics:
+        """Return the characteristics of motions at these places, which may recur."""
+        return Characteristics(self.low[motions], self.high[motions], [self.rising[i] for i in motions.tolist()])
 
     def part(self, motions: slice) -> Characteristics:
         """Return the characteristics of some of the motions."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .characteristics import Characteristics
 from .reasons import Shares, reason_names
-from .screen import Bounds, ScreenInput, few_motions, in_order, screen_part, settings_of
+from .slab_screen import Bounds, ScreenInput, few_motions, in_order, screen_part, settings_of
 
 EACH = ("block", "motion")
 """Dimensions that every run has, along which the screen is divided."""

@@ -16,7 +16,7 @@ from ...models.columns import BlockArray
 from ...motions.arrays import POLARITY
 from ...wording import counted, listed_name, two_digit_percent, two_digits
 from ..numerics.proportions import runs_for_half_width, wilson_interval
-from ..runs.provenance import BED, about_both_axes
+from ..runs.provenance import BED, RUN, about_both_axes
 from .plausibility import block_doubts
 from .reasons import (
     AIRBORNE,
@@ -28,7 +28,7 @@ from .reasons import (
     Reason,
 )
 from .scenes import round_note, scene_notes
-from .screen import SQUAT_RATIO
+from .slab_screen import SQUAT_RATIO, TESTED
 
 MOST_ALONE = 8  # blocks with a sentence of their own
 _BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
@@ -138,7 +138,7 @@ def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
         (SLIDES_WHILE_ROCKING, "slide while they rock", "friction_rocking_demand"),
         (SLIDES_AT_IMPACT, "slide when they come down", "friction_impact"),
     ):
-        share = float(_shares(screened, reason).mean())
+        share = _share_of_runs(screened, reason)
         if share > 0.0:
             by = _PAIR if reason is SLIDES_AT_IMPACT else _BLOCK
             need = float(screened[name].max())
@@ -160,7 +160,7 @@ def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
 def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     """Sentences on the elastic mode, the scale factors and the number of motions."""
     found = []
-    share = float(_shares(screened, ELASTIC_MODE).mean())
+    share = _share_of_runs(screened, ELASTIC_MODE)
     if share > 0.0:
         frequency = screened["elastic_frequency"].where(_shares(screened, ELASTIC_MODE) > 0.0).values
         found.append(
@@ -180,7 +180,7 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
             f"the elastic mode of blocks on a soft bed ({_range(frequency)} Hz) is that of the bed, and not of δ: "
             "it is physical, and a block that resonates with it uplifts as a real one would"
         )
-    share = float(_shares(screened, SCALED_FAR).mean())
+    share = _share_of_runs(screened, SCALED_FAR)
     if share > 0.0:
         lowest, highest = settings["factors"]
         factors = _factors(screened)
@@ -191,7 +191,7 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
             f"{highest:g}{f' (from {ends[0]} to {ends[1]} in all)' if ends else ''}"
         )
     if settings.get("vertical", False):
-        share = float(_shares(screened, AIRBORNE).mean())
+        share = _share_of_runs(screened, AIRBORNE)
         found.append("the vertical components of the motions shake, too, scaled as the horizontal ones")
         if share > 0.0:
             found.append(
@@ -222,8 +222,9 @@ def few_motions_note(n: int, half: float, widest: float) -> str:
 
 def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> str:
     share = screened["undecided"]
-    each = int(settings["tested_runs"])
-    tested = each * int(share.notnull().sum())
+    # (at adaptive levels curves have different numbers of runs)
+    each = screened[TESTED].values if TESTED in screened else int(settings["tested_runs"])
+    tested = int(np.sum(each * share.notnull().values))
     flipped = int(np.rint(share.fillna(0.0).values * each).sum())
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
     change = "a change of one millionth in the motion or the restitution"
@@ -243,6 +244,13 @@ def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> str:
 
 def _shares(screened: xr.Dataset, reason: Reason) -> xr.DataArray:
     return screened["outside"].sel(reason=reason.name, drop=True)
+
+
+def _share_of_runs(screened: xr.Dataset, reason: Reason) -> float:
+    """The share of all runs; at adaptive levels curves have different numbers of them."""
+    if RUN in screened.dims:
+        return float(np.mean(screened["verdict"].values & reason.bit > 0))
+    return float(_shares(screened, reason).mean())
 
 
 def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> str:

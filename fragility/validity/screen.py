@@ -7,77 +7,40 @@ Rigid rocking includes no sliding and no bouncing.  The screen changes no result
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
 
 from ... import checks
 from ...aliases import Progress
-from ...models.friction import FixedFriction, Friction
-from ...models.runs import leaves_floor
-from ...motions.arrays import DOWNWARD, POLARITY, RECORD
-from ...units import HERTZ, STANDARD_GRAVITY
-from ..numerics.proportions import wilson_half_width, wilson_interval
-from ..numerics.slabs import Allocator, Where, put, slabs
-from ..runs.factors import ScaleFactors
-from ..runs.provenance import BED, DESCRIBED, FLOORS, Motions, floor_labels, provenance_from, records_of, scale_factors
+from ...models.friction import Friction
+from ...motions.simulated.generator import Generator
+from ..numerics.slabs import Allocator
+from ..runs.provenance import BED, RUN, Motions, provenance_from, records_of
 from ..runs.request import runner_of
 from ..runs.runners import Runner
 from .characteristics import Characteristics
-from .reasons import (
-    AIRBORNE,
-    ELASTIC_MODE,
-    SCALED_FAR,
-    SQUAT,
-    UNDECIDED,
-    Reason,
-    Shares,
-    labelled,
-    reason_names,
-    verdict_of,
+from .reasons import reason_names
+from .slab_screen import (
+    DIMS,
+    FACTORS,
+    HALF_WIDTH,
+    Bounds,
+    ScreenInput,
+    screen_input,
+    screened_runs,
 )
-from .sliding import NEEDS, chances_of, compact, friction_by_block, friction_demands, slides_of
-from .undecided import PERTURBATION, FlipCounts, count_flips
+from .sparse_screen import OF_RUNS, ScreenRequest, Shaken, selected, shaken_by, sparse_screen
+from .undecided import count_flips
 
 if TYPE_CHECKING:
     from distributed import Client
 
-SQUAT_RATIO = 2.0
-"""h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
-FACTORS = (0.2, 5.0)
-"""Scale factors that pass: a convention; the bias grows with the factor without a step (Davalos and Miranda 2019)."""
-HALF_WIDTH = 0.15
-"""Half width of the 95 % Wilson interval of a probability of 1/2 that passes: 39 motions; FEMA P-695 takes 44."""
-
-ORDER = (
-    "squat",
-    "friction_uplift",
-    "friction_rocking_demand",
-    "friction_impact",
-    "friction_uplift_demand",
-    "elastic_frequency",
-    "scale_factor",
-    "interval_half_width",
-    "few_motions",
-    "slides",
-    "band_low",
-    "band_high",
-    "perturbed",
-    "undecided",
-    "undecided_lower",
-    "undecided_upper",
-    "verdict",
-    "outside",
-)
-"""The variables of a screen, in their order in results."""
-
 
 def screen(
     runs: xr.Dataset,
-    motions: Motions | None = None,
+    motions: Motions | Generator | None = None,
     friction: float | Friction | Mapping[str, float | Friction] | None = None,
     *,
     factors: tuple[float, float] = FACTORS,
@@ -92,9 +55,10 @@ def screen(
     ----------
     runs : xarray.Dataset
         As `toppling.ida` (or `stripes`, or `cloud`) returns it.
-    motions : xarray.DataArray or a sequence of them, optional
-        The motions of the runs (for stripes, one set for each stripe).  Without them neither the friction at uplift nor
-        the frequency bands of the motions can be assessed.
+    motions : xarray.DataArray or a sequence of them, or Generator, optional
+        The motions of the runs (for stripes, one set for each stripe; at adaptive levels also the generator, which
+        makes them again).  Without them neither the friction at uplift nor the frequency bands of the motions can be
+        assessed.
     friction : float, Friction or mapping, optional
         Coefficient of friction between block and floor: a number, a distribution (`toppling.models.friction`), or
         either for each block by its label.  Where not given, only a need above 1 counts as sliding.
@@ -104,14 +68,16 @@ def screen(
         Greatest half width of the 95 % interval of a probability of 1/2 that passes.
     undecided : bool or float
         True, or the share of the motions, for which flags are tested under perturbations (`undecided_outcomes`): up to
-        four more runs for each run.
+        four more runs for each run.  At adaptive levels these motions are evenly spaced, from the first one on.
     client, progress
         For these additional runs, as for `toppling.ida`.
 
     Returns
     -------
     xarray.Dataset
-        Each variable is on the dimensions that it depends on:
+        Each variable is on the dimensions that it depends on (at adaptive levels what is named here as on level and
+        motion is on run, with ``run_block``, ``run_model``, ``run_motion``; the runs are those of the blocks, laws and
+        motions that `runs` holds):
 
         - ``friction_uplift`` (block): b/h, needed at uplift; ``friction_uplift_demand`` (block, level, motion): needed
           up to the peak of the half-cycle in which the block uplifts, or by the peak of the motion where it does not;
@@ -127,13 +93,14 @@ def screen(
           (`REASONS`; attributes flag_masks and flag_meanings); ``outside`` (block, model, reason): share of the runs
           for which each reason holds, for `any` at least one reason, for `undecided` among the runs tested;
         - where runs were tested: ``perturbed`` (motion), True for the motions tested; ``undecided`` (block, model), the
-          share of flags that change, with ``undecided_lower`` and ``undecided_upper``, its 95 % Wilson interval.
+          share of flags that change, with ``undecided_lower`` and ``undecided_upper``, its 95 % Wilson interval; at
+          adaptive levels ``undecided_tested`` (block, model), their number.
 
     Raises
     ------
     TypeError, ValueError
-        Runs of another kind, motions that are not those of the runs, a friction that is neither number nor
-        distribution or is missing for a block, bounds out of order.
+        Runs of another kind, a selection without runs of a block under a law, motions that are not those of the runs, a
+        friction that is neither number nor distribution or is missing for a block, bounds out of order.
 
     Notes
     -----
@@ -172,7 +139,6 @@ def screen(
     >>> found["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
     [1, 7]
     """
-    given = screen_input(runs)
     lowest, highest = (checks.number("factors", one, above=0.0) for one in factors)
     if lowest >= highest:
         raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
@@ -183,24 +149,23 @@ def screen(
         share = checks.number("undecided", undecided, at_least=0.0, at_most=1.0)
     if motions is None and share > 0.0:
         raise ValueError("motions must be given where undecided runs are looked for: they are run again")
-    if motions is not None and not isinstance(motions, xr.DataArray):
-        motions = list(motions)
-    plain = None if motions is None else records_of(runs, motions)
+    asked = ScreenRequest(friction, bounds, share)
     runner = runner_of(client)
-    flips = count_flips(runs, motions, share, runner, progress) if motions is not None and share > 0.0 else None
-    shaking = None if plain is None else Characteristics.of(plain)
-    variables, settings = _screened(given, shaking, friction, bounds, flips, runner.array)
+    if isinstance(runs, xr.Dataset) and RUN in runs.dims:
+        runs = selected(runs)
+        shaken = None if motions is None else shaken_by(runs, motions, share)
+        variables, settings = sparse_screen(runs, shaken, asked, runner, progress)
+        variables |= {name: runs[name].variable for name in OF_RUNS}
+    else:
+        variables, settings = _dense(runs, motions, asked, runner, progress)
     settings["tested"] = share
-    coordinates = {dim: runs[dim].variable for dim in given.sizes if dim in runs.coords}
-    if (given.coordinates["rest"] == "soft").any():  # (for the notes, which tell whose elastic mode is real)
-        coordinates["rest"] = given.coordinates["rest"]
-    if BED in given.coordinates:
-        coordinates[BED] = given.coordinates[BED]
-    if "round" in runs.coords:  # (likewise)
-        coordinates["round"] = runs["round"].variable
+    kept = [dim for dim in DIMS if dim in runs.coords]
+    kept += [name for name in (BED, "round") if name in runs.coords]  # (for the notes)
+    if (runs["rest"] == "soft").any():  # (likewise: they tell whose elastic mode is real)
+        kept.append("rest")
     return xr.Dataset(
         variables,
-        coords=coordinates | {"reason": reason_names()},
+        coords={name: runs[name].variable for name in kept} | {"reason": reason_names()},
         attrs={
             "title": "Validity screen",
             **provenance_from("validity screen", settings, runs=runs),
@@ -209,49 +174,23 @@ def screen(
     )
 
 
-class ScreenInput(NamedTuple):
-    """Properties of runs that the screen needs, as plain variables: of all runs, or of some blocks and motions.
-
-    sizes: of the dimensions of the runs, in order; coordinates: of blocks, laws and motions, by name (`NEEDED`, and
-    those of `OPTIONAL` that there are); factors: scale factors of the motions.
-    """
-
-    sizes: dict[str, int]
-    coordinates: Mapping[str, xr.Variable]
-    factors: ScaleFactors
-
-    @property
-    def lifted(self) -> bool:
-        """True if the motions shake vertically, too."""
-        return DOWNWARD in self.coordinates
-
-    def part(self, where: Where) -> ScreenInput:
-        """Return the input for the runs of a slab."""
-        return ScreenInput(
-            {dim: len(range(size)[where.get(dim, slice(None))]) for dim, size in self.sizes.items()},
-            {name: one.isel(where, missing_dims="ignore") for name, one in self.coordinates.items()},
-            self.factors.part(where),
-        )
-
-
-NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
-"""Coordinates without which runs cannot be screened."""
-OPTIONAL = (BED, POLARITY, RECORD, "own_amplitude", "stripe", DOWNWARD, *FLOORS)
-"""Coordinates that the screen takes into account where runs have them."""
-
-
-def screen_input(runs: xr.Dataset) -> ScreenInput:
-    """Read the properties of labelled runs from their coordinates and attributes.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset that does not hold runs, or runs without the measure of their levels.
-    """
-    dims = _dims(runs)
-    names = ["block", *NEEDED, *(name for name in OPTIONAL if name in runs.coords)]
-    coordinates = {name: runs[name].variable for name in names}
-    return ScreenInput({dim: runs.sizes[dim] for dim in dims}, coordinates, scale_factors(runs))
+def _dense(
+    runs: xr.Dataset,
+    motions: Motions | Generator | None,
+    asked: ScreenRequest,
+    runner: Runner,
+    progress: Progress | None,
+) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
+    """Return the variables and the settings of the screen of runs on block, model, motion and possibly level."""
+    given = screen_input(runs)
+    if motions is None:
+        return screened_runs(given, None, asked.friction, asked.bounds, None, runner.array)
+    if isinstance(motions, Generator):
+        raise TypeError("motions must be labelled arrays, but for runs at adaptive levels, got a generator")
+    every = motions if isinstance(motions, xr.DataArray) else list(motions)
+    shaking = Characteristics.of(records_of(runs, every))
+    flips = count_flips(runs, every, asked.undecided, runner, progress) if asked.undecided > 0.0 else None
+    return screened_runs(given, shaking, asked.friction, asked.bounds, flips, runner.array)
 
 
 def with_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characteristics, array: Allocator) -> xr.Dataset:
@@ -260,239 +199,16 @@ def with_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characteristics, 
     given: the properties of the runs, which are not read from the dataset; shaking: the characteristics of their
     motions; array: allocates variables that have a value for every run.
     """
-    variables, settings = _screened(given, shaking, None, Bounds(), None, array)
+    variables, settings = screened_runs(given, shaking, None, Bounds(), None, array)
     told = json.dumps(settings, ensure_ascii=False)
     return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
 
 
-class Bounds(NamedTuple):
-    """Limits that pass: least and greatest scale factor, and greatest half width of an interval."""
-
-    factors: tuple[float, float] = FACTORS
-    half_width: float = HALF_WIDTH
-
-
-def _screened(
-    given: ScreenInput,
-    shaking: Characteristics | None,
-    friction: float | Friction | Mapping[str, float | Friction] | None,
-    bounds: Bounds,
-    flips: FlipCounts | None,
-    array: Allocator,
-) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-    """Return the variables of a screen and its settings.
-
-    flips: of the runs that were repeated under perturbations; array: allocates variables with a value for every run.
-    The screen works on plain variables, because labelled arrays compare their labels at every step, which takes longer
-    than the arithmetic.
-    """
-    labels = [str(label) for label in given.coordinates["block"].values]
-    available = friction_by_block(friction, labels)
-    known = all(isinstance(one, FixedFriction) for one in available)
-    sizes = given.sizes
-    dims = tuple(sizes)
-    found: dict[str, xr.Variable] = {} if flips is None else undecided_shares(flips, dims)
-    shares = Shares(sizes)
-    for where, variables, chances, holds in screened_slabs(given, shaking, available, bounds, flips):
-        if friction is not None:
-            variables["slides"] = slides_of(chances, known)
-        shares.add(holds, variables["verdict"], where)
-        put(found, ordered(variables, dims), where, sizes, array)
-    found["outside"] = shares.outside(found.get("undecided"))
-    few, fewest = few_motions(given, bounds)
-    found |= few
-    tested = 0 if flips is None else flips.tested
-    described = described_friction(friction, available, labels)
-    return in_order(found), settings_of(bounds, fewest, described, shaking is not None, tested, given.lifted)
-
-
-class Slab(NamedTuple):
-    """The screen of a slab of the runs: its variables with the verdict, chances of sliding, and where reasons hold."""
-
-    where: Where
-    variables: dict[str, xr.Variable]
-    chances: dict[Reason, xr.Variable]
-    holds: dict[Reason, xr.Variable]
-
-
-def screened_slabs(
-    given: ScreenInput,
-    shaking: Characteristics | None,
-    available: list[Friction],
-    bounds: Bounds,
-    flips: FlipCounts | None,
-) -> Iterator[Slab]:
-    """Yield the screen slab by slab of blocks and motions; `available`: the friction of each block."""
-    for where in slabs(given.sizes, ("block", "motion")):
-        own = given.part(where)
-        here = None if shaking is None else shaking.part(where.get("motion", slice(None)))
-        variables, chances, holds = _screen_slab(own, here, available[where.get("block", slice(None))], bounds)
-        if flips is not None:
-            holds[UNDECIDED] = flips.flipped(where, tuple(given.sizes))
-        variables["verdict"] = verdict_of(own.sizes, holds)
-        yield Slab(where, variables, chances, holds)
-
-
-def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
-    """Return the friction of the blocks as plain values; None where it is not known."""
-    if friction is None:
-        return None
-    if len(available) <= DESCRIBED:
-        return {label: one.description for label, one in zip(labels, available, strict=True)}
-    return [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
-
-
-def in_order(found: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
-    """Return the variables of a screen in their order in results."""
-    return {name: found[name] for name in ORDER if name in found}
-
-
-def screen_part(
-    given: ScreenInput, shaking: Characteristics, bounds: Bounds
-) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable]]:
-    """Return the variables of some blocks and motions without friction, and where each reason holds."""
-    labels = [str(label) for label in given.coordinates["block"].values]
-    variables, _, holds = _screen_slab(given, shaking, friction_by_block(None, labels), bounds)
-    variables["verdict"] = verdict_of(given.sizes, holds)
-    return ordered(variables, tuple(given.sizes)), holds
-
-
-def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-    """Return variables with their dimensions in the order of `dims`."""
-    return {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}
-
-
-def few_motions(given: ScreenInput, bounds: Bounds) -> tuple[dict[str, xr.Variable], int]:
-    """Return the variables that say whether there are enough motions, and the number on the floor with the fewest."""
-    fewest = _fewest_motions(given)
-    half = wilson_half_width(fewest)
-    text = "half width of the 95 % interval of a probability of 1/2"
-    few = f"whether that is above {bounds.half_width:g}"
-    return {
-        "interval_half_width": labelled(xr.Variable((), half), text),
-        "few_motions": labelled(xr.Variable((), half > bounds.half_width), few),
-    }, fewest
-
-
-def settings_of(
-    bounds: Bounds, fewest: int, friction: Any, motions: bool, tested: int = 0, vertical: bool = False
-) -> dict[str, Any]:
-    """Return the settings of a screen as plain values; `tested`: the runs of a block under a law that were repeated.
-
-    vertical: whether the motions shake vertically, too.
-    """
-    return {
-        "friction": friction,
-        "factors": list(bounds.factors),
-        "half_width": bounds.half_width,
-        "fewest_motions": fewest,
-        "motions": motions,
-        "tested": 0.0,
-        "tested_runs": tested,
-        "perturbation": PERTURBATION,
-        **({"vertical": True} if vertical else {}),
-    }
-
-
-def _screen_slab(
-    given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: Bounds
-) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
-    """Return the variables of some blocks and motions, their probabilities of sliding, and where each reason holds."""
-    known = given.coordinates
-    slenderness = known["cm_height"] / (0.5 * known["width"])
-    factor = given.factors.values
-    peak = factor * known["pga"]
-    rising = None if shaking is None else shaking.rising
-    needs = friction_demands(slenderness, known["inertia_factor"], known["e"], peak, factor, rising)
-    chances = chances_of(needs, available, peak * slenderness > STANDARD_GRAVITY)
-    frequency = _elastic_frequency(known)
-    variables = {
-        "squat": labelled(slenderness < SQUAT_RATIO, SQUAT.text),
-        "friction_uplift": labelled(1.0 / slenderness, "coefficient of friction needed at uplift: b/h"),
-        **{NEEDS[reason][0]: labelled(compact(need), NEEDS[reason][1]) for reason, need in needs.items()},
-        "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
-        "scale_factor": labelled(factor, "scale factor of the motion"),
-    }
-    far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
-    holds = {
-        SQUAT: variables["squat"],
-        **{reason: chance > 0.5 for reason, chance in chances.items()},
-        SCALED_FAR: far & _own_amplitude(given),
-    }
-    if given.lifted:
-        holds[AIRBORNE] = leaves_floor(factor, known[DOWNWARD])
-    if shaking is not None:
-        variables |= {"band_low": shaking.low, "band_high": shaking.high}
-        # (the mode of a soft support is real, and speaks against no run)
-        spurious = known["rest"] != "soft"
-        if BED in known:
-            spurious = spurious & known[BED].isnull()
-        holds[ELASTIC_MODE] = (frequency >= shaking.low) & (frequency <= shaking.high) & spurious
-    return variables, chances, holds
-
-
-def _outputs(runs: xr.Dataset) -> Iterator[str]:
-    """Names of the variables that have a value for every run."""
-    return (str(name) for name, one in runs.data_vars.items() if {"block", "model", "motion"} <= {*one.dims})
-
-
-def _dims(runs: xr.Dataset) -> tuple[str, ...]:
-    """Dimensions of the runs in their usual order; TypeError where the dataset does not hold runs."""
-    found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
-    if found is None or not {*NEEDED} <= {*runs.coords}:
-        raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
-    dims = {str(dim) for dim in runs[found].dims}
-    if not dims <= {"block", "model", "level", "motion"}:
-        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[found].dims}")
-    return tuple(dim for dim in ("block", "model", "level", "motion") if dim in dims)
-
-
-def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
-    """Frequency p sqrt((1/delta - 1) sin(alpha)/alpha)/(2 pi), Hz, of laws with an elastic zone at rest; else NaN.
-
-    A bed that settles by d0 has the stiffness of delta = 3 d0/(b alpha).
-    """
-    alpha = known["alpha"]
-    elastic = known["rest"] != "rigid"
-    delta = known["delta"]
-    if BED in known:
-        of_bed = known[BED] / (0.5 * known["width"] * alpha) * 3.0
-        delta = xr.apply_ufunc(np.where, of_bed.isnull(), delta, of_bed)
-    stiffness = (1.0 / delta - 1.0) * (alpha.copy(data=np.sin(alpha.values)) / alpha)
-    frequency = known["p"] * stiffness.copy(data=np.sqrt(stiffness.values)) / (2.0 * np.pi)
-    found: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
-    return found.transpose("block", "model")
-
-
-def _own_amplitude(given: ScreenInput) -> xr.Variable:
-    """True for motions (motion,) whose amplitude is their own and no parameter; for all where runs do not say it."""
-    if "own_amplitude" in given.coordinates:
-        found: xr.Variable = given.coordinates["own_amplitude"].astype(bool)
-        return found
-    return xr.Variable(("motion",), np.ones(given.sizes["motion"], np.bool_))
-
-
-def _fewest_motions(given: ScreenInput) -> int:
-    """Number of motions, those run both ways once, of the floor and stripe that has the fewest."""
-    n = given.sizes["motion"]
-    known = given.coordinates
-    stripes = known["stripe"].values.tolist() if "stripe" in known else [0] * n
-    names = known[RECORD].values.tolist() if POLARITY in known else range(n)
-    each = set(zip(floor_labels(known, n), stripes, names, strict=True))
-    return min(Counter(one[:2] for one in each).values(), default=0)
-
-
-def undecided_shares(flips: FlipCounts, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-    """Return the share of flags that change among those tested, and its interval as if runs were independent."""
-    each = tuple(dim for dim in dims if dim in ("block", "model"))
-    flipped = np.stack([np.count_nonzero(one > 0, axis=tuple(range(1, one.ndim))) for one in flips.counts])
-    n = np.full(flipped.shape, flips.tested)
-    lower, upper = wilson_interval(flipped, n)
-    return {
-        "perturbed": labelled(
-            xr.Variable("motion", flips.chosen), "whether the runs of the motion were run again, perturbed"
-        ),
-        "undecided": labelled(xr.Variable(each, flipped / n), "share of the flags tested that a millionth flips"),
-        "undecided_lower": labelled(xr.Variable(each, lower), "lower end of its 95 % Wilson interval"),
-        "undecided_upper": labelled(xr.Variable(each, upper), "upper end of its 95 % Wilson interval"),
-    }
+def with_sparse_screen(
+    runs: xr.Dataset, shaken: Shaken, asked: ScreenRequest, runner: Runner, progress: Progress | None
+) -> xr.Dataset:
+    """Add to runs at adaptive levels the variables of their screen; arguments as for `sparse_screen`."""
+    variables, settings = sparse_screen(runs, shaken, asked, runner, progress)
+    settings["tested"] = asked.undecided
+    told = json.dumps(settings, ensure_ascii=False)
+    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)

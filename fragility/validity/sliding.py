@@ -102,6 +102,11 @@ def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable
         slides = xr.apply_ufunc(np.maximum, slides, chance)
     if known:
         return labelled(slides > 0.5, "whether the block slides")
+    return as_probability(slides)
+
+
+def as_probability(slides: xr.Variable) -> xr.Variable:
+    """Return whether blocks slide, or with which probability, as a probability."""
     return labelled(slides.astype(np.float32), "probability that the block slides")
 
 

@@ -23,7 +23,7 @@ from ..runs.labels import block_coordinates
 from ..runs.provenance import BED
 from .characteristics import Characteristics
 from .reasons import Shares, labelled, reason_names
-from .screen import (
+from .slab_screen import (
     SQUAT_RATIO,
     Bounds,
     ScreenInput,

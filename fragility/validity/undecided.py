@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Flags, Progress
-from ...models import Block, Law
+from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
@@ -235,7 +235,7 @@ def choose_motions(n: int, share: float) -> Flags:
     return chosen
 
 
-def perturbed_runs(blocks: int, models: Sequence[Law], levels: int, motions: int, share: float, axes: int = 1) -> int:
+def perturbed_runs(blocks: int, models: Sequence[Model], levels: int, motions: int, share: float, axes: int = 1) -> int:
     """Return the number of runs that `undecided_outcomes` needs, about one axis or two."""
     laws = sum(2 if hasattr(model, "e") else 1 for model in models)
     return 2 * axes * blocks * laws * levels * int(choose_motions(motions, share).sum())

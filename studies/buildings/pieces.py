@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...aliases import Array, Flags
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
-from ...fragility.validity.screen import SQUAT_RATIO
+from ...fragility.validity.slab_screen import SQUAT_RATIO
 from ..money.budget import Choice, best_set
 from ..money.present_value import DISCOUNT
 from .code_checks import checks_of_items

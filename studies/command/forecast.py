@@ -42,7 +42,7 @@ class Forecast(NamedTuple):
             few, usual, many = self.expected.runs
             runs = f"about {usual:,} ({few:,} to {many:,}), at most {self.runs:,}, {self.expected.words}"
             if self.slides:
-                runs += f"; and about {round(self.slides * usual / max(self.runs, 1)):,} runs of sliding blocks"
+                runs += f"; and about {self.expected.slides:,} runs of sliding blocks"
             each = self.seconds / max(self.runs, 1)
             few_seconds, most_seconds = time_text(each * usual), time_text(each * many)
             seconds = few_seconds if few_seconds == most_seconds else f"{few_seconds} or so, up to {most_seconds}"

@@ -32,7 +32,7 @@ from ...fragility.fitting.states import OVERTURNED, UPLIFTED
 from ...fragility.hazard.pieces import EXTEND
 from ...fragility.runs.request import OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
-from ...fragility.validity.screen import FACTORS
+from ...fragility.validity.slab_screen import FACTORS
 from ...models import Block
 from ...motions import Generator
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
@@ -375,8 +375,8 @@ class StudyFile(Table):
             self._check_pooled()
         elif self.until is not None and self.until.runs_per_motion is not None:
             checks.number("until.runs_per_motion", self.until.runs_per_motion, at_least=FEWEST_RUNS, at_most=MOST_RUNS)
-        needing = ("uncertainty", "sensitivity", "screen", "measures", "branches", "motion_sets")
-        for name in (*needing, *(("friction",) if word == POOLED else ())):
+        needing = ("uncertainty", "sensitivity", "measures", "branches", "motion_sets")
+        for name in (*needing, *(("screen", "friction") if word == POOLED else ())):
             if getattr(self, name) is not None:
                 raise ValueError(f"{name} needs levels that all motions share, not levels = {word!r}")
         if self.fit is not None:

@@ -106,6 +106,16 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
     return replace(content.friction.build(content.analysis.polarity or BOTH), own=own, own_trips=near)
 
 
+def screening_with(
+    content: StudyFile, slides: Slides | None, blocks: Iterable[Block]
+) -> tuple[Friction | Mapping[str, Friction] | None, float]:
+    """Return what `screening_of` does, with the friction of each block where some have their own."""
+    friction, undecided = screening_of(content)
+    if slides is None or not slides.own:
+        return friction, undecided
+    return {one.label: slides.friction_of(one) for one in blocks}, undecided
+
+
 def without_replicates(curves: xr.Dataset) -> xr.Dataset:
     """Return fitted curves without their replicates."""
     return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
@@ -166,14 +176,14 @@ class FragilityStudy(BlockStudy, Study):
     def of(cls, content: StudyFile, folder: Path) -> Self:
         blocks = blocks_of(content, folder)
         slides = slides_of(content, blocks)
-        friction, undecided = screening_of(content)
+        friction, undecided = screening_with(content, slides, blocks)
         study = cls(
             content.title,
             plain(content),
             blocks,
             each("models", content.models, blocks),
             content.design_of_runs(folder, content.both_ways(blocks)),
-            friction if slides is None or not slides.own else {one.label: slides.friction_of(one) for one in blocks},
+            friction,
             undecided,
             fit_of(content),
             None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),

@@ -15,7 +15,7 @@ from ...aliases import Progress
 from ...fragility import RandomInputs, ida, notes, overturning_response, sobol_indices, tornado
 from ...fragility.runs.provenance import records_of
 from ...fragility.validity.characteristics import Characteristics
-from ...fragility.validity.screen import screen_input
+from ...fragility.validity.slab_screen import screen_input
 from ...fragility.validity.summary import summary_screen
 from ...fragility.validity.undecided import count_flips, perturbed_runs
 from ...models import Block, HousnerImpact, Law

@@ -1,12 +1,12 @@
 """Fragility studies at adaptive levels: runs are made until the answer is as precise as asked.
 
 Their results hold what those of other fragility studies hold, but each run has a block, a law, a motion and a level of
-its own, and what needs common levels (observed probabilities, the screen of runs) is left out.  Slips have runs of
-their own.
+its own, and what needs common levels (observed probabilities, measures) is left out.  Slips have runs of their own.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -15,10 +15,13 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Progress
+from ...fragility import notes
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.runs.axes import check_axes, check_outputs
+from ...fragility.validity.sparse_screen import ScreenRequest
+from ...fragility.validity.undecided import perturbed_runs
 from ...motions.arrays import LIFTS
 from ...wording import counted
 from ..file.schema import StudyFile
@@ -29,8 +32,8 @@ from ..plan.slides import exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
-from .fragility import FragilityStudy, Rated, fit_of, median_doubts, slides_of, without_replicates
-from .study import Expected, blocks_of, check_laws, each, plain
+from .fragility import FragilityStudy, Rated, fit_of, median_doubts, screening_with, slides_of, without_replicates
+from .study import Expected, blocks_of, check_laws, each, perturbed_words, plain
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
@@ -59,13 +62,16 @@ class SequentialStudy(FragilityStudy):
         slides = slides_of(content, blocks)
         if slides is not None and any(LIFTS in array.coords for array in design.arrays):
             raise ValueError("friction at adaptive levels needs motions without a vertical component")
+        friction, undecided = screening_with(content, slides, blocks)
+        design = replace(design, screening=ScreenRequest(friction, undecided=undecided))
         study = cls(
             content.title,
             plain(content),
             blocks,
             each("models", content.models, blocks),
             design,
-            undecided=0.0,
+            friction,
+            undecided,
             fit=fit_of(content),
             risk=risk,
             outputs=OUTPUTS if content.outputs is None else tuple(content.outputs),
@@ -88,9 +94,10 @@ class SequentialStudy(FragilityStudy):
 
     @property
     def words(self) -> str:
-        assert self.expected is not None
         of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
-        return f"{of}: about {self.expected.runs[1]:,} runs"
+        usual = self._own(self.sequence.expected[1], self.sequence.until.least)
+        tests = self._perturbed(self.sequence.expected[1], self.sequence.until.least)
+        return f"{of}: about {counted(usual, 'run')}{perturbed_words(tests)}"
 
     @property
     def sequence(self) -> Sequential:
@@ -100,19 +107,37 @@ class SequentialStudy(FragilityStudy):
 
     @property
     def expected(self) -> Expected:
-        curves = len(self.blocks) * len(self.models) * self.design.about
         motions = self.sequence.expected
         # (a curve may be found in the first wave)
         first = WAVE, self.sequence.until.least, self.sequence.until.least
-        few, usual, many = (curves * self.sequence.runs_of(n, own) for n, own in zip(motions, first, strict=True))
-        return Expected((few, usual, many), "of some {1:,} motions ({0:,} to {2:,})".format(*motions))
+        few, usual, many = (self._own(*each) + self._perturbed(*each) for each in zip(motions, first, strict=True))
+        words = "of some {1:,} motions ({0:,} to {2:,})".format(*motions)
+        return Expected((few, usual, many), words, self._sliding(motions[1], first[1]))
+
+    def _own(self, motions: int, first: int) -> int:
+        """Return the number of planar runs under so many motions, of which so many look for the curve."""
+        return len(self.blocks) * len(self.models) * self.design.about * self.sequence.runs_of(motions, first)
+
+    def _perturbed(self, motions: int, first: int) -> int:
+        """Return how many further runs test which outcomes are undecided, under so many motions."""
+        tested = (math.ceil(self.undecided * n) for n in (motions, first))
+        each = perturbed_runs(len(self.blocks), self.models, 1, 1, 1.0, axes=self.design.about)
+        return each * self.sequence.runs_of(*tested)
+
+    @property
+    def perturbed_runs(self) -> int:
+        return self._perturbed(self.sequence.until.most, self.sequence.until.least)
 
     @property
     def slide_runs(self) -> int:
+        return self._sliding(self.sequence.until.most, self.sequence.until.least)
+
+    def _sliding(self, motions: int, first: int) -> int:
+        """Return the number of runs of sliding blocks under so many motions, of which so many look for the curve."""
         if self.slides is None:
             return 0
         curves = len(self.slides.distances) * sum(map(len, groups(self.slides, self.blocks).values()))
-        return curves * self.sequence.one_way.runs
+        return curves * self.sequence.one_way.runs_of(motions, first)
 
     def _rated(
         self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
@@ -148,7 +173,7 @@ class SequentialStudy(FragilityStudy):
             medians = np.append(medians, slid.variables[SLIP_MEDIAN].values)
             said += [*slid.notes, *slide_notes(slid.variables, self.blocks, plane=in_plane(runs))]
             said += exact_friction_notes(self.slides.exact(self.blocks))
-        said += median_doubts(medians, units)
+        said += [*median_doubts(medians, units), *notes(runs, self.slides is not None)]
         found |= without_replicates(curves).data_vars
         own = [f"{name}{end}" for name in OF_ANALYSIS for end in ("", "_lower", "_upper")]
         renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in own if name in runs})

@@ -64,10 +64,14 @@ __version__ = metadata.version("toppling")
 
 
 class Expected(NamedTuple):
-    """About how many runs adaptive levels take (few, usual, many), and of how many motions in words."""
+    """About how many runs adaptive levels take (few, usual, many), and of how many motions in words.
+
+    slides: further runs of sliding blocks, as a rule.
+    """
 
     runs: tuple[int, int, int]
     words: str
+    slides: int = 0
 
 
 @dataclass(frozen=True)

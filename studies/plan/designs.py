@@ -21,13 +21,16 @@ from ...fragility import HazardCurve, cloud, ida, joint_falls, pooled, stripes
 from ...fragility.adaptive.curve import EXPLORING
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
+from ...fragility.analyses.adaptive import adaptive
 from ...fragility.analyses.region_runs import CHECKED_SHARE
 from ...fragility.fitting.states import OVERTURNED, State
 from ...fragility.runs.axes import axes_of
+from ...fragility.runs.request import check_request
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.surfaces import checks as of_checks
 from ...fragility.surfaces.rate_checks import STRATA
 from ...fragility.validity.plausibility import level_doubts
+from ...fragility.validity.sparse_screen import ScreenRequest
 from ...models import Block, Law, Model
 from ...models.columns import BlockArray
 from ...motions import Generator, records
@@ -204,7 +207,7 @@ class Sequential(OfRuns):
     """Motion after motion at a few levels of its own, until the answer is as precise as asked.
 
     motions, generator, seed, both: as of `Pooled`; state: the damage state of the curves; `hazard` where the precision
-    is that of a rate.
+    is that of a rate; screening: what is asked of the screen of its runs.
     """
 
     motions: Motions
@@ -218,6 +221,7 @@ class Sequential(OfRuns):
     state: State = OVERTURNED
     hazard: HazardCurve | None = None
     reading: Reading = UNREAD
+    screening: ScreenRequest | None = None
     name: ClassVar[str] = "ida"
 
     @property
@@ -278,21 +282,20 @@ class Sequential(OfRuns):
     def _analysed(
         self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
-        del options["screen"]
-        return ida(
-            blocks,
-            models,
+        # (the screen is made with the waves, whose motions are not kept)
+        client, progress, ground = (options[name] for name in ("client", "progress", "ground"))
+        return adaptive(
+            check_request(blocks, models, outputs, True, client, progress, self.screening is not None),
             self.motions if self.generator is None else self.generator,
-            "adaptive",
             self.im,
-            outputs,
-            polarity=BOTH if self.both else AS_RECORDED,
-            until=self.until,
+            self.until,
             state=self.state,
-            hazard=self.hazard,
             runs_per_motion=self.runs_per_motion,
             seed=self.seed,
-            **options,
+            hazard=self.hazard,
+            ground=ground,
+            polarity=BOTH if self.both else AS_RECORDED,
+            screening=self.screening,
         )
 
 

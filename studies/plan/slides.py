@@ -20,7 +20,7 @@ from ...fragility.fitting.bootstrap import percentile_interval
 from ...fragility.fitting.states import OVERTURNED, State
 from ...fragility.runs.provenance import AXES, configuration_of
 from ...fragility.validity.plausibility import end_doubts
-from ...fragility.validity.screen import SQUAT_RATIO
+from ...fragility.validity.slab_screen import SQUAT_RATIO
 from ...models import Block
 from ...models.friction import FixedFriction, Friction
 from ...models.scenes.edge import FALLEN_OFF

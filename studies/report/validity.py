@@ -26,13 +26,13 @@ from ...fragility.validity.reasons import (
     SLIDES_AT_UPLIFT,
     SLIDES_WHILE_ROCKING,
 )
-from ...fragility.validity.screen import HALF_WIDTH, SQUAT_RATIO
+from ...fragility.validity.slab_screen import HALF_WIDTH, SQUAT_RATIO
 from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
 from ...wording import counted, listed_name, two_digit_percent
 from ..buildings.notes import AMOUNTS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
-from ..plan.slides import INSTEAD
+from ..plan.slides import GATED, GATED_RATE, INSTEAD
 from ..region.rows import is_pooled
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
@@ -77,7 +77,6 @@ ODD = {
     "misfit": "the motions do not match their target spectrum",
 }
 """What is odd about the inputs, by the kind of doubt."""
-ADAPTIVE, POOLED = "adaptive", "pooled"
 AGAIN = "Run the study with this version."
 NO_CHECK = "The results do not contain this check."
 SLIDING = "Does the block rock rather than slide?"
@@ -99,8 +98,8 @@ SLIPS_IN_TABLE = (
     "Read the table of sliding: it says how likely each piece slides instead of rocking, and how far. Have the "
     "friction measured where a decision depends on it."
 )
-"""What to do about sliding: where no friction is given, where the screen alone has it, and where slips are computed, at
-common levels and at adaptive ones."""
+"""What to do about sliding: where no friction is given, where the screen alone has it, and where slips are computed,
+with the chances of falling that are left and without them."""
 HAZARD = "Do the annual rates come from the part of the hazard curve that is known?"
 ENDS = {"below": "first", "above": "last"}
 CURES = {
@@ -198,10 +197,8 @@ def _edited(state: str) -> Iterator[Check]:
 def _model(results: xr.Dataset) -> Iterator[Check]:
     yield _rocking(results)
     if "outside" not in results:
-        if INSTEAD in results and bool(results[INSTEAD].notnull().any()):
-            yield _slides_instead(results)
-        if str(results.attrs.get("design", "")) in (ADAPTIVE, POOLED):
-            reason = "Runs at adaptive levels are not screened for slides and for motions that are scaled far."
+        if is_pooled(results):
+            reason = "Runs of a pooled surface are not screened for slides and for motions that are scaled far."
             cure = "Give the same blocks a few levels that all motions share, and look at the checks of that study."
             yield Check("Were the runs screened?", UNKNOWN, reason, cure, "the runs were not screened")
             return
@@ -256,7 +253,9 @@ def _sliding(results: xr.Dataset) -> Check:
     given = json.loads(str(results.attrs["screen"]))["friction"] is not None
     cure = UNKNOWN_FRICTION
     if given:
-        cure = FRICTION_IN_TABLE if INSTEAD in results else KNOWN_FRICTION
+        cure = KNOWN_FRICTION
+        if INSTEAD in results:
+            cure = FRICTION_IN_TABLE if {GATED, GATED_RATE} & {*results.variables} else SLIPS_IN_TABLE
     reasons = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
     shares = results["outside"].sel(reason=[one.name for one in reasons]).max("reason")
     share, where = _worst(shares)
@@ -280,21 +279,6 @@ def _sliding(results: xr.Dataset) -> Check:
     )
     reason = f"{clause[:1].upper()}{clause[1:]} ({where})."
     return Check(question, INVALID if float(shares.min()) > MOST else CARE, reason, cure, clause)
-
-
-def _slides_instead(results: xr.Dataset) -> Check:
-    """Return the check of the friction alone, where no run was screened."""
-    chance = results[INSTEAD]
-    most = float(chance.max())
-    if most < MARKED:
-        return Check(
-            SLIDING,
-            GOOD,
-            "With the friction given, every block that stands free would rock with a chance of at least 99 %.",
-        )
-    clause = f"a piece slides instead of rocking with a chance of up to {two_digit_percent(most)}"
-    reason = f"{clause[:1].upper()}{clause[1:]} (“{chance['block'].values[int(np.nanargmax(chance.values))]}”)."
-    return Check(SLIDING, INVALID if float(chance.min()) > MOST else CARE, reason, SLIPS_IN_TABLE, clause)
 
 
 def _rolling(results: xr.Dataset) -> Iterator[Check]:

@@ -30,7 +30,8 @@ from ...fragility.validity.reasons import (
     SQUAT,
     UNDECIDED,
 )
-from ...fragility.validity.screen import FACTORS, screen
+from ...fragility.validity.screen import screen
+from ...fragility.validity.slab_screen import FACTORS
 from ...models import Block, Law, simulate
 from ...models.block import describe_scene
 from ...models.laws import describe_law

@@ -134,12 +134,12 @@ TABLES = (
         "samples",
         "varied",
     ),
-    *("given", "annual", "spread", "ranking", "duties", "kits", "sliding", "standing", "screen", "shares"),
+    *("given", "annual", "spread", "ranking", "duties", "kits", "sliding", "standing", "screen", "sparse", "shares"),
 )
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "chosen", "curves", "year", "branches", "measures", "slides", "standing", "screen"),
-    "sequential": ("adaptive", "curves", "year", "slips", "standing"),
+    "sequential": ("adaptive", "curves", "year", "slips", "standing", "sparse"),
     "pooled": ("surface", "curves", "year"),
     "uncertainty": ("samples", "curves", "year", "standing", "shares"),
     "sensitivity": ("varied", "standing", "shares"),

@@ -17,7 +17,6 @@ from toppling.fragility import (
     goodness_of_fit,
     overturning_capacity,
     overturning_probability,
-    screen,
     slide_runs,
 )
 from toppling.motions import both_axes
@@ -137,7 +136,6 @@ def test_fits_take_the_runs_with_their_motions(found):
     motions = SHAKES.sample(found.sizes["motion"])
     hazard = HazardCurve.power_law(1e-3, 2.0, "pgv")
     for function, words in (
-        (lambda: screen(found, motions), "runs must be a dataset of runs with its coordinates"),
         (lambda: slide_runs(found, motions, 0.3), "got adaptive levels"),
         (lambda: tp.fragility.annual_rate(found, hazard), "curves must be a dataset as fit_fragility returns it"),
         (lambda: tp.fragility.curve_probability(found, [1.0]), "curves must be a dataset as fit_fragility returns it"),
@@ -310,7 +308,7 @@ class TestOtherStates:
         ({"levels": "adaptative"}, "levels must be real numbers or 'adaptive'"),
         ({"levels": [1.0], "until": {}}, "until, state and hazard are for adaptive levels"),
         ({"levels": [1.0]}, "motions must be labelled arrays where levels are given"),
-        ({"screen": True}, "screen must be left out for adaptive levels"),
+        ({"screen": 1}, "screen must be True or False"),
         ({"compute": False}, "compute must be True for adaptive levels"),
         ({"outputs": ["peak_rotation"]}, "outputs must hold overturned"),
         ({"outputs": ["overturned", "top_displacement"]}, "outputs of adaptive levels must not hold top_displacement"),

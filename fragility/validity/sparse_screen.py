@@ -1,0 +1,309 @@
+"""The screen of runs at adaptive levels, each of one block, law and motion at a level of its own: curve by curve."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Flags, Index, Progress
+from ...models import Block, Law
+from ...models.friction import FixedFriction, Friction
+from ...motions.arrays import POLARITY, Record
+from ...motions.polarity import AS_RECORDED, BOTH, records_under
+from ...motions.simulated.generator import Generator
+from ..runs.axes import along_depth
+from ..runs.factors import ScaleFactors
+from ..runs.provenance import (
+    RUN,
+    Motions,
+    about_both_axes,
+    blocks_of,
+    configuration_of,
+    laws_of,
+    level_measure,
+    records_of,
+    same_motions,
+)
+from ..runs.runners import Runner
+from .characteristics import Characteristics
+from .reasons import labelled
+from .slab_screen import (
+    NEEDED,
+    TESTED,
+    Bounds,
+    ScreenInput,
+    described_friction,
+    few_motions,
+    fewest_motions,
+    in_order,
+    known_coordinates,
+    screened_runs,
+    settings_of,
+)
+from .sliding import as_probability, friction_by_block
+from .undecided import FLAGS, Axis, FlipCounts, count_flips_of, perturbed_runs
+
+OF_RUNS = ("run_block", "run_model", "run_motion")
+"""Variables with the block, the law and the motion of a run, by number."""
+OF_ALL = ("few_motions", "interval_half_width", "band_low", "band_high", "perturbed")
+"""Variables that are of no curve by itself."""
+AT_ONCE = 32
+"""Motions of a generator that are made at a time: only their characteristics are kept."""
+
+
+class ScreenRequest(NamedTuple):
+    """What is asked of a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
+
+    friction: float | Friction | Mapping[str, float | Friction] | None = None
+    bounds: Bounds = Bounds()
+    undecided: float = 0.0
+
+
+class Shaken:
+    """What the screen needs of motions, which come some at a time and are not kept.
+
+    Parameters
+    ----------
+    share : float
+        Share of the motions whose runs are repeated under perturbations, rounded up.
+
+    Attributes
+    ----------
+    share : float
+        As given.
+    kept : dict of int to Record
+        The motions whose runs are repeated, by place: evenly spaced from the first one on, with their reverses, so that
+        the choice does not depend on how many motions follow.
+    """
+
+    def __init__(self, share: float) -> None:
+        self.share = share
+        self._parts: list[Characteristics] = []
+        self._given = self._records = 0
+        self.kept: dict[int, Record] = {}
+
+    def add(self, records: Sequence[Record]) -> None:
+        """Take the next motions."""
+        self._parts.append(Characteristics.of(records))
+        for one in records:
+            self._given += not one.reverse_of
+            if math.ceil(self._given * self.share) > math.ceil((self._given - 1) * self.share):
+                self.kept[self._records] = one
+            self._records += 1
+
+    @property
+    def characteristics(self) -> Characteristics:
+        """The characteristics of all motions, in order."""
+        return Characteristics.joined(self._parts)
+
+
+def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> Shaken:
+    """Return what the screen needs of the motions of runs; ValueError for other motions than those of the runs.
+
+    Those of a generator are made again, with the seed of the runs.
+    """
+    found = Shaken(share)
+    if not isinstance(motions, Generator):
+        found.add(records_of(runs, motions))
+        return found
+    polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
+    ways = 2 if polarity == BOTH else 1
+    seed = configuration_of(runs).get("seed")
+    if seed is None:
+        raise ValueError("runs must say their seed where motions are a generator, as toppling.ida returns them")
+    given, places = np.divmod(runs["motion_number"].values, ways)
+    for first in range(0, int(given.max(initial=0)) + 1, AT_ONCE):
+        mine = np.flatnonzero((given >= first) & (given < first + AT_ONCE))
+        if mine.size:
+            made = records_under(motions.sample(AT_ONCE, seed, first), polarity)
+            own = [made[i] for i in (ways * (given[mine] - first) + places[mine]).tolist()]
+            found.add(same_motions(runs.isel(motion=mine), own))
+    return found
+
+
+def selected(runs: xr.Dataset) -> xr.Dataset:
+    """Return the runs of the blocks, laws and motions that a dataset holds: a selection of these keeps all runs.
+
+    Raises
+    ------
+    TypeError
+        A dataset without the variables and coordinates of runs at adaptive levels.
+    """
+    numbers = [f"{of.removeprefix('run_')}_number" for of in OF_RUNS]
+    held = {*OF_RUNS, *numbers, *NEEDED, "level"} <= {*runs.variables}
+    if not held or not {"block", "model", "motion"} <= {*runs.dims}:
+        raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
+    there = [np.isin(runs[of].values, runs[name].values) for of, name in zip(OF_RUNS, numbers, strict=True)]
+    return runs.isel({RUN: np.logical_and.reduce(there)})
+
+
+class _Curve(NamedTuple):
+    """The runs of one block under one law: places of the two, of the runs, and of the motion of each run."""
+
+    block: int
+    model: int
+    runs: Index
+    motions: Index
+
+
+def _curves(runs: xr.Dataset) -> Iterator[_Curve]:
+    """Yield the curves of selected runs."""
+    places = []
+    for of in OF_RUNS:
+        numbers = runs[f"{of.removeprefix('run_')}_number"].values
+        order = np.argsort(numbers)
+        places.append(order[np.searchsorted(numbers[order], runs[of].values)])
+    block, model, motion = places
+    for i in range(runs.sizes["block"]):
+        for j in range(runs.sizes["model"]):
+            own = np.flatnonzero((block == i) & (model == j))
+            if own.size == 0:
+                label, law = (str(runs[dim].values[k]) for dim, k in (("block", i), ("model", j)))
+                raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
+            yield _Curve(i, j, own, motion[own])
+
+
+def sparse_screen(
+    runs: xr.Dataset, shaken: Shaken | None, asked: ScreenRequest, runner: Runner, progress: Progress | None = None
+) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
+    """Return the variables of the screen of runs at adaptive levels, and its settings.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        As `selected` returns them.
+    shaken : Shaken, optional
+        Of their motions; without it, as `screen` without motions.
+    asked : ScreenRequest
+        What is asked.
+    runner, progress
+        For the runs that are repeated.
+
+    Returns
+    -------
+    dict of str to xarray.Variable, dict
+        As of `screen`, what is of every run on run, and ``undecided_tested`` (block, model).
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `screen`.
+    """
+    labels = [str(label) for label in runs["block"].values]
+    available = friction_by_block(asked.friction, labels)
+    known = all(isinstance(one, FixedFriction) for one in available)
+    curves = list(_curves(runs))
+    inputs = [_input(runs, one) for one in curves]
+    flips = _flips(runs, curves, inputs, shaken.kept, runner, progress) if shaken is not None and shaken.kept else None
+    shaking = None if shaken is None else shaken.characteristics
+    sizes = {str(dim): runs.sizes[dim] for dim in (RUN, "block", "model")}
+    found: dict[str, xr.Variable] = {}
+    for k, (curve, given) in enumerate(zip(curves, inputs, strict=True)):
+        own = None if shaking is None else shaking.at(curve.motions)
+        counts = None if flips is None else flips[k]
+        friction = None if asked.friction is None else available[curve.block]
+        variables, _ = screened_runs(given, own, friction, asked.bounds, counts, np.empty)
+        if "slides" in variables and not known:
+            variables["slides"] = as_probability(variables["slides"])
+        if counts is not None:
+            text = "runs that were run again, perturbed"
+            variables[TESTED] = labelled(xr.Variable(("block", "model"), [[counts.tested]]), text)
+        _put(found, {name: one for name, one in variables.items() if name not in OF_ALL}, curve, sizes)
+    if shaking is not None:
+        found |= {"band_low": shaking.low, "band_high": shaking.high}
+    if flips is not None:
+        assert shaken is not None
+        chosen = xr.Variable("motion", np.isin(np.arange(runs.sizes["motion"]), list(shaken.kept)))
+        found["perturbed"] = labelled(chosen, "whether the runs of the motion were run again, perturbed")
+    few = [
+        given.at_motions(np.unique(curve.motions, return_index=True)[1])
+        for curve, given in zip(curves, inputs, strict=True)
+    ]
+    of_all, fewest = few_motions(min(few, key=fewest_motions), asked.bounds)
+    described = described_friction(asked.friction, available, labels)
+    tested = 0 if flips is None else max(one.tested for one in flips)
+    told = settings_of(asked.bounds, fewest, described, shaken is not None, tested, inputs[0].lifted)
+    return in_order(found | of_all), told
+
+
+def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:
+    """Return the properties of the runs of a curve, each of which has the place of a motion."""
+    at: dict[str, Any] = {"block": [curve.block], "model": [curve.model], "motion": curve.motions}
+    measured = level_measure(runs)
+    level = xr.Variable("motion", runs["level"].values[curve.runs])
+    return ScreenInput(
+        {"block": 1, "model": 1, "motion": curve.runs.size},
+        {name: one.isel(at, missing_dims="ignore") for name, one in known_coordinates(runs).items()},
+        ScaleFactors(level, measured.values.variable.isel(at, missing_dims="ignore"), measured.measure),
+    )
+
+
+def _told(progress: Progress, before: int, total: int, done: int, _: int) -> None:
+    """Tell the progress of the runs of a curve as that of the runs of all."""
+    progress(before + done, total)
+
+
+def _all(flags: Flags, _: slice) -> Flags:
+    """Return the flags of the one row that there is."""
+    return flags
+
+
+def _along_width(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
+    return [pair]
+
+
+def _across(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
+    block, law = pair
+    return [(block.across, law)]
+
+
+def _flips(
+    runs: xr.Dataset,
+    curves: Sequence[_Curve],
+    inputs: Sequence[ScreenInput],
+    kept: Mapping[int, Record],
+    runner: Runner,
+    progress: Progress | None,
+) -> list[FlipCounts]:
+    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`undecided_outcomes`)."""
+    if FLAGS[0] not in runs:
+        raise TypeError("runs must be a dataset with `overturned`, as toppling.ida returns it")
+    blocks, laws = blocks_of(runs), laws_of(runs)
+    about = 2 if about_both_axes(runs) else 1
+    chosen = [np.isin(curve.motions, list(kept)) for curve in curves]
+    each = zip(curves, chosen, strict=True)
+    work = [perturbed_runs(1, [laws[curve.model]], 1, int(own.sum()), 1.0, about) for curve, own in each]
+    found = []
+    for k, (curve, given, own) in enumerate(zip(curves, inputs, chosen, strict=True)):
+        records = [kept[place] for place in curve.motions[own].tolist()]
+        axes = [Axis(_along_width, records)]
+        if about == 2:
+            axes.append(Axis(_across, [along_depth(one) for one in records]))
+        flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]
+        factors = given.factors.values.values.reshape(1, 1, -1)[..., own]
+        told = None if progress is None else partial(_told, progress, sum(work[:k]), sum(work))
+        pairs = [(blocks[curve.block], laws[curve.model])]
+        counts = count_flips_of(pairs, axes, partial(_all, flags), factors, runner, told)
+        found.append(FlipCounts(own, np.asarray(counts)))
+    return found
+
+
+def _put(
+    found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], curve: _Curve, sizes: Mapping[str, int]
+) -> None:
+    """Put the variables of a curve where they belong; what is of its motions, which are its runs, belongs on run."""
+    places = {"block": slice(curve.block, curve.block + 1), "model": slice(curve.model, curve.model + 1)}
+    for name, one in variables.items():
+        of_runs = "motion" in one.dims
+        dims = (RUN,) if of_runs else one.dims
+        values = one.values.reshape(-1) if of_runs else one.values
+        if name not in found:
+            shape = [sizes.get(str(dim), values.shape[i]) for i, dim in enumerate(dims)]
+            found[name] = xr.Variable(dims, np.empty(shape, values.dtype), one.attrs)
+        at = (curve.runs,) if of_runs else tuple(places.get(str(dim), slice(None)) for dim in dims)
+        found[name].values[at] = values

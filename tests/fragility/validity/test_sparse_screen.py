@@ -1,0 +1,221 @@
+"""The screen of runs at adaptive levels: every run as a screen of its own has it, shares, selections, refusals."""
+
+import json
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.fragility import notes, screen, undecided_outcomes
+from toppling.fragility.validity.reasons import REASONS
+from toppling.fragility.validity.sparse_screen import Shaken
+from toppling.models.friction import LognormalFriction
+from toppling.motions import both_axes
+from toppling.motions.arrays import records
+from toppling.motions.polarity import both_polarities
+
+SHAKES = tp.motions.CloughPenzien(duration=8.0, dt=0.01)
+BLOCKS = [tp.Block(0.4, 1.6, name="narrow", depth=0.5), tp.Block(0.8, 1.4, name="squat", depth=1.5)]
+LAWS = [tp.HousnerImpact(), tp.DiscreteDamping(delta=0.05)]
+COARSE = {"median": 0.25, "motions": {"least": 32, "most": 400}}
+FRICTION = {"narrow": 0.3, "squat": LognormalFriction(0.5, 0.3)}
+OF_RUNS = ("friction_rocking_demand", "friction_uplift_demand", "scale_factor", "verdict")
+
+
+@pytest.fixture(scope="module")
+def found():
+    return tp.ida(BLOCKS, LAWS, SHAKES, "adaptive", "pgv", until=COARSE)
+
+
+@pytest.fixture(scope="module")
+def screened(found):
+    return screen(found, SHAKES, FRICTION, undecided=True)
+
+
+def number_of(runs, i):
+    return tuple(int(runs[f"run_{dim}"][i]) for dim in ("block", "model", "motion"))
+
+
+@pytest.mark.filterwarnings("ignore:the highest level")
+def test_every_run_has_what_a_screen_of_it_alone_has(found, screened):
+    """40 runs, each by an analysis at one level and a screen of its own: friction is the other of the two kinds."""
+    for i in np.random.default_rng(1).choice(found.sizes["run"], 40, replace=False).tolist():
+        block, model, motion = number_of(found, i)
+        shake = SHAKES.sample(1, 0, motion)
+        one = tp.ida(BLOCKS[block], LAWS[model], shake, [float(found["level"][i])], "pgv")
+        own = screen(one, shake, FRICTION[BLOCKS[block].label], undecided=True)
+        for runs, alone in ((found, one), (screened, own)):
+            for name in OF_RUNS:
+                assert runs[name].values[i] == alone[name].item(), name
+        chance = float(own["slides"].item())
+        assert float(screened["slides"][i]) == pytest.approx(chance, abs=1e-7)
+
+
+def test_the_shares_are_those_of_the_runs_of_a_curve(screened):
+    for block in range(2):
+        for model in range(2):
+            own = (screened["run_block"].values == block) & (screened["run_model"].values == model)
+            verdict = screened["verdict"].values[own]
+            expected = [np.mean(verdict & one.bit > 0) for one in REASONS] + [np.mean(verdict > 0)]
+            assert screened["outside"][block, model].values == pytest.approx(expected, abs=1e-15)
+    shares = screened["outside"]
+    assert (shares.sel(block="squat", reason="squat") == 1.0).all()
+    assert (shares.sel(model=LAWS[0].label, reason="elastic_mode") == 0.0).all()
+    assert (shares.sel(model=LAWS[1].label, reason="elastic_mode") > 0.5).all()
+
+
+def test_outcomes_are_undecided_where_a_run_alone_has_them_so(found, screened):
+    """All runs of one curve, motion by motion, against the perturbations of runs at common levels."""
+    own = np.flatnonzero((found["run_block"].values == 0) & (found["run_model"].values == 0))
+    flips = 0
+    for motion in np.unique(found["run_motion"].values[own]).tolist():
+        mine = own[found["run_motion"].values[own] == motion]
+        shake = SHAKES.sample(1, 0, motion)
+        levels = np.sort(found["level"].values[mine])
+        one = tp.ida(BLOCKS[0], LAWS[0], shake, levels, "pgv", screen=False)
+        counts = undecided_outcomes(one, shake).values[0, 0, :, 0]
+        bit = screened["verdict"].values[mine[np.argsort(found["level"].values[mine])]] & 64 > 0
+        assert bit.tolist() == (counts > 0).tolist()
+        flips += int((counts > 0).sum())
+    assert flips > 0
+    assert int(screened["undecided_tested"][0, 0]) == own.size
+    assert float(screened["undecided"][0, 0]) == flips / own.size
+    assert float(screened["undecided_lower"][0, 0]) < flips / own.size < float(screened["undecided_upper"][0, 0])
+
+
+def test_results_have_the_screen_without_friction(found):
+    again = screen(found, SHAKES)
+    for name, one in again.data_vars.items():
+        assert one.variable.identical(found[name].variable), name
+    assert json.loads(again.attrs["screen"]) == json.loads(found.attrs["screen"])
+    assert json.loads(found.attrs["screen"])["fewest_motions"] == int(found["motions_run"].min())
+    bare = tp.ida(BLOCKS[0], LAWS[0], SHAKES, "adaptive", "pgv", until=COARSE, screen=False)
+    assert "verdict" not in bare
+    assert "screen" not in bare.attrs
+    without = screen(bare)
+    assert "friction_uplift_demand" not in without
+    assert "band_low" not in without
+    own = (found["run_block"].values == 0) & (found["run_model"].values == 0)
+    np.testing.assert_array_equal(without["scale_factor"], found["scale_factor"][own])
+
+
+def test_motions_may_be_a_set(found, screened):
+    motions = SHAKES.sample(found.sizes["motion"])
+    again = screen(found, motions, FRICTION, undecided=True)
+    for name, one in screened.data_vars.items():
+        assert one.identical(again[name]), name
+
+
+def test_selections_are_screened_as_the_whole(found, screened):
+    for block, model in ((0, 1), (1, 0)):
+        own = (screened["run_block"].values == block) & (screened["run_model"].values == model)
+        part = screen(found.isel(block=[block], model=[model]), SHAKES, FRICTION, undecided=True)
+        assert part.sizes["run"] == own.sum()
+        for name in (*OF_RUNS, "slides"):
+            np.testing.assert_allclose(part[name], screened[name][own], atol=1e-7)
+        assert (part["outside"].values == screened["outside"][block, model].values).all()
+    some = found.isel(motion=[20, 3, 11])
+    part = screen(some, SHAKES.sample(30), FRICTION, undecided=True)
+    for i in range(part.sizes["run"]):
+        (same,) = (
+            k
+            for k in np.flatnonzero(screened["run_motion"].values == int(part["run_motion"][i]))
+            if number_of(screened, k) == number_of(part, i)
+            and float(screened["scale_factor"][k]) == float(part["scale_factor"][i])
+        )
+        assert int(part["verdict"][i]) == int(screened["verdict"][same])
+    assert (part["band_low"].values == screened["band_low"].values[[20, 3, 11]]).all()
+
+
+def test_a_share_of_the_motions_is_evenly_spaced_with_reverses():
+    motions = both_polarities(SHAKES.sample(30))
+    kept = []
+    for size in (4, 20, 60):
+        shaken = Shaken(0.1)
+        for first in range(0, 60, size):
+            shaken.add(records(motions.isel(motion=slice(first, first + size))))
+        kept.append(list(shaken.kept))
+        assert shaken.characteristics.low.size == len(shaken.characteristics.rising) == 60
+    assert kept[0] == kept[1] == kept[2] == [0, 1, 20, 21, 40, 41]
+    assert not Shaken(0.0).kept
+
+
+def test_motions_both_ways_and_levels_that_depend_on_the_block():
+    """A block at a wall answers a motion and its reverse differently, and counts them as one."""
+    held = tp.Block(0.4, 1.6, wall=tp.Wall(0.05))
+    found = tp.ida(held, tp.EnergyConsistent(), SHAKES, "adaptive", "pgv_normalised", until=COARSE, polarity="both")
+    screened = screen(found, SHAKES, undecided=0.2)
+    chosen = np.flatnonzero(screened["perturbed"].values)
+    assert {one.removesuffix(", reversed") for one in found["motion"].values[chosen]} == {
+        str(one) for one in found["motion"].values[chosen[::2]]
+    }
+    assert json.loads(screened.attrs["screen"])["fewest_motions"] == int(found["motions_run"][0, 0])
+    assert int(screened["undecided_tested"][0, 0]) == np.isin(found["run_motion"].values, chosen).sum()
+    i = int(np.argmax(found["run_motion"].values == 5))
+    level = [float(found["level"][i])]
+    one = tp.ida(held, tp.EnergyConsistent(), SHAKES.sample(1, 0, 2), level, "pgv_normalised", polarity="both")
+    assert float(one["scale_factor"][0, 0, 1]) == float(screened["scale_factor"][i])
+    assert int(one["verdict"][0, 0, 0, 1]) == int(found["verdict"][i])
+
+
+def test_pairs_are_tested_about_both_axes():
+    (pairs,) = both_axes(SHAKES.sample_pairs(40, 3))  # (one of whose outcomes is undecided)
+    found = tp.ida(BLOCKS[0], LAWS[0], pairs, "adaptive", "RotD50(pgv)", until=COARSE)
+    screened = screen(found, pairs, undecided=True)
+    flips = 0
+    for motion in range(found.sizes["motion"]):
+        mine = np.flatnonzero(found["run_motion"].values == motion)
+        order = mine[np.argsort(found["level"].values[mine])]
+        pair = pairs.sel(motion=[found["motion"].values[motion]])
+        one = tp.ida(BLOCKS[0], LAWS[0], pair, found["level"].values[order], "RotD50(pgv)")
+        counts = undecided_outcomes(one, pair).values[0, 0, :, 0]
+        assert (screened["verdict"].values[order] & 64 > 0).tolist() == (counts > 0).tolist()
+        assert (found["verdict"].values[order] == one["verdict"].values[0, 0, :, 0]).all()
+        flips += int((counts > 0).sum())
+    assert flips > 0
+    assert "the component along the width" in found["pga"].attrs["long_name"]
+
+
+def test_floors_that_fall_faster_than_the_block_are_a_reason():
+    one, two, up = SHAKES.sample(40), SHAKES.sample(40, 1), SHAKES.sample(40, 2)
+    lifted = tp.motions.as_recorded(tp.motions.join(one, two, 0.7 * up.assign_attrs(one.attrs)), "h1", vertical=True)
+    outputs = ["overturned", "airborne"]
+    found = tp.ida(BLOCKS[1], LAWS[0], lifted, "adaptive", "pga", outputs, until=COARSE)
+    airborne = found["airborne"].values
+    assert 0 < airborne.sum() < airborne.size
+    np.testing.assert_array_equal(found["verdict"].values & 128 > 0, airborne)
+    assert json.loads(found.attrs["screen"])["vertical"]
+    assert any("the floor falls faster than g" in one for one in notes(found))
+
+
+def test_notes_count_runs_and_not_curves(screened):
+    """Curves have different numbers of runs: their shares do not have the same weight."""
+    verdict = screened["verdict"].values
+    curves = screened["run_block"].values * 2 + screened["run_model"].values
+    counts = np.bincount(curves).tolist()
+    assert len(set(counts)) > 1
+    share = np.mean(verdict & 2 > 0)
+    assert any(one.startswith(f"{100.0 * share:.2g} % of the runs slide before") for one in notes(screened))
+    flipped, tested = int((verdict & 64 > 0).sum()), int(screened["undecided_tested"].sum())
+    assert tested == screened.sizes["run"]
+    assert any(f"reverses {flipped} of the {tested:,} outcomes tested" in one for one in notes(screened))
+
+
+def test_what_is_refused(found):
+    motions = SHAKES.sample(found.sizes["motion"])
+    dense = tp.ida(BLOCKS[0], LAWS[0], motions, [1.0], "pgv", screen=False)
+    other = tp.motions.CloughPenzien(duration=8.0, dt=0.01, s0=0.02)
+    for given, options, error, words in (
+        (found, {"motions": other}, ValueError, "must be the one of the runs, with a pga of"),
+        (found, {"motions": motions.isel(motion=slice(5))}, ValueError, "motions must hold motion"),
+        (found, {"undecided": True}, ValueError, "motions must be given where undecided runs"),
+        (found, {"friction": {"narrow": 0.3}}, ValueError, "friction must hold every block, got none for 'squat'"),
+        (found.drop_vars("motion_number"), {}, TypeError, "runs must be a dataset of runs with its coordinates"),
+        (found.isel(block=0), {}, TypeError, "runs must be a dataset of runs with its coordinates"),
+        (found.isel(run=found["run_block"].values == 1), {}, ValueError, "got none of narrow under"),
+        (found.drop_vars("overturned"), {"motions": motions, "undecided": 0.1}, TypeError, "with `overturned`"),
+        (found.drop_attrs(), {"motions": SHAKES}, ValueError, "runs must say their seed"),
+        (dense, {"motions": SHAKES}, TypeError, "motions must be labelled arrays"),
+    ):
+        with pytest.raises(error, match=words):
+            screen(given, **options)
