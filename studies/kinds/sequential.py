@@ -129,6 +129,10 @@ class SequentialStudy(FragilityStudy):
         return self._perturbed(self.sequence.until.most, self.sequence.until.least)
 
     @property
+    def together(self) -> float:
+        return super().together + (0.0 if self.slides is None else self.sequence.kept_bytes)
+
+    @property
     def slide_runs(self) -> int:
         return self._sliding(self.sequence.until.most, self.sequence.until.least)
 
@@ -151,7 +155,8 @@ class SequentialStudy(FragilityStudy):
         return fitted._replace(variables=found.variables, notes=[*found.notes, *fitted.notes])
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
-        runs = self.design.run(self.blocks, self.models, self.kept_outputs, client, progress)
+        design = self.sequence if self.slides is None else self.sequence.keeping
+        runs = design.run(self.blocks, self.models, self.kept_outputs, client, progress)
         curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
         found: dict[Any, Any] = {}
         attributes = self._fit_attributes(curves)
@@ -167,7 +172,7 @@ class SequentialStudy(FragilityStudy):
         units, medians = str(runs["level"].attrs["units"]), curves["median"].values
         if self.slides is not None:
             falls = {"rate": found["rate"]} if "rate" in found else {}
-            slid = adaptive_slides(self.slides, self.sequence, self.blocks, self.fit, self.risk, falls, units, client)
+            slid = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
             found |= slid.variables.data_vars
             coordinates["slip"] = slid.variables["slip"]
             medians = np.append(medians, slid.variables[SLIP_MEDIAN].values)

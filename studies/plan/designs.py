@@ -37,6 +37,7 @@ from ...motions import Generator, records
 from ...motions.arrays import BOTH_AXES, REVERSE_OF
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...wording import counted
+from .kept_motions import KEPT_BYTES, KeptMotions
 from .reading import UNREAD, Reading
 
 if TYPE_CHECKING:
@@ -228,6 +229,19 @@ class Sequential(OfRuns):
     def one_way(self) -> Self:
         """The same with every motion as it is: a slip to either side is as long under the reversed motion."""
         return replace(self, both=False)
+
+    @property
+    def keeping(self) -> Self:
+        """The same, whose runs share the motions of a generator with other runs of it, which are made once."""
+        return self if self.generator is None else replace(self, generator=KeptMotions(self.generator))
+
+    @property
+    def kept_bytes(self) -> float:
+        """Most bytes of motions that it keeps."""
+        if self.generator is None:
+            return 0.0
+        shaking = self.motions[0]
+        return min(KEPT_BYTES, self.until.most * shaking.nbytes / shaking.sizes["motion"])
 
     @property
     def shakes(self) -> int:

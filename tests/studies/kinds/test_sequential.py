@@ -453,6 +453,28 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     assert "it says how likely each piece slides instead of rocking, and how far." in check.cure
 
 
+def test_motions_are_made_once_for_falls_and_slips(study, slipping, monkeypatch):
+    """Frictions of their own are analyses of their own, of the same motions: their results do not change."""
+    made = []
+    sample = tp.motions.CloughPenzien.sample
+
+    def counted(self, n, seed=0, first=0):
+        made.append(range(first, first + n))
+        return sample(self, n, seed, first)
+
+    text = STUDY.replace("width_m = 0.6\n", "width_m = 0.6\nfriction = 0.4\n") + FRICTION
+    one = study(text)
+    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counted)
+    results = one.run()
+    numbers = [i for part in made for i in part]
+    assert len(numbers) == len(set(numbers)) == max(results.sizes["motion"], int(results["slip_motions_run"].max()))
+    for name in ("slip_median", "slip_dispersion", "slip_account"):
+        np.testing.assert_array_equal(results[name][0], slipping[0][name][0])
+    monkeypatch.setattr("toppling.studies.plan.kept_motions.KEPT_BYTES", 0.0)
+    xr.testing.assert_identical(one.run(), results)
+    assert one.together > study(STUDY).together + 200 * 300 * 8
+
+
 def test_runs_are_screened_with_the_friction_of_the_study(slipping, study):
     """The screen of an analysis with the same seed, in which the motions are made again."""
     results, _ = slipping

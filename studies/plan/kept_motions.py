@@ -1,0 +1,37 @@
+"""Motions that several analyses of a study share: made once, and kept as far as memory allows."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from ...motions import Generator
+
+KEPT_BYTES = 2.0**28
+"""Most memory of motions that are kept."""
+
+
+class KeptMotions(Generator):
+    """The motions of a generator, the first of which are made once; it has the generator's name in results.
+
+    Parameters
+    ----------
+    generator : Generator
+        The generator.
+    """
+
+    def __init__(self, generator: Generator) -> None:
+        self._generator = generator
+        self._parts: dict[tuple[int, int, int], xr.DataArray] = {}
+
+    def __repr__(self) -> str:
+        return repr(self._generator)
+
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Return motions as the generator does; the arrays are kept and must not be changed."""
+        key = n, seed, first
+        if key in self._parts:
+            return self._parts[key]
+        made = self._generator.sample(n, seed, first)
+        if sum(one.nbytes for one in self._parts.values()) + made.nbytes <= KEPT_BYTES:
+            self._parts[key] = made
+        return made
