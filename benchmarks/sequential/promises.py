@@ -76,10 +76,11 @@ def grid_levels() -> Array:
     return np.geomspace(0.1 * MEDIAN, 10.0 * MEDIAN, GRID)
 
 
-def common_levels(truth: Truth, until: Until, seed: int) -> Outcome:
-    """Run the same rule over the common levels, and the curve through all."""
+def common_levels(truth: Truth, until: Until, seed: int, asked: Until | None = None) -> Outcome:
+    """Run the same rule over the common levels, and the curve through all; `asked`: where it asks for more."""
     levels = grid_levels()
-    rule, done, stopped, value = StoppingRule(until), 0, "", math.nan
+    rules = until if asked is None else asked
+    rule, done, stopped, value = StoppingRule(rules), 0, "", math.nan
     seen = Observations(np.empty(0), np.empty(0, np.bool_), np.empty(0, np.int64))
     while not stopped:
         wave = np.arange(done, min(done + next_wave(done), until.most))
@@ -95,7 +96,7 @@ def common_levels(truth: Truth, until: Until, seed: int) -> Outcome:
         ratio = math.inf
         if fitted is not None:
             found = fitted.median()
-            value, ratio = found.value, found.reach / until.room
+            value, ratio = found.value, found.reach / rules.room
         stopped = rule.step(done, ratio, False)
     return Outcome(_kept(truth, until, value), done, done * GRID, stopped)
 

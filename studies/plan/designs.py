@@ -36,8 +36,8 @@ from ...models.columns import BlockArray
 from ...motions import Generator, records
 from ...motions.arrays import BOTH_AXES, REVERSE_OF
 from ...motions.polarity import AS_RECORDED, BOTH
+from ...motions.simulated.kept_motions import KEPT_BYTES, KeptMotions
 from ...wording import counted
-from .kept_motions import KEPT_BYTES, KeptMotions
 from .reading import UNREAD, Reading
 
 if TYPE_CHECKING:

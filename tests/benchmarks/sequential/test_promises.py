@@ -55,8 +55,11 @@ def test_a_database_keeps_the_promise(monkeypatch):
     near = np.exp(one.log_median + 0.02 * (2.0 * random.random((50, 400)) - 1.0))
     assert one.fell(near, np.arange(400)).mean() == pytest.approx(0.5, abs=0.01)
     until = Until("median", 0.1, most=5000)
-    kept = [databases.outcome(name, until, False, seed)[0].kept for seed in range(20)]
+    kept = [databases.outcome(name, until, None, seed)[0].kept for seed in range(20)]
     assert sum(kept) >= 18
+    # (common levels that ask for more take more motions)
+    asked = [databases.outcome(name, until, Until("median", one), 1)[0].motions for one in (0.1, 0.05)]
+    assert asked[0] < asked[1]
     # (of the common levels half are where a run ends at once)
     found = databases.cost(name)
     assert found.near > found.common > 0.0

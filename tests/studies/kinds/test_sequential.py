@@ -470,7 +470,7 @@ def test_motions_are_made_once_for_falls_and_slips(study, slipping, monkeypatch)
     assert len(numbers) == len(set(numbers)) == max(results.sizes["motion"], int(results["slip_motions_run"].max()))
     for name in ("slip_median", "slip_dispersion", "slip_account"):
         np.testing.assert_array_equal(results[name][0], slipping[0][name][0])
-    monkeypatch.setattr("toppling.studies.plan.kept_motions.KEPT_BYTES", 0.0)
+    monkeypatch.setattr("toppling.motions.simulated.kept_motions.KEPT_BYTES", 0.0)
     xr.testing.assert_identical(one.run(), results)
     assert one.together > study(STUDY).together + 200 * 300 * 8
 

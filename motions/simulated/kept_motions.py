@@ -1,10 +1,10 @@
-"""Motions that several analyses of a study share: made once, and kept as far as memory allows."""
+"""Motions that several analyses share: made once, and kept as far as memory allows."""
 
 from __future__ import annotations
 
 import xarray as xr
 
-from ...motions import Generator
+from .generator import Generator
 
 KEPT_BYTES = 2.0**28
 """Most memory of motions that are kept."""
