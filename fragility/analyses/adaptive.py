@@ -109,6 +109,8 @@ def adaptive(
     others = OtherMeasures(scaled)
     cut: dict[str, bool] = {}
     asked = ScreenRequest() if screening is None else screening
+    if state != OVERTURNED:  # (stability is tested of that outcome, of which these levels tell little)
+        asked = asked._replace(undecided=0.0)
     shaken = Shaken(asked.undecided)
     waves = list(_waves(request, plan, curves, others, doubts, cut, shaken))
     ends = end_doubts(cut.values(), list(cut))
@@ -133,7 +135,8 @@ def adaptive(
     if request.screen:
         told = None
         if request.progress is not None:
-            told = partial(_after, request.progress, found.sizes[RUN])
+            about = 2 if axes == BOTH_AXES else 1
+            told = partial(_after, request.progress, about * found.sizes[RUN])
         found = with_sparse_screen(found, shaken, asked, request.runner, told)
     return found.assign_attrs(notes=ends[0].sentence) if ends else found
 
@@ -153,9 +156,6 @@ def _waves(
     """
     needed = needed_output(plan.state)
     done = records = runs = number = 0
-    perturbed = 0.0
-    if request.screen:
-        perturbed = shaken.share * perturbed_runs(1, request.models, 1, 1, 1.0) / len(request.models)
     while not curves or any(not one.stopped for one in curves.values()):
         wave = plan.source.wave(done, min(next_wave(done), plan.most - done))
         axes = _check_wave(request, wave, plan)
@@ -177,10 +177,14 @@ def _waves(
         yield runs_of(number, records, wave, plans, found, plan.scaled, measured, axes)
         request.runner.reached(reached_so_far(list(curves.values()), done))
         number, records = number + 1, records + len(wave.records)
-        runs += sum(one.levels.size for one in plans.values())
+        about = 2 if axes == BOTH_AXES and not request.sliding else 1
+        runs += about * sum(one.levels.size for one in plans.values())
         if request.progress is not None:
             expected = max(runs, math.ceil(runs / done * _expected(curves, done, plan.most)))
-            request.progress(runs, expected + round(perturbed * expected))
+            tests = 0.0
+            if request.screen:
+                tests = shaken.share * perturbed_runs(1, request.models, 1, 1, 1.0) / len(request.models)
+            request.progress(runs, expected + round(tests * expected))
 
 
 def _after(progress: Progress, before: int, done: int, total: int) -> None:

@@ -318,6 +318,30 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
     return same_motions(runs, [found.get(key) for key in keys])
 
 
+def places_in(runs: xr.Dataset) -> dict[str, Index]:
+    """Return where the block, the law and the motion of each run at adaptive levels stand, -1 for those left out."""
+    found = {}
+    for dim in ("block", "model", "motion"):
+        numbers = np.atleast_1d(runs[f"{dim}_number"].values)
+        order = np.argsort(numbers, kind="stable")
+        at = order[np.minimum(np.searchsorted(numbers[order], runs[f"run_{dim}"].values), numbers.size - 1)]
+        found[dim] = np.where(numbers[at] == runs[f"run_{dim}"].values, at, -1)
+    return found
+
+
+def runs_near_curves(runs: xr.Dataset) -> Flags:
+    """Return True for runs (run,) of what a dataset holds after the first wave, which looks for curves far and wide.
+
+    Of a curve that has no other wave, True for all.
+    """
+    places = places_in(runs)
+    there = np.logical_and.reduce([one >= 0 for one in places.values()])
+    curve = places["block"] * runs["model"].size + places["model"]
+    later = there & (runs["wave"].values > 0)
+    found: Flags = later | (there & ~np.isin(curve, curve[later]))
+    return found
+
+
 def same_motions(runs: xr.Dataset, records: Sequence[Record | None]) -> list[Record]:
     """Return the records of the motions of runs; ValueError where there is none, or one with another PGA."""
     stored = runs["pga"].values.tolist() if "pga" in runs.coords else [None] * len(records)

@@ -16,7 +16,7 @@ from ...models.columns import BlockArray
 from ...motions.arrays import POLARITY
 from ...wording import counted, listed_name, two_digit_percent, two_digits
 from ..numerics.proportions import runs_for_half_width, wilson_interval
-from ..runs.provenance import BED, RUN, about_both_axes
+from ..runs.provenance import BED, RUN, about_both_axes, runs_near_curves
 from .plausibility import block_doubts
 from .reasons import (
     AIRBORNE,
@@ -138,10 +138,10 @@ def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
         (SLIDES_WHILE_ROCKING, "slide while they rock", "friction_rocking_demand"),
         (SLIDES_AT_IMPACT, "slide when they come down", "friction_impact"),
     ):
-        share = _share_of_runs(screened, reason)
+        share = float(_shares(screened, reason).mean())
         if share > 0.0:
             by = _PAIR if reason is SLIDES_AT_IMPACT else _BLOCK
-            need = float(screened[name].max())
+            need = greatest_need(screened, name)
             found.append(
                 f"{two_digit_percent(share)} of the runs {text}: they need a coefficient of friction of up to "
                 f"{need:.2f}{against} ({_worst(_shares(screened, reason), by)})"
@@ -151,7 +151,7 @@ def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
         impact = screened["friction_impact"]
         found.append(
             f"no coefficient of friction is given: blocks slide where it is below {_range(at_uplift)} at uplift, "
-            f"{float(screened['friction_rocking_demand'].max()):.2f} at the greatest peak"
+            f"{greatest_need(screened, 'friction_rocking_demand'):.2f} at the greatest peak"
             + (f", {float(impact.max()):.2f} at impact" if bool(impact.notnull().any()) else "")
         )
     return found
@@ -160,7 +160,7 @@ def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
 def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     """Sentences on the elastic mode, the scale factors and the number of motions."""
     found = []
-    share = _share_of_runs(screened, ELASTIC_MODE)
+    share = float(_shares(screened, ELASTIC_MODE).mean())
     if share > 0.0:
         frequency = screened["elastic_frequency"].where(_shares(screened, ELASTIC_MODE) > 0.0).values
         found.append(
@@ -180,7 +180,7 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
             f"the elastic mode of blocks on a soft bed ({_range(frequency)} Hz) is that of the bed, and not of δ: "
             "it is physical, and a block that resonates with it uplifts as a real one would"
         )
-    share = _share_of_runs(screened, SCALED_FAR)
+    share = float(_shares(screened, SCALED_FAR).mean())
     if share > 0.0:
         lowest, highest = settings["factors"]
         factors = _factors(screened)
@@ -191,7 +191,7 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
             f"{highest:g}{f' (from {ends[0]} to {ends[1]} in all)' if ends else ''}"
         )
     if settings.get("vertical", False):
-        share = _share_of_runs(screened, AIRBORNE)
+        share = float(_shares(screened, AIRBORNE).mean())
         found.append("the vertical components of the motions shake, too, scaled as the horizontal ones")
         if share > 0.0:
             found.append(
@@ -205,10 +205,21 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     return found
 
 
+def near_curves(screened: xr.Dataset, name: str) -> Array:
+    """Return the values of a variable; at adaptive levels without those of the runs that look for the curves."""
+    values: Array = screened[name].values
+    return values[runs_near_curves(screened)] if RUN in screened[name].dims else values
+
+
+def greatest_need(screened: xr.Dataset, name: str) -> float:
+    """Return the greatest coefficient of friction that blocks need, of a variable of the screen; NaN for none."""
+    return float(np.fmax.reduce(near_curves(screened, name).ravel(), initial=np.nan))
+
+
 def _factors(screened: xr.Dataset) -> Array:
     """All scale factors, or where a screen does not hold them the least and the greatest of each block."""
     if "scale_factor" in screened:
-        return np.asarray(screened["scale_factor"].values)
+        return np.asarray(near_curves(screened, "scale_factor"))
     return np.stack([screened[f"scale_factor_{end}"].values for end in ("lowest", "highest")])
 
 
@@ -244,13 +255,6 @@ def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> str:
 
 def _shares(screened: xr.Dataset, reason: Reason) -> xr.DataArray:
     return screened["outside"].sel(reason=reason.name, drop=True)
-
-
-def _share_of_runs(screened: xr.Dataset, reason: Reason) -> float:
-    """The share of all runs; at adaptive levels curves have different numbers of them."""
-    if RUN in screened.dims:
-        return float(np.mean(screened["verdict"].values & reason.bit > 0))
-    return float(_shares(screened, reason).mean())
 
 
 def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> str:

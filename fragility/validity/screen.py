@@ -31,7 +31,7 @@ from .slab_screen import (
     screen_input,
     screened_runs,
 )
-from .sparse_screen import OF_RUNS, ScreenRequest, Shaken, selected, shaken_by, sparse_screen
+from .sparse_screen import NUMBERS, OF_RUNS, ScreenRequest, Shaken, selected, shaken_by, sparse_screen
 from .undecided import count_flips
 
 if TYPE_CHECKING:
@@ -155,12 +155,12 @@ def screen(
         runs = selected(runs)
         shaken = None if motions is None else shaken_by(runs, motions, share)
         variables, settings = sparse_screen(runs, shaken, asked, runner, progress)
-        variables |= {name: runs[name].variable for name in OF_RUNS}
+        variables |= {name: runs[name].variable for name in (*OF_RUNS, "wave")}
     else:
         variables, settings = _dense(runs, motions, asked, runner, progress)
     settings["tested"] = share
     kept = [dim for dim in DIMS if dim in runs.coords]
-    kept += [name for name in (BED, "round") if name in runs.coords]  # (for the notes)
+    kept += [name for name in (BED, "round", *NUMBERS) if name in runs.coords]  # (for the notes)
     if (runs["rest"] == "soft").any():  # (likewise: they tell whose elastic mode is real)
         kept.append("rest")
     return xr.Dataset(
@@ -186,7 +186,7 @@ def _dense(
     if motions is None:
         return screened_runs(given, None, asked.friction, asked.bounds, None, runner.array)
     if isinstance(motions, Generator):
-        raise TypeError("motions must be labelled arrays, but for runs at adaptive levels, got a generator")
+        raise TypeError("motions must be labelled arrays: a generator is for runs at adaptive levels alone")
     every = motions if isinstance(motions, xr.DataArray) else list(motions)
     shaking = Characteristics.of(records_of(runs, every))
     flips = count_flips(runs, every, asked.undecided, runner, progress) if asked.undecided > 0.0 else None

@@ -26,12 +26,14 @@ from ..runs.provenance import (
     configuration_of,
     laws_of,
     level_measure,
+    places_in,
     records_of,
+    runs_near_curves,
     same_motions,
 )
 from ..runs.runners import Runner
 from .characteristics import Characteristics
-from .reasons import labelled
+from .reasons import REASONS, UNDECIDED, labelled
 from .slab_screen import (
     NEEDED,
     TESTED,
@@ -50,6 +52,8 @@ from .undecided import FLAGS, Axis, FlipCounts, count_flips_of, perturbed_runs
 
 OF_RUNS = ("run_block", "run_model", "run_motion")
 """Variables with the block, the law and the motion of a run, by number."""
+NUMBERS = ("block_number", "model_number", "motion_number")
+"""Coordinates with these numbers."""
 OF_ALL = ("few_motions", "interval_half_width", "band_low", "band_high", "perturbed")
 """Variables that are of no curve by itself."""
 AT_ONCE = 32
@@ -85,13 +89,15 @@ class Shaken:
         self.share = share
         self._parts: list[Characteristics] = []
         self._given = self._records = 0
+        self._last = ""
         self.kept: dict[int, Record] = {}
 
     def add(self, records: Sequence[Record]) -> None:
         """Take the next motions."""
         self._parts.append(Characteristics.of(records))
         for one in records:
-            self._given += not one.reverse_of
+            if self._records == 0 or one.given != self._last:
+                self._given, self._last = self._given + 1, one.given
             if math.ceil(self._given * self.share) > math.ceil((self._given - 1) * self.share):
                 self.kept[self._records] = one
             self._records += 1
@@ -117,7 +123,7 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
     if seed is None:
         raise ValueError("runs must say their seed where motions are a generator, as toppling.ida returns them")
     given, places = np.divmod(runs["motion_number"].values, ways)
-    for first in range(0, int(given.max(initial=0)) + 1, AT_ONCE):
+    for first in range(0, int(given.max()) + 1, AT_ONCE):
         mine = np.flatnonzero((given >= first) & (given < first + AT_ONCE))
         if mine.size:
             made = records_under(motions.sample(AT_ONCE, seed, first), polarity)
@@ -127,19 +133,24 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
 
 
 def selected(runs: xr.Dataset) -> xr.Dataset:
-    """Return the runs of the blocks, laws and motions that a dataset holds: a selection of these keeps all runs.
+    """Return the runs of the blocks, laws and motions that a dataset holds, with the motions in order of their numbers.
+
+    Selecting blocks, laws or motions of a dataset leaves its dimension run as it is.
 
     Raises
     ------
-    TypeError
-        A dataset without the variables and coordinates of runs at adaptive levels.
+    TypeError, ValueError
+        A dataset without the variables and coordinates of runs at adaptive levels, or without a block, law or motion.
     """
-    numbers = [f"{of.removeprefix('run_')}_number" for of in OF_RUNS]
-    held = {*OF_RUNS, *numbers, *NEEDED, "level"} <= {*runs.variables}
-    if not held or not {"block", "model", "motion"} <= {*runs.dims}:
+    held = {*OF_RUNS, *NUMBERS, *NEEDED, "level", "wave"} <= {*runs.variables}
+    dims = {"block", "model", "motion"}
+    if not held or not dims <= {*runs.dims}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
-    there = [np.isin(runs[of].values, runs[name].values) for of, name in zip(OF_RUNS, numbers, strict=True)]
-    return runs.isel({RUN: np.logical_and.reduce(there)})
+    empty = next((dim for dim in sorted(dims) if runs.sizes[dim] == 0), None)
+    if empty is not None:
+        raise ValueError(f"runs must hold a {empty} at least, got none")
+    runs = runs.isel(motion=np.argsort(runs["motion_number"].values, kind="stable"))
+    return runs.isel({RUN: np.logical_and.reduce([one >= 0 for one in places_in(runs).values()])})
 
 
 class _Curve(NamedTuple):
@@ -153,12 +164,7 @@ class _Curve(NamedTuple):
 
 def _curves(runs: xr.Dataset) -> Iterator[_Curve]:
     """Yield the curves of selected runs."""
-    places = []
-    for of in OF_RUNS:
-        numbers = runs[f"{of.removeprefix('run_')}_number"].values
-        order = np.argsort(numbers)
-        places.append(order[np.searchsorted(numbers[order], runs[of].values)])
-    block, model, motion = places
+    block, model, motion = places_in(runs).values()
     for i in range(runs.sizes["block"]):
         for j in range(runs.sizes["model"]):
             own = np.flatnonzero((block == i) & (model == j))
@@ -214,6 +220,7 @@ def sparse_screen(
             text = "runs that were run again, perturbed"
             variables[TESTED] = labelled(xr.Variable(("block", "model"), [[counts.tested]]), text)
         _put(found, {name: one for name, one in variables.items() if name not in OF_ALL}, curve, sizes)
+    _share_near(found["outside"], found["verdict"], found.get("undecided"), curves, runs_near_curves(runs))
     if shaking is not None:
         found |= {"band_low": shaking.low, "band_high": shaking.high}
     if flips is not None:
@@ -226,7 +233,7 @@ def sparse_screen(
     ]
     of_all, fewest = few_motions(min(few, key=fewest_motions), asked.bounds)
     described = described_friction(asked.friction, available, labels)
-    tested = 0 if flips is None else max(one.tested for one in flips)
+    tested = 0 if flips is None else max(one.tested for one in flips if one is not None)
     told = settings_of(asked.bounds, fewest, described, shaken is not None, tested, inputs[0].lifted)
     return in_order(found | of_all), told
 
@@ -241,6 +248,19 @@ def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:
         {name: one.isel(at, missing_dims="ignore") for name, one in known_coordinates(runs).items()},
         ScaleFactors(level, measured.values.variable.isel(at, missing_dims="ignore"), measured.measure),
     )
+
+
+def _share_near(
+    outside: xr.Variable, verdict: xr.Variable, undecided: xr.Variable | None, curves: Sequence[_Curve], near: Flags
+) -> None:
+    """Make shares of all runs those of the runs near the curves; that of undecided ones is of the runs tested."""
+    bits = np.array([[one.bit] for one in REASONS])
+    for curve in curves:
+        own = verdict.values[curve.runs[near[curve.runs]]]
+        shares = [*np.mean(own & bits > 0, axis=1), np.mean(own > 0)]
+        if undecided is not None:
+            shares[REASONS.index(UNDECIDED)] = undecided.values[curve.block, curve.model]
+        outside.values[curve.block, curve.model] = shares
 
 
 def _told(progress: Progress, before: int, total: int, done: int, _: int) -> None:
@@ -269,17 +289,23 @@ def _flips(
     kept: Mapping[int, Record],
     runner: Runner,
     progress: Progress | None,
-) -> list[FlipCounts]:
-    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`undecided_outcomes`)."""
+) -> list[FlipCounts | None]:
+    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`undecided_outcomes`).
+
+    None for a curve without a run under these motions.
+    """
     if FLAGS[0] not in runs:
-        raise TypeError("runs must be a dataset with `overturned`, as toppling.ida returns it")
+        raise TypeError("runs must hold overturned, the outcome that is tested for being undecided, got none")
     blocks, laws = blocks_of(runs), laws_of(runs)
     about = 2 if about_both_axes(runs) else 1
     chosen = [np.isin(curve.motions, list(kept)) for curve in curves]
     each = zip(curves, chosen, strict=True)
     work = [perturbed_runs(1, [laws[curve.model]], 1, int(own.sum()), 1.0, about) for curve, own in each]
-    found = []
+    found: list[FlipCounts | None] = []
     for k, (curve, given, own) in enumerate(zip(curves, inputs, chosen, strict=True)):
+        if not own.any():
+            found.append(None)
+            continue
         records = [kept[place] for place in curve.motions[own].tolist()]
         axes = [Axis(_along_width, records)]
         if about == 2:
@@ -304,6 +330,8 @@ def _put(
         values = one.values.reshape(-1) if of_runs else one.values
         if name not in found:
             shape = [sizes.get(str(dim), values.shape[i]) for i, dim in enumerate(dims)]
-            found[name] = xr.Variable(dims, np.empty(shape, values.dtype), one.attrs)
+            # (what is not known of every curve stays NaN)
+            start = np.nan if values.dtype.kind == "f" else 0
+            found[name] = xr.Variable(dims, np.full(shape, start, values.dtype), one.attrs)
         at = (curve.runs,) if of_runs else tuple(places.get(str(dim), slice(None)) for dim in dims)
         found[name].values[at] = values

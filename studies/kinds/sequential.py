@@ -18,7 +18,7 @@ from ...aliases import Progress
 from ...fragility import notes
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
-from ...fragility.fitting.states import state_name
+from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
@@ -63,6 +63,10 @@ class SequentialStudy(FragilityStudy):
         if slides is not None and any(LIFTS in array.coords for array in design.arrays):
             raise ValueError("friction at adaptive levels needs motions without a vertical component")
         friction, undecided = screening_with(content, slides, blocks)
+        if fit_of(content).state != OVERTURNED:
+            if content.screen is not None and content.screen.undecided:
+                raise ValueError("screen.undecided at adaptive levels is for overturning: leave it out with fit.state")
+            undecided = 0.0
         design = replace(design, screening=ScreenRequest(friction, undecided=undecided))
         study = cls(
             content.title,
@@ -173,7 +177,7 @@ class SequentialStudy(FragilityStudy):
         if self.slides is not None:
             falls = {"rate": found["rate"]} if "rate" in found else {}
             slid = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
-            found |= slid.variables.data_vars
+            found |= {name: one.variable for name, one in slid.variables.data_vars.items()}
             coordinates["slip"] = slid.variables["slip"]
             medians = np.append(medians, slid.variables[SLIP_MEDIAN].values)
             said += [*slid.notes, *slide_notes(slid.variables, self.blocks, plane=in_plane(runs))]

@@ -50,7 +50,8 @@ DESIGNS = {
     "ida": "Incremental dynamic analysis: every motion is scaled to every level, and every block is run under it.",
     "adaptive": "Incremental dynamic analysis at adaptive levels: every motion is scaled to a few levels of its own, "
     "which follow from the runs before, and motions are run until the answer is as precise as the study asks. Looks at "
-    "the result ask for more than that, and fresh motions confirm it, so that stopping does not favour lucky errors.",
+    "the result ask for more than that, and fresh motions confirm it, so that stopping does not favour lucky errors. "
+    "Shares of runs leave out the first motions, whose levels lie far apart to find the curves.",
     "pooled": "One surface a law: every motion is scaled to a level of its own for each of a few blocks, which are "
     "placed where they tell most, and medians and dispersions of all blocks are smooth functions of their slenderness, "
     "size and inertia. Motions are run until the medians of all blocks are as precise as the study asks, and the "

@@ -18,7 +18,7 @@ from ...fragility.adaptive.stopping import REACHED
 from ...fragility.fitting.states import OK, SEPARATED
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from ...fragility.runs.provenance import BED, number_of_motions
-from ...fragility.validity.notes import not_modelled
+from ...fragility.validity.notes import greatest_need, not_modelled
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
     SCALED_FAR,
@@ -261,7 +261,7 @@ def _sliding(results: xr.Dataset) -> Check:
     share, where = _worst(shares)
     if share < MARKED and given:
         return Check(question, GOOD, "With the friction given, every block would slide in fewer than 1 % of its runs.")
-    need = float(results["friction_rocking_demand"].max())
+    need = greatest_need(results, "friction_rocking_demand")
     if share < MARKED:
         return Check(
             question,
@@ -381,11 +381,11 @@ def _zone(results: xr.Dataset) -> Check:
         return Check(question, CARE, f"{largest}, {bound}.", cure, clause)
     names = [str(one) for one in results["model"].values[resonant]]
     reason = (
-        f"{largest}, {bound}; but the elastic mode lies inside the band of up to "
-        f"{most} of the motions for {_names_text(names)}: at rest the blocks resonate and uplift where a rigid block "
-        f"stands still.{rest}"
+        f"{largest}, {bound}; but the elastic mode lies inside the band of the motion in "
+        f"up to {most} of the runs for {_names_text(names)}: at rest the blocks resonate and uplift where a rigid "
+        f"block stands still.{rest}"
     )
-    clause = f"the law’s elastic mode resonates with up to {most} of the motions"
+    clause = f"the law’s elastic mode resonates in up to {most} of the runs"
     return Check(question, INVALID if (share.values > MOST).all() else CARE, reason, cure, clause)
 
 
@@ -421,8 +421,8 @@ def _other_modes(results: xr.Dataset, at: list[int]) -> str:
     names = _names_text([str(results["model"].values[i]) for i in found])
     return (
         f" Other laws of this study ({names}), for which the answer is not given, have an elastic mode inside the band "
-        f"of up to {two_digit_percent(float(runs.max()))} of the motions: compare the answer with them, but do not "
-        "rely on them."
+        f"of the motion in up to {two_digit_percent(float(runs.max()))} of the runs: compare the answer with them, "
+        "but do not rely on them."
     )
 
 

@@ -687,10 +687,10 @@ class TestChecks:
         found = next(one for one in checks_of(both) if "δ" in one.question)
         assert found.word == GOOD
         assert "Other laws of this study (energy-consistent e=e_R δ=0.05), for which the answer is not" in found.reason
-        assert "85 % of the motions" in found.reason
+        assert "85 % of the runs" in found.reason
         assert "elastic" not in badge(checks_of(both))
         only = both.isel(model=[0])
-        assert "the law’s elastic mode resonates with up to 85 % of the motions" in badge(checks_of(only))
+        assert "the law’s elastic mode resonates in up to 85 % of the runs" in badge(checks_of(only))
         # a sensitivity study is about all of its laws, and branches weigh all of theirs
         assert self.word(both.assign_attrs(kind="sensitivity"), "δ") == CARE
         weighted = both.assign_coords(branch_model=("branch", both["model"].values))
