@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ... import checks
-from ...aliases import Array, Flags, Progress
+from ...aliases import Array, Flags
 from ...doubts import Doubt, warn
 from ...models import Block, RandomSliding
 from ...models.sliding.law import SlidingLaw
@@ -34,6 +33,7 @@ from ..adaptive.until import RATE, Until
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
 from ..hazard.curve import FLOOR, HazardCurve
 from ..runs.axes import axes_of, check_axes, check_outputs
+from ..runs.progress import part_of
 from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import GROUND_FLOORS, check_factors
@@ -133,10 +133,7 @@ def adaptive(
     }
     found = labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
     if request.screen:
-        told = None
-        if request.progress is not None:
-            about = 2 if axes == BOTH_AXES else 1
-            told = partial(_after, request.progress, about * found.sizes[RUN])
+        told = part_of(request.progress, (2 if axes == BOTH_AXES else 1) * found.sizes[RUN])
         found = with_sparse_screen(found, shaken, asked, request.runner, told)
     return found.assign_attrs(notes=ends[0].sentence) if ends else found
 
@@ -175,7 +172,8 @@ def _waves(
             reached = flags_of(found[where][needed], plan.state, request.blocks[where[0]].alpha)
             curves[where].add(wave.numbers, own, reached, last=done >= plan.most)
         yield runs_of(number, records, wave, plans, found, plan.scaled, measured, axes)
-        request.runner.reached(reached_so_far(list(curves.values()), done))
+        of = "" if plan.state == OVERTURNED else f"{state_name(plan.state)}: "
+        request.runner.reached(of + reached_so_far(list(curves.values()), done))
         number, records = number + 1, records + len(wave.records)
         about = 2 if axes == BOTH_AXES and not request.sliding else 1
         runs += about * sum(one.levels.size for one in plans.values())
@@ -185,11 +183,6 @@ def _waves(
             if request.screen:
                 tests = shaken.share * perturbed_runs(1, request.models, 1, 1, 1.0) / len(request.models)
             request.progress(runs, expected + round(tests * expected))
-
-
-def _after(progress: Progress, before: int, done: int, total: int) -> None:
-    """Tell the progress of runs that follow so many others."""
-    progress(before + done, before + total)
 
 
 def _begun(

@@ -21,6 +21,7 @@ from .axes import AXIS, axes_of, of_both
 from .factors import Factors
 from .oscillators import OscillatorGrid
 from .plan import OUTPUT_TYPES, Work, plan_chunks
+from .progress import part_of
 from .runners import ConfiguredScheduler, Runner, default_client
 
 if TYPE_CHECKING:
@@ -195,8 +196,7 @@ def collect_both(outputs: Sequence[str], works: Sequence[Work], runner: Runner, 
     each: list[Runs] = []
     for work in works:
         before = total // 2 * len(each)
-        told = None if progress is None else lambda done, _, before=before: progress(before + done, total)
-        each.append(collect(work, runner, told))
+        each.append(collect(work, runner, part_of(progress, before, total)))
     x, y = (one.results for one in each)
     kinds = {name: OUTPUT_TYPES.get(name, np.int8) for name in outputs}
     shape = next(iter(x.values())).shape

@@ -185,6 +185,8 @@ class _Window:
                 with suppress(Empty):
                     self._finished.get(timeout=POLL_SECONDS)
             self._thread.join()
+            # (its tasks hold the motions, and this object to ask whether to stop: a cycle, which may be freed late)
+            self._graph.clear()
         if stopped:
             raise KeyboardInterrupt
 

@@ -18,6 +18,7 @@ from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
 from ..runs.axes import along_depth
 from ..runs.factors import ScaleFactors
+from ..runs.progress import part_of
 from ..runs.provenance import (
     RUN,
     Motions,
@@ -263,11 +264,6 @@ def _share_near(
         outside.values[curve.block, curve.model] = shares
 
 
-def _told(progress: Progress, before: int, total: int, done: int, _: int) -> None:
-    """Tell the progress of the runs of a curve as that of the runs of all."""
-    progress(before + done, total)
-
-
 def _all(flags: Flags, _: slice) -> Flags:
     """Return the flags of the one row that there is."""
     return flags
@@ -312,7 +308,7 @@ def _flips(
             axes.append(Axis(_across, [along_depth(one) for one in records]))
         flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]
         factors = given.factors.values.values.reshape(1, 1, -1)[..., own]
-        told = None if progress is None else partial(_told, progress, sum(work[:k]), sum(work))
+        told = part_of(progress, sum(work[:k]), sum(work))
         pairs = [(blocks[curve.block], laws[curve.model])]
         counts = count_flips_of(pairs, axes, partial(_all, flags), factors, runner, told)
         found.append(FlipCounts(own, np.asarray(counts)))

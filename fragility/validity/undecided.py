@@ -27,6 +27,7 @@ from ..runs.axes import along_depth
 from ..runs.factors import Factors, either_side
 from ..runs.oscillators import OscillatorGrid
 from ..runs.plan import Work
+from ..runs.progress import part_of
 from ..runs.provenance import Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
 from ..runs.request import collect, runner_of
 from ..runs.runners import Runner
@@ -215,8 +216,11 @@ def count_flips_of(
         # (up and down are factors in the first work, along the levels, and oscillators in the second)
         about = []
         for work in each:
-            told = None if progress is None else lambda part, _, done=done: progress(done + part, total)
-            about.append(collect(work, runner, told).results["overturned"].reshape(len(rows), -1, 2, levels, n))
+            about.append(
+                collect(work, runner, part_of(progress, done, total))
+                .results["overturned"]
+                .reshape(len(rows), -1, 2, levels, n)
+            )
             done += work.runs
         for part in slabs(dict(zip(("block", "model", "level", "motion"), counts.shape, strict=True)), ("block",)):
             here = part.get("block", slice(None))

@@ -26,6 +26,7 @@ from ...fragility.curves.means import REPLICATES
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
 from ...fragility.risk.modelling import MODELLING, blurred
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
+from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import AXES
 from ...fragility.runs.request import check_vertical, runner_of
 from ...fragility.runs.runners import Runner
@@ -474,7 +475,7 @@ def _run(
             slips.run(at, shaken)
         for one in runs:
             assert shaken is not None  # (there are runs)
-            report = None if progress is None else _shifted(progress, done, total)
+            report = part_of(progress, done, total)
             motions, factors = shaken.motions[:: one.stands_for], shaken.factors[:, :, :: one.stands_for]
             of_runs = one.oscillators, motions, factors, runner, report
             found: NDArray[Any]
@@ -590,10 +591,6 @@ def _named(row: Contents, law: Law, variability: Variability | None, across: boo
         return oscillators_of_pieces(row.block, law, row.e, variability, across)
     except ValueError as error:
         raise ValueError(f"{row.label!r}: {error}") from None
-
-
-def _shifted(progress: Callable[[int, int], None], before: int, total: int) -> Callable[[int, int], None]:
-    return lambda done, _: progress(before + done, total)
 
 
 def _in_classes(joint: JointFlags, weights: LevelWeights, levels: Array, hazard: Any, beta: float) -> Modelled:

@@ -12,6 +12,7 @@ import xarray as xr
 
 from ...aliases import Array, Flags, Index, Progress
 from ...fragility.runs.axes import along_depth
+from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import BED, DESCRIBED
 from ...fragility.runs.runners import Runner
 from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
@@ -173,7 +174,7 @@ class _Tests:
                 partial(_flags_of, flags, places, chosen),
                 factors[:, :, chosen],
                 self.runner,
-                None if self.progress is None else self._told,
+                part_of(self.progress, self.done, self.total),
             )
             run = len(first) * variants
             self.done += perturbed_runs(run, self.models, levels, len(motions), self.share, len(axes))
@@ -195,10 +196,6 @@ class _Tests:
         if both:
             axes.append(Axis(partial(pairs_of, across=True), [along_depth(one) for one in motions]))
         return axes
-
-    def _told(self, done: int, _: int) -> None:
-        assert self.progress is not None
-        self.progress(self.done + done, self.total)
 
 
 def _flags_of(flags: Flags, places: Index, chosen: Flags, part: slice) -> Flags:

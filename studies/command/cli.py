@@ -135,7 +135,10 @@ def run(
             plan.prepare()
     before = _stamp(folder)
     try:
-        with show_progress(console, "runs", plan.work) as display:
+        expected = plan.expected
+        aside = plan.slide_runs if expected is None else expected.slides
+        # (a total that depends on results is told with the first of them)
+        with show_progress(console, "runs", None if expected else plan.all_runs, aside) as display:
             results = plan.run(
                 folder,
                 client,
@@ -144,6 +147,7 @@ def run(
                 progress=display.update,
                 watching=display.watching,
             )
+            display.finished()
     finally:
         if client is not None:
             client.close()

@@ -17,6 +17,7 @@ from ...fragility.analyses.sliding import number_of_slides
 from ...fragility.fitting.states import of_both_axes, state_name
 from ...fragility.risk.inversion import check_family
 from ...fragility.runs.axes import check_axes, check_outputs
+from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.plausibility import level_doubts
 from ...fragility.validity.undecided import perturbed_runs
@@ -50,7 +51,6 @@ from .study import (
     blocks_of,
     check_laws,
     each,
-    part_of,
     perturbed_words,
     plain,
     screening_of,

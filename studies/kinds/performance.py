@@ -17,6 +17,7 @@ from ...doubts import Doubt, noted
 from ...fragility import HazardCurve
 from ...fragility import notes as screen_notes
 from ...fragility.numerics import slabs
+from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import PieceDraws, Variability
 from ...fragility.validity.notes import squat_notes
@@ -93,7 +94,7 @@ from .inventory_motions import (
 )
 from .kits import candidates, kit_notes, kits_of, scenes_of, with_kit_sets
 from .level_floors import LevelFloors, check_levels, level_floors, strikes, what_yields
-from .study import SLAB_BYTES_A_RUN, Study, each, part_of, perturbed_words, plain, screening_of
+from .study import SLAB_BYTES_A_RUN, Study, each, perturbed_words, plain, screening_of
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner

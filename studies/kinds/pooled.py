@@ -18,6 +18,7 @@ from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
+from ...fragility.runs.progress import part_of
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Block, Law
@@ -30,7 +31,7 @@ from ..plan.risk import Risk
 from ..region.reading import read_region
 from ..region.rows import pooled_notes
 from .fragility import median_doubts
-from .study import BlockStudy, Expected, Study, blocks_of, each, part_of, plain
+from .study import BlockStudy, Expected, Study, blocks_of, each, plain
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner

@@ -13,6 +13,7 @@ import xarray as xr
 
 from ...aliases import Progress
 from ...fragility import RandomInputs, ida, notes, overturning_response, sobol_indices, tornado
+from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.slab_screen import screen_input
@@ -41,7 +42,6 @@ from .study import (
     check_one_floor,
     each,
     incremental_design,
-    part_of,
     perturbed_words,
     plain,
     screening_of,

@@ -406,7 +406,7 @@ class Study(ABC):
         shards, resumed = open_shards(folder, self._pinned, fresh, other_machine)
         stop = Stop()
         with run_log(folder) as log, stop.graceful():
-            watch = Watch(self.all_runs, log)
+            watch = Watch(self.all_runs, log, self.expected is not None)
             log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
             if watching is not None:
                 watching(watch)
@@ -415,13 +415,13 @@ class Study(ABC):
                 results = results.assign_attrs(machines=json.dumps(machines_of(folder)))
             except KeyboardInterrupt:
                 log.warning("interrupted: %s", watch.words)
-                kept = f"{watch.runs:,} of {watch.total:,} runs kept in {folder}"
+                kept = f"{watch.count} kept in {folder}"
                 how = " without --fresh" if fresh else ""
                 raise Interrupted(stop.number, f"interrupted with {kept}; the same command{how} goes on") from None
             except BaseException as error:
                 log.error("ended by %s (%s): %s", type(error).__name__, error, watch.words)
                 raise
-            log.info("finished: %s", watch.words)
+            log.info("finished: %s", watch.all_words)
         return results
 
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
@@ -551,11 +551,6 @@ def screening_of(content: StudyFile) -> tuple[Friction | None, float]:
 def perturbed_words(runs: int) -> str:
     """Return the end of the words on a study's size: the further runs under perturbations, if there are any."""
     return f", plus {runs:,} with a change of one millionth, to test whether outcomes are stable" if runs else ""
-
-
-def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return the progress callback of a part of the runs that begins after `before` of all `total` runs."""
-    return None if progress is None else lambda done, _: progress(before + done, total)
 
 
 def plain(content: StudyFile) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.axes import check_axes
+from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import OF_THE_WIDTH
@@ -51,7 +52,6 @@ from .study import (
     check_one_floor,
     each,
     incremental_design,
-    part_of,
     perturbed_words,
     plain,
     screening_of,

@@ -13,6 +13,7 @@ from ...aliases import Array
 from ...fragility import HazardCurve
 from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
+from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import number_of_motions
 from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import Variability
@@ -152,8 +153,7 @@ def kit_savings(
         held = with_kit(inventory, kit)
         if held is None:
             continue
-        report = None if progress is None else _after(progress, done)
-        with_it = shake.assess(held, sides=True, client=client, progress=report)
+        with_it = shake.assess(held, sides=True, client=client, progress=part_of(progress, done))
         of_each = distinct_runs(held, shake.variability, str(shake.polarity)) * number_of_motions(with_it)
         done += of_each * with_it.sizes["model"] * with_it.sizes["level"]
         rows = [i for i, row in enumerate(inventory.rows) if kit.fits(row)]
@@ -162,10 +162,6 @@ def kit_savings(
     data = found.variables(assessment, level is None) | _static(inventory, kits, assessment, shake, level)
     names = np.array([kit.name for kit in kits], dtype=object)
     return xr.Dataset(data, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
-
-
-def _after(progress: Callable[[int, int], None], before: int) -> Callable[[int, int], None]:
-    return lambda done, total: progress(before + done, before + total)
 
 
 class _Savings:

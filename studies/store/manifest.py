@@ -15,6 +15,8 @@ LAYOUT = 3
 """Number of the layout of manifest and shards."""
 REACHED = "reached"
 """Key of the sentence on what an analysis at adaptive levels has reached so far; only such a study has it."""
+REACHED_AFTER = "reached_after"
+"""Key of the number of calls after which it was true."""
 MOST = 10**18
 """Most runs that a manifest can count."""
 NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")

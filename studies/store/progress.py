@@ -21,11 +21,16 @@ AFTER_SECONDS = 2.0
 
 @dataclass
 class Display:
-    """Display of progress: `Study.run` calls `update` with (runs done, all runs), and `watching` with its counts."""
+    """Display of progress: `Study.run` calls `update` with (runs done, all runs), and `watching` with its counts.
+
+    `aside`: about how many further runs there are of which `update` is not told, but `watch` is: those of slips.
+    """
 
     show: Callable[[str, int, int, str], None]
     what: str
+    aside: int = 0
     watch: Watch | None = None
+    _shown: tuple[int, int] = (0, 0)
     _stage: str = ""
     _after: float = math.inf
 
@@ -36,6 +41,8 @@ class Display:
 
     def telling(self, what: str, done: int, total: int) -> None:
         """Show the progress of the work that follows the runs, where it takes more than a moment."""
+        if self.aside and self.watch is not None:
+            self._show_runs(self.watch, max(self._shown[1], self.watch.runs))
         now = time.monotonic()
         if what != self._stage:
             self._stage, self._after = what, now + AFTER_SECONDS
@@ -44,18 +51,31 @@ class Display:
 
     def update(self, done: int, total: int) -> None:
         """Show the progress of the runs."""
-        watch = self.watch
-        if watch is None:
+        if self.watch is None:
             self.show(self.what, done, total, "")
-            return
+        else:
+            self._show_runs(self.watch, max(total + self.aside, self.watch.runs))
+
+    def finished(self) -> None:
+        """Show that all runs are done, where that was not shown."""
+        watch = self.watch
+        if watch is not None and self._shown != (watch.runs, watch.runs):
+            self._show_runs(watch, watch.runs)
+
+    def _show_runs(self, watch: Watch, total: int) -> None:
+        done = watch.runs
         rate = max(watch.rate, 1e-9)
         left = f", {time_text((total - done) / rate)} left" if done < total else ""
+        self._shown = done, total
         self.show(self.what, done, total, f"{watch.rate:,.0f}/s{left}, {watch.detail}")
 
 
 @contextmanager
-def show_progress(console: Console, what: str, total: int | None) -> Iterator[Display]:
-    """Make the display of the progress: a bar on a terminal, lines elsewhere; None: a total that is not known yet."""
+def show_progress(console: Console, what: str, total: int | None, aside: int = 0) -> Iterator[Display]:
+    """Make the display of the progress: a bar on a terminal, lines elsewhere.
+
+    total: None where it is not known yet; aside: as of `Display`.
+    """
     if not console.is_terminal:
         last = time.monotonic()
 
@@ -68,7 +88,7 @@ def show_progress(console: Console, what: str, total: int | None) -> Iterator[Di
                 words = f"{stage}: {done:,} of {total:,} ({share}){', ' if detail else ''}{detail}"
                 console.print(words, highlight=False, soft_wrap=True)
 
-        yield Display(line, what)
+        yield Display(line, what, aside)
         return
     columns = (
         TextColumn("{task.description}"),
@@ -84,4 +104,4 @@ def show_progress(console: Console, what: str, total: int | None) -> Iterator[Di
                 tasks[stage] = bar.add_task(stage, total=total, detail="")
             bar.update(tasks[stage], completed=done, total=total, detail=detail)
 
-        yield Display(update, what)
+        yield Display(update, what, aside)

@@ -15,8 +15,8 @@ from ..text.error import StudyError
 from .manifest import FOLDER
 from .shards import IN_MEMORY
 
-BASE_BYTES = 250e6
-"""Memory of the loaded packages."""
+BASE_BYTES = 400e6
+"""Memory of the loaded packages, and of figures: what small studies take."""
 SHARD_BYTES = 4e3
 """Size of a shard beside its results."""
 RESULT_BYTES = 2e6

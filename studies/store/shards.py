@@ -32,7 +32,7 @@ from ...wording import system_reason
 from ..text.error import StudyError
 from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .folder import write_whole
-from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, read_manifest, refuse_link
+from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, REACHED_AFTER, read_manifest, refuse_link
 from .watch import Stop, Watch
 
 IN_MEMORY = 2**25
@@ -112,11 +112,15 @@ class Shards(Runner):
         self._watch.tell(what, done, total)
 
     def reached(self, what: str) -> None:
-        """Keep what an analysis has reached so far in the manifest, where the status of the study finds it."""
+        """Keep what an analysis has reached so far in the manifest, where the status of the study finds it.
+
+        A study that goes on repeats its calls from the first one: until it is where it was, what it had reached stays.
+        """
         path = self._folder / MANIFEST
         manifest = json.loads(path.read_text("utf-8"))
-        if manifest.get(REACHED) != what:
-            write_whole(path, _json({**manifest, REACHED: what}))
+        before = manifest.get(REACHED_AFTER)
+        if not isinstance(before, int) or self._calls > before:
+            write_whole(path, _json({**manifest, REACHED: what, REACHED_AFTER: self._calls}))
 
     def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> ChunkResult | None:
         """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""
@@ -220,7 +224,7 @@ def _take_over(folder: Path, pinned: Mapping[str, Any]) -> None:
         machines = list(dict.fromkeys([*before["machines"], *now["machines"]]))
         if len(machines) == 1:  # (the same processor with other libraries)
             machines.append(f"{machines[0]}, other libraries")
-        kept = {**now, "machines": machines, "calls": before["calls"]}
+        kept = {**before, **now, "machines": machines, "calls": before["calls"]}
         write_whole(folder / FOLDER / MANIFEST, _json(kept))
 
 

@@ -75,12 +75,14 @@ class Stop:
 class Watch:
     """Counts of a running study; `total` is the number of all runs, including those that only test other runs.
 
+    `most`: there are so many runs at most, and how many is known at the end.
     `telling` is called with the progress of the work that follows the runs.  `busy` is the time of all chunks (s, added
     over threads or workers), `storing` the time of writing them here.
     """
 
     total: int
     log: logging.Logger
+    most: bool = False
     runs: int = 0
     kept: int = 0
     chunks: int = 0
@@ -138,10 +140,24 @@ class Watch:
         return f"{whole_percent(self.skipped)} of samples skipped, slowest chunk {self.slowest:.1f} s"
 
     @property
+    def count(self) -> str:
+        """The number of runs so far, of how many where that is known."""
+        return f"{self.runs:,} runs" if self.most else f"{self.runs:,} of {self.total:,} runs"
+
+    @property
     def words(self) -> str:
         """The counts in one line."""
-        done = f"{self.runs:,} of {self.total:,} runs ({part_text(self.runs, self.total)})"
-        return f"{done}, {self.rate:,.0f}/s, {self.detail}"
+        share = f"at most {self.total:,}" if self.most else part_text(self.runs, self.total)
+        return f"{self.count} ({share}), {self._pace}"
+
+    @property
+    def all_words(self) -> str:
+        """The counts of a study that has all its runs."""
+        return f"{self.runs:,} runs, {self._pace}"
+
+    @property
+    def _pace(self) -> str:
+        return f"{self.rate:,.0f}/s, {self.detail}"
 
 
 class _LogFile(logging.FileHandler):

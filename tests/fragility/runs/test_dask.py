@@ -1,5 +1,6 @@
 """One graph of chunks: every scheduler of dask computes it, now or later, with the same bytes."""
 
+import gc
 import multiprocessing.pool
 import os
 import pickle
@@ -271,6 +272,18 @@ class TestNow:
             taken.close()
         assert len(begun) < len(chunks)
         assert not [one for one in threading.enumerate() if one.name == "toppling-graph"]
+
+    @pytest.mark.parametrize("scheduler", ["threads", "synchronous"])
+    def test_what_was_run_is_freed_at_once(self, shakes, scheduler):
+        """Analyses one after the other do not hold each other's motions until garbage is collected."""
+        with dask.config.set(scheduler=scheduler):
+            gc.collect()
+            gc.disable()
+            try:
+                tp.ida(BLOCKS[:2], LAWS[:1], shakes, LEVELS)
+                assert not [one for one in gc.get_objects() if isinstance(one, plan.Work | runners._Window)]
+            finally:
+                gc.enable()
 
     def test_errors_reach_the_caller(self, shakes, small_chunks, monkeypatch):
         def fails(work, chunk):

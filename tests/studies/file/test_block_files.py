@@ -494,6 +494,21 @@ class TestProgressOfFits:
         display.telling("rates", 4, 4)  # of the next study
         assert len(shown) == 2
 
+    def test_runs_of_which_nothing_is_told_are_counted(self):
+        """Slips are told as a stage of their own; what counts as a run is what the log counts."""
+        shown = []
+        display = Display(lambda *args: shown.append(args[:3]), "runs", aside=6)
+        watch = Watch(14, logging.getLogger("nowhere"))
+        display.watching(watch)
+        watch.runs = 8
+        display.update(8, 8)
+        watch.runs = 11
+        display.telling("slips", 1, 2)
+        watch.runs = 13  # (about 6 more: 5)
+        display.finished()
+        display.finished()
+        assert shown == [("runs", 8, 14), ("runs", 11, 14), ("runs", 13, 13)]
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,7 @@ levels = "adaptive"
 median = 0.15
 motions = { least = 32 }
 """
+PRECISE = STUDY.replace("median = 0.15", "median = 0.05")
 FRICTION = "[friction]\nstatic = 0.3\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.05, 0.2]\n"
 HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
 
@@ -340,6 +342,45 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
     assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
 
 
+def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_path, monkeypatch):
+    """A study that goes on repeats its waves from the first one: killed among them, it has what it had."""
+    from toppling.fragility.analyses import adaptive
+
+    run, calls = adaptive.run_wave, []
+
+    def killed(at, *arguments):
+        calls.append(1)
+        if len(calls) == at:
+            raise KeyboardInterrupt
+        return run(*arguments)
+
+    said = []
+    for at in (4, 2, 3, 5):
+        calls.clear()
+        monkeypatch.setattr(adaptive, "run_wave", partial(killed, at))
+        with pytest.raises(KeyboardInterrupt, match=r"interrupted with [0-9,]+ runs kept in"):
+            study(PRECISE).run(tmp_path / "out")
+        found = status_of(tmp_path / "out")
+        said.append((found.runs, found.reached))
+    assert said[0] == said[1] == said[2]
+    assert said[0][1].startswith("96 motions, 0 of 2 curves have stopped")
+    assert said[3][1].startswith("128 motions,")
+    assert said[3][0] > said[0][0]
+
+
+def test_the_log_counts_runs_and_how_many_there_may_be(study, tmp_path, monkeypatch):
+    monkeypatch.setattr("toppling.studies.store.watch.LOG_SECONDS", 0.0)
+    made = study(STUDY + FRICTION)
+    told = []
+    made.run(tmp_path / "out", progress=lambda *counts: told.append(counts))
+    lines = (tmp_path / "out/run.log").read_text().splitlines()
+    on_the_way = [re.search(r"([0-9,]+) runs \(at most ([0-9,]+)\)", one) for one in lines]
+    assert {int(one[2].replace(",", "")) for one in on_the_way if one} == {made.all_runs}
+    done = re.search(r"finished: ([0-9,]+) runs, ", lines[-1])
+    assert done is not None
+    assert told[-1][0] < int(done[1].replace(",", "")) < made.all_runs  # (slips are not told, and are runs)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("until", "hazard"), [("median = 0.02", ""), ("rate = 0.1", HAZARD), ("median = 0.05", FRICTION)]
@@ -606,14 +647,6 @@ def test_slips_beyond_any_shaking_are_a_note(study):
     results = study(STUDY + FRICTION.replace("[0.05, 0.2]", "[0.05, 10.0]")).run()
     assert float(results["slip_median"].max()) > 50.0
     assert any("the highest median" in one for one in results.attrs["notes"].splitlines())
-
-
-def test_the_log_counts_slides(slipping):
-    """All runs are within the most that were announced, slides among them."""
-    results, path = slipping
-    (line,) = (one for one in path.with_name("run.log").read_text().splitlines() if "finished" in one)
-    done, most = (int(one.replace(",", "")) for one in re.search(r"finished: ([\d,]+) of ([\d,]+) runs", line).groups())
-    assert results.sizes["run"] < done <= most
 
 
 def test_the_forecast_counts_slides(study):

@@ -318,7 +318,7 @@ def test_a_disk_without_room_is_told_before_anything_runs(finished, tmp_path, mo
 def test_memory_is_judged_before_anything_runs(finished, tmp_path, monkeypatch):
     _, study = finished
     monkeypatch.setattr(resources, "memory_bytes", lambda: 1e8)
-    with pytest.raises(StudyError, match=r"needs about 2\d\d\.\d MB of memory, this machine has 100\.0 MB"):
+    with pytest.raises(StudyError, match=r"needs about 4\d\d\.\d MB of memory, this machine has 100\.0 MB"):
         study.run(tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

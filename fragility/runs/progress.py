@@ -1,0 +1,19 @@
+"""Progress of work that is done in parts, told as that of the whole."""
+
+from __future__ import annotations
+
+from ...aliases import Progress
+
+
+def part_of(progress: Progress | None, before: int, total: int | None = None) -> Progress | None:
+    """Return the progress callback of a part that begins after `before` of all `total` units of work.
+
+    Without `total`, what the part says of its own total is taken for the end of the whole.
+    """
+    if progress is None:
+        return None
+
+    def told(done: int, of_part: int) -> None:
+        progress(before + done, before + of_part if total is None else total)
+
+    return told
