@@ -199,12 +199,19 @@ def _sum_what_is_left(batch, start, n):
     record = batch.shaking.record
     lifting = batch.lifting
     half = 0.5 * batch.shaking.dt
+    # (sums of their own: read back from the array, each would wait until the one before is stored)
+    left = 0.0
     batch.shaking_left[start + n - 1] = 0.0
+    for i in range(start + n - 2, start - 1, -1):
+        left += half * (abs(record[i]) + abs(record[i + 1]))
+        batch.shaking_left[i] = left
+    if lifting.shape[0] == 0:
+        return
+    left = 0.0
     batch.lifting_left[start + n - 1] = 0.0
     for i in range(start + n - 2, start - 1, -1):
-        batch.shaking_left[i] = batch.shaking_left[i + 1] + half * (abs(record[i]) + abs(record[i + 1]))
-        if lifting.shape[0] > 0:
-            batch.lifting_left[i] = batch.lifting_left[i + 1] + half * (abs(lifting[i]) + abs(lifting[i + 1]))
+        left += half * (abs(lifting[i]) + abs(lifting[i + 1]))
+        batch.lifting_left[i] = left
 
 
 @kernel(keep=True)
