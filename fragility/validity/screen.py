@@ -10,11 +10,13 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 
 from ... import checks
 from ...aliases import Progress
 from ...models.friction import Friction
+from ...models.sliding.law import SlidingLaw
 from ...motions.simulated.generator import Generator
 from ..numerics.slabs import Allocator
 from ..runs.provenance import BED, RUN, Motions, provenance_from, records_of
@@ -99,7 +101,7 @@ def screen(
     Raises
     ------
     TypeError, ValueError
-        Runs of another kind, a selection without runs of a block under a law, motions that are not those of the runs, a
+        Runs of another kind or of sliding blocks, a selection without runs of a block under a law, motions that are not those of the runs, a
         friction that is neither number nor distribution or is missing for a block, bounds out of order.
 
     Notes
@@ -139,11 +141,15 @@ def screen(
     >>> found["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
     [1, 7]
     """
-    lowest, highest = (checks.number("factors", one, above=0.0) for one in factors)
+    try:
+        least, greatest = factors
+    except (TypeError, ValueError):
+        raise ValueError(f"factors must be a least and a greatest one, got {factors!r}") from None
+    lowest, highest = (checks.number("factors", one, above=0.0) for one in (least, greatest))
     if lowest >= highest:
         raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
     bounds = Bounds((lowest, highest), checks.number("half_width", half_width, above=0.0, below=0.5))
-    if isinstance(undecided, bool):
+    if isinstance(undecided, bool | np.bool_):
         share = float(undecided)
     else:
         share = checks.number("undecided", undecided, at_least=0.0, at_most=1.0)
@@ -151,6 +157,8 @@ def screen(
         raise ValueError("motions must be given where undecided runs are looked for: they are run again")
     asked = ScreenRequest(friction, bounds, share)
     runner = runner_of(client)
+    if isinstance(runs, xr.Dataset):
+        _refuse_slides(runs)
     if isinstance(runs, xr.Dataset) and RUN in runs.dims:
         runs = selected(runs)
         shaken = None if motions is None else shaken_by(runs, motions, share)
@@ -172,6 +180,13 @@ def screen(
             "screen": json.dumps(settings, ensure_ascii=False),
         },
     )
+
+
+def _refuse_slides(runs: xr.Dataset) -> None:
+    """Raise ValueError for runs of blocks that slide: whether they would rock is what their results do not say."""
+    laws = runs.coords.get("law", runs.coords.get("model"))
+    if laws is not None and bool((laws == SlidingLaw.law).any()):
+        raise ValueError("runs must be of rocking blocks, got some of sliding ones, which this screen says nothing of")
 
 
 def _dense(

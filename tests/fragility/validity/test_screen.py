@@ -11,7 +11,7 @@ from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
-from toppling.fragility import block_notes, notes, screen, undecided_outcomes, wilson_interval
+from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, undecided_outcomes, wilson_interval
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from toppling.fragility.runs import plan
 from toppling.fragility.validity import undecided as perturbed
@@ -497,6 +497,11 @@ class TestUndecided:
             result.verdict, expected.isel(model=[2, 0], level=slice(3, 6), motion=[6, 1]).values
         )
 
+    def test_runs_that_were_read_in_chunks(self, chaotic):
+        whole, shakes = chaotic
+        chunked = screen(whole.chunk({"motion": 3}), shakes, 0.3, undecided=np.True_)
+        xr.testing.assert_identical(chunked.compute(), screen(whole, shakes, 0.3, undecided=True))
+
 
 class TestErrors:
     def test_wrong_arguments(self):
@@ -516,6 +521,9 @@ class TestErrors:
             screen(whole, shakes, "rough")
         with pytest.raises(ValueError, match=r"factors must be a least and a greatest one, got 5 and 0\.2"):
             screen(whole, shakes, factors=(5.0, 0.2))
+        for factors in ((1.0, 2.0, 3.0), 2.0):
+            with pytest.raises(ValueError, match="factors must be a least and a greatest one, got "):
+                screen(whole, shakes, factors=factors)
         with pytest.raises(ValueError, match=r"half_width must be finite and > 0 and < 0\.5, got 0\.5"):
             screen(whole, shakes, half_width=0.5)
         with pytest.raises(ValueError, match="undecided must be finite and >= 0 and <= 1, got 2"):
@@ -528,6 +536,17 @@ class TestErrors:
             notes(tp.ida(BLOCKS, MODELS[0], shakes, [1.0], screen=False))
         with pytest.raises(TypeError, match="screen must be True or False, got 0"):
             tp.ida(BLOCKS, MODELS[0], shakes, [1.0], screen=0)
+
+    @pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+    def test_sliding_blocks_have_no_screen_of_rocking(self):
+        """Their runs would be called all right, whatever they do."""
+        block, shakes = tp.Block(0.6, 1.8), noise(64)
+        slid = tp.ida(block, tp.Sliding(0.2), shakes, [2.0])
+        sparse = tp.ida(block, tp.Sliding(0.2), shakes, "adaptive", until={"median": 0.3}, state=Slip(0.05))
+        drawn = slide_runs(tp.ida(block, MODELS[0], shakes, [2.0]), shakes, 0.2)
+        for runs in (slid, sparse, drawn):
+            with pytest.raises(ValueError, match="runs must be of rocking blocks, got some of sliding ones"):
+                screen(runs, shakes)
 
     def test_stands_in_every_dataset_of_runs(self):
         shakes = noise(4)
