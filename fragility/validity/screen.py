@@ -101,8 +101,9 @@ def screen(
     Raises
     ------
     TypeError, ValueError
-        Runs of another kind or of sliding blocks, a selection without runs of a block under a law, motions that are not those of the runs, a
-        friction that is neither number nor distribution or is missing for a block, bounds out of order.
+        Runs of another kind or of sliding blocks, a selection without runs of a block under a law, motions that are not
+        those of the runs, a friction that is neither number nor distribution or is missing for a block, bounds out of
+        order.
 
     Notes
     -----
@@ -166,7 +167,6 @@ def screen(
         variables |= {name: runs[name].variable for name in (*OF_RUNS, "wave")}
     else:
         variables, settings = _dense(runs, motions, asked, runner, progress)
-    settings["tested"] = share
     kept = [dim for dim in DIMS if dim in runs.coords]
     kept += [name for name in (BED, "round", *NUMBERS) if name in runs.coords]  # (for the notes)
     if (runs["rest"] == "soft").any():  # (likewise: they tell whose elastic mode is real)
@@ -205,7 +205,8 @@ def _dense(
     every = motions if isinstance(motions, xr.DataArray) else list(motions)
     shaking = Characteristics.of(records_of(runs, every))
     flips = count_flips(runs, every, asked.undecided, runner, progress) if asked.undecided > 0.0 else None
-    return screened_runs(given, shaking, asked.friction, asked.bounds, flips, runner.array)
+    variables, settings = screened_runs(given, shaking, asked.friction, asked.bounds, flips, runner.array)
+    return variables, settings | {"tested": asked.undecided}
 
 
 def with_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characteristics, array: Allocator) -> xr.Dataset:
@@ -224,6 +225,5 @@ def with_sparse_screen(
 ) -> xr.Dataset:
     """Add to runs at adaptive levels the variables of their screen; arguments as for `sparse_screen`."""
     variables, settings = sparse_screen(runs, shaken, asked, runner, progress)
-    settings["tested"] = asked.undecided
     told = json.dumps(settings, ensure_ascii=False)
     return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)

@@ -236,7 +236,7 @@ def sparse_screen(
     described = described_friction(asked.friction, available, labels)
     tested = 0 if flips is None else max(one.tested for one in flips if one is not None)
     told = settings_of(asked.bounds, fewest, described, shaken is not None, tested, inputs[0].lifted)
-    return in_order(found | of_all), told
+    return in_order(found | of_all), told | {"tested": asked.undecided}
 
 
 def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:

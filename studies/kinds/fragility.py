@@ -14,7 +14,7 @@ from ...aliases import Array, Progress
 from ...doubts import Doubt
 from ...fragility import notes, screen
 from ...fragility.analyses.sliding import number_of_slides
-from ...fragility.fitting.states import of_both_axes, state_name
+from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, state_name
 from ...fragility.risk.inversion import check_family
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
@@ -109,8 +109,15 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
 def screening_with(
     content: StudyFile, slides: Slides | None, blocks: Iterable[Block]
 ) -> tuple[Friction | Mapping[str, Friction] | None, float]:
-    """Return what `screening_of` does, with the friction of each block where some have their own."""
+    """Return what `screening_of` does, with the friction of each block where some have their own.
+
+    Where the curves are of another state than a fall no outcome is tested: stable falls say nothing of uplifts.
+    """
     friction, undecided = screening_of(content)
+    if fit_of(content).state not in (OVERTURNED, *DIRECTIONS):
+        if content.screen is not None and content.screen.undecided:
+            raise ValueError("screen.undecided is for overturning: leave it out with fit.state")
+        undecided = 0.0
     if slides is None or not slides.own:
         return friction, undecided
     return {one.label: slides.friction_of(one) for one in blocks}, undecided

@@ -18,7 +18,7 @@ from ...aliases import Progress
 from ...fragility import notes
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
-from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.fitting.states import state_name
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
@@ -63,10 +63,6 @@ class SequentialStudy(FragilityStudy):
         if slides is not None and any(LIFTS in array.coords for array in design.arrays):
             raise ValueError("friction at adaptive levels needs motions without a vertical component")
         friction, undecided = screening_with(content, slides, blocks)
-        if fit_of(content).state != OVERTURNED:
-            if content.screen is not None and content.screen.undecided:
-                raise ValueError("screen.undecided at adaptive levels is for overturning: leave it out with fit.state")
-            undecided = 0.0
         design = replace(design, screening=ScreenRequest(friction, undecided=undecided))
         study = cls(
             content.title,

@@ -684,6 +684,22 @@ def test_a_law_that_is_elastic_at_rest_is_named_where_uplift_is_sought(study):
     assert "energy-consistent" not in said
 
 
+@pytest.mark.parametrize(("state", "tested"), [('"uplifted"', False), ("0.5", False), ('"front"', True)])
+def test_stability_is_that_of_falls_at_common_levels_too(study, state, tested):
+    text = STUDY[: STUDY.index("[until]")].replace('"adaptive"', '{ values = [0.2, 0.4, 0.8], unit = "g" }')
+    text += f"[fit]\nstate = {state}\n"
+    results = study(text.replace("number = 200", "number = 30")).run()
+    assert ("undecided" in results) == tested
+    asked = text.replace("[fit]", "[screen]\nundecided = 0.1\n[fit]")
+    if tested:
+        assert study(asked).perturbed_runs > 0
+        return
+    with pytest.raises(StudyError, match=r"screen.undecided is for overturning: leave it out with fit.state"):
+        study(asked)
+    (check,) = [one for one in checks_of(results) if one.question == "Are the outcomes of single runs stable?"]
+    assert check.clause == "no outcome was tested for stability"
+
+
 def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
@@ -731,7 +747,7 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
         (("height_m = 1.8", "height_m = 1.8\nfriction = 0.3"), "needs [friction]"),
         (
             ("[until]", '[screen]\nundecided = 0.1\n[fit]\nstate = "uplifted"\n[until]'),
-            "screen.undecided at adaptive levels is for overturning",
+            "screen.undecided is for overturning",
         ),
         (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
         (("[until]", '[fit]\nform = "isotonic"\n[until]'), "fit.form of adaptive levels must be lognormal or"),
