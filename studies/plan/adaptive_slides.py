@@ -11,11 +11,20 @@ import xarray as xr
 
 from ...aliases import Array
 from ...fragility import Slip
-from ...fragility.adaptive.stopping import REACHED
-from ...fragility.adaptive.until import PROBABILITY, RATE
+from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE
 from ...models import Block, RandomSliding
 from ...units import DIMENSIONLESS, METRE, PER_YEAR
 from ...wording import counted
+from ..text.precision import (
+    SLIP_ACCOUNT,
+    SLIP_HALF_WIDTH,
+    SLIP_MOTIONS,
+    SLIP_RUNS,
+    SLIP_STOPPED,
+    SLIP_TARGET,
+    precision_notes,
+    runs_of_curve,
+)
 from .designs import Sequential
 from .estimates import Fit
 from .risk import Risk
@@ -26,8 +35,6 @@ if TYPE_CHECKING:
 
 SLIP_MEDIAN, SLIP_DISPERSION = "slip_median", "slip_dispersion"
 """Variables: of the curve of a slip of a block that slides, on (block, slip)."""
-SLIP_MOTIONS, SLIP_STOPPED, SLIP_ACCOUNT = "slip_motions_run", "slip_stopped_because", "slip_account"
-"""Variables: what was reached for each of these curves."""
 NEGLIGIBLE = 1e-6
 """Chance of sliding up to which nothing is run: its share of a rate is below what any number here is known to."""
 OUTPUTS = ("slide_peak",)
@@ -49,13 +56,16 @@ class _Curve(NamedTuple):
     dispersion: Array
     rate: Array
     probability: Array
+    target: Array
+    half_width: float
     motions: int
+    runs: int
     stopped: str
     account: str
 
 
 UNKNOWN = np.full(3, np.nan)
-UNRUN = _Curve(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, 0, "", "")
+UNRUN = _Curve(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, np.nan, 0, 0, "", "")
 
 
 def groups(slides: Slides, blocks: Sequence[Block]) -> dict[RandomSliding, list[int]]:
@@ -96,16 +106,19 @@ def adaptive_slides(
     Known
         On block: ``slides_instead`` and ``friction_near_uplift`` (`Slides.of`).  On (block, slip), slip in m:
         ``slip_median`` and ``slip_dispersion`` with their intervals, of the shaking that takes a block further where it
-        slides, in the measure of the levels; ``slip_motions_run``, ``slip_stopped_because``, ``slip_account``; and with
-        a hazard ``slip_rate``, 1/year, with its interval: the rate of the curve, or of weighted runs without a curve
-        where the precision asked for is that of a rate, times ``slides_instead``; where it is that of a probability,
-        ``slip_probability`` at its level with its interval, times ``slides_instead``, too.  ``gated_rate``: as of
+        slides, in the measure of the levels; ``slip_target`` with its interval, the number whose precision is asked
+        for, of blocks that slide, and its ``slip_half_width``; ``slip_motions_run``, ``slip_runs``,
+        ``slip_stopped_because``, ``slip_account``; and with a hazard ``slip_rate``, 1/year, with its interval: the rate
+        of the curve, or of weighted runs without a curve where the precision asked for is that of a rate, times
+        ``slides_instead``; where it is that of a probability, ``slip_probability`` at its level with its interval,
+        times ``slides_instead``, too.  ``gated_rate``: as of
         `Slides.of`.  NaN for blocks that are held or uneven, and medians of blocks that never slide, whose rates are 0.
     """
     found = slides.chances(blocks, design.axes != "")
     chance = found[INSTEAD].values
     curves = {(i, k): UNRUN for i in range(len(blocks)) for k in range(len(slides.distances))}
     longest, ends = 0, ""
+    notable: list[str] = []
     of_laws = groups(slides, blocks)
     number = 0
     for law, mine in of_laws.items():
@@ -115,19 +128,16 @@ def adaptive_slides(
             runs = replace(design.one_way, state=state).run([blocks[i] for i in mine], [law], OUTPUTS, client, None)
             if runs.sizes["motion"] > longest:
                 longest, ends = runs.sizes["motion"], str(runs.attrs.get("notes", ""))
+            notable += precision_notes(runs, f"slips over {distance:g} m of ")
             for place, one in zip(mine, _curves(runs, replace(fit, state=state), risk, design), strict=True):
                 curves[place, k] = one
             number += 1
             client.tell("slips", number, len(of_laws) * len(slides.distances))
     said = [ends] if ends else []
-    missed = [
-        f"slips of {blocks[i].label} over {slides.distances[k]:g} m: {one.account}"
-        for (i, k), one in curves.items()
-        if one.stopped not in ("", REACHED)
-    ]
-    said += missed[:MOST_SAID]
-    if len(missed) > MOST_SAID:
-        said.append(f"{counted(len(missed) - MOST_SAID, 'further slip')} stopped before the precision asked for, too")
+    said += notable[:MOST_SAID]
+    if len(notable) > MOST_SAID:
+        further = counted(len(notable) - MOST_SAID, "further slip")
+        said.append(f"{further} stopped before the precision asked for, too, or have another form of curve")
     still = [chance[i] <= NEGLIGIBLE for i in range(len(blocks))]
     shape = len(blocks), len(slides.distances)
 
@@ -150,8 +160,14 @@ def adaptive_slides(
     if design.until.target == PROBABILITY:
         chances = [w * one.probability if w else np.zeros(3) for w, one in zip(weights, every, strict=True)]
         column(SLIP, DIMENSIONLESS, "probability of a greater slip at the level asked for", chances)
+    target = design.until.target
+    of_target = {MEDIAN: units, RATE: PER_YEAR}.get(target, DIMENSIONLESS)
+    text = f"{target} of the slip of blocks that slide, of the analysis itself"
+    column(SLIP_TARGET, of_target, text, [one.target for one in every])
     for name, text, values in (
+        (SLIP_HALF_WIDTH, f"half width of the interval of this {target}", [one.half_width for one in every]),
         (SLIP_MOTIONS, "motions that the block slid under", [one.motions for one in every]),
+        (SLIP_RUNS, "runs of the block that slides", [one.runs for one in every]),
         (SLIP_STOPPED, "why no further motions were run", [one.stopped for one in every]),
         (SLIP_ACCOUNT, "what was reached, and what more would bring", [one.account for one in every]),
     ):
@@ -182,7 +198,10 @@ def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -
             ends(fitted, "dispersion", i),
             ends(rates, "rate", i),
             ends(runs if design.until.target == PROBABILITY else None, "probability", i),
+            ends(runs, design.until.target, i),
+            float(one["half_width"]),
             int(one["motions_run"]),
+            runs_of_curve(one).size,
             str(one["stopped_because"].item()),
             str(one["account"].item()),
         )

@@ -38,6 +38,7 @@ from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
 from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
+from ..text.precision import SLIP_ACCOUNT, SLIP_STOPPED
 from ..text.reached import within_levels
 from ..text.words import reference_law
 
@@ -565,11 +566,17 @@ def _reached(results: xr.Dataset, question: str, reason: str) -> Check:
     """Check whether intervals that are narrow are as narrow as was asked, where motions are run until they are."""
     if "stopped_because" not in results:
         return Check(question, GOOD, reason)
-    why = results["stopped_because"].values.astype(str)
+    said = [(results["stopped_because"], results["account"])]
+    if SLIP_STOPPED in results:
+        said.append((results[SLIP_STOPPED], results[SLIP_ACCOUNT]))
+    why, accounts = (
+        np.concatenate([one.values.astype(str).ravel() for one in each]) for each in zip(*said, strict=True)
+    )
+    why, accounts = why[why != ""], accounts[why != ""]  # (blocks that never slide have no curve of their slips)
     missed = int((why != REACHED).sum())
     if not missed:
         return Check(question, GOOD, f"{reason} The precision that was asked for is reached.")
-    account = str(results["account"].values[why != REACHED][0])
+    account = str(accounts[why != REACHED][0])
     return Check(
         question,
         CARE,

@@ -22,6 +22,11 @@ FITTED_RATE = "fitted_rate"
 SEQUENTIAL = "sequential_"
 """Prefix, in a study's results, of what the analysis itself says of each curve, beside the curve fitted to all runs."""
 
+SLIP_TARGET, SLIP_HALF_WIDTH = "slip_target", "slip_half_width"
+SLIP_MOTIONS, SLIP_RUNS = "slip_motions_run", "slip_runs"
+SLIP_STOPPED, SLIP_ACCOUNT = "slip_stopped_because", "slip_account"
+"""Variables, on (block, slip): what the analysis of a slip says, and why it stopped; none for blocks without runs."""
+
 
 def curves_of(results: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield each curve of an analysis at adaptive levels with its name."""
@@ -38,8 +43,11 @@ def runs_of_curve(one: xr.Dataset) -> Index:
     return np.flatnonzero(mine[0] & mine[1])
 
 
-def precision_notes(runs: xr.Dataset) -> list[str]:
-    """Return a note for each curve whose precision was not reached, or whose form is off by half of it or more."""
+def precision_notes(runs: xr.Dataset, of: str = "") -> list[str]:
+    """Return a note for each curve whose precision was not reached, or whose form is off by half of it or more.
+
+    of: words before the name of the curve.
+    """
     asked = json.loads(str(runs.attrs["until"]))
     shares = [value for name, value in asked.items() if name in (MEDIAN, RATE)]
     room = 0.5 * float(shares[0]) if shares else math.inf
@@ -49,7 +57,7 @@ def precision_notes(runs: xr.Dataset) -> list[str]:
         # (what the rate of a curve misses has a note of its own, however little it is)
         off = abs(float(one["misfit"]))
         if missed or off >= room:
-            said.append(f"{name}: {one['account'].item()}")
+            said.append(f"{of}{name}: {one['account'].item()}")
     return said
 
 
@@ -78,21 +86,34 @@ def precision_rows(results: xr.Dataset) -> Rows | None:
     scale, unit = display_unit(axis_of(results)) if target == MEDIAN else (1.0, "1/year" if target == RATE else "")
     within = f"±{asked[target]['within']:g}" if chance else f"±{100.0 * asked[target]:g} %"
     beside = target == RATE and FITTED_RATE in results
+
+    def reached(one: xr.Dataset, name: str, width: float) -> tuple[str, str]:
+        value, low, high = (float(one[f"{name}{end}"]) / scale for end in ("", "_lower", "_upper"))
+        if not (math.isfinite(width) and math.isfinite(value)):
+            return "–", "–"
+        return f"{value:.3g} ({low:.3g}–{high:.3g})", f"±{width:.3f}" if chance else f"±{100.0 * width:.1f} %"
+
     lines = []
     for name, one in curves_of(results):
-        value, low, high = (float(one[f"{SEQUENTIAL}{target}{end}"]) / scale for end in ("", "_lower", "_upper"))
-        width = float(one["half_width"])
-        known = math.isfinite(width) and math.isfinite(value)
-        own = runs_of_curve(one)
         lines.append(
             (
                 name,
-                f"{value:.3g} ({low:.3g}–{high:.3g})" if known else "–",
-                (f"±{width:.3f}" if chance else f"±{100.0 * width:.1f} %") if known else "–",
+                *reached(one, f"{SEQUENTIAL}{target}", float(one["half_width"])),
                 f"{int(one['motions_run']):,}",
-                f"{own.size:,}",
+                f"{runs_of_curve(one).size:,}",
                 str(one["stopped_because"].item()),
                 *(_of_fitted(one) if beside else ()),
+            )
+        )
+    for name, one in _slips(results):
+        lines.append(
+            (
+                name,
+                *reached(one, SLIP_TARGET, float(one[SLIP_HALF_WIDTH])),
+                f"{int(one[SLIP_MOTIONS]):,}",
+                f"{int(one[SLIP_RUNS]):,}",
+                str(one[SLIP_STOPPED].item()),
+                *(("–", "–") if beside else ()),
             )
         )
     of = f"{target}, {unit}" if unit else target
@@ -100,6 +121,16 @@ def precision_rows(results: xr.Dataset) -> Rows | None:
     title = f"Precision at adaptive levels: asked are {within} of the {target}{without} (95 % intervals)"
     headings = ("curve", of, "reached", "motions", "runs", "stopped because")
     return Rows(title, (*headings, *(("of the fitted curve", "which differs") if beside else ())), lines)
+
+
+def _slips(results: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield each slip that was run, with the name of its curve."""
+    if SLIP_STOPPED not in results:
+        return
+    for i, k in np.ndindex(results[SLIP_STOPPED].shape):
+        one = results.isel(block=i, slip=k)
+        if one[SLIP_STOPPED].item():
+            yield f"{one['block'].item()}, slip over {100.0 * float(one['slip']):g} cm where it slides", one
 
 
 def _of_fitted(one: xr.Dataset) -> tuple[str, str]:

@@ -472,7 +472,11 @@ def test_slips_are_those_of_their_own_analyses(slipping, finished):
         fitted = tp.fit_fragility(own, state=Slip(distance))
         for name in ("median", "median_lower", "dispersion"):
             np.testing.assert_array_equal(results[f"slip_{name}"][:, k], fitted[name][:, 0])
+        for end in ("", "_lower", "_upper"):
+            np.testing.assert_array_equal(results[f"slip_target{end}"][:, k], own[f"median{end}"][:, 0])
+        np.testing.assert_array_equal(results["slip_half_width"][:, k], own["half_width"][:, 0])
         np.testing.assert_array_equal(results["slip_motions_run"][:, k], own["motions_run"][:, 0])
+        np.testing.assert_array_equal(results["slip_runs"][:, k], np.bincount(own["run_block"]))
     chances = LognormalFriction(0.3, 0.3).below([0.2 / 0.9, 0.3 / 0.9])
     np.testing.assert_allclose(results["slides_instead"], chances)
     assert (results["slip_median"][:, 0] < results["slip_median"][:, 1]).all()
@@ -493,6 +497,28 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     (check,) = (one for one in checks_of(results) if one.question == SLIDING)
     assert "of the runs a piece would slide with the friction given" in check.clause
     assert "it says how likely each piece slides instead of rocking, and how far." in check.cure
+
+
+def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
+    results, _ = slipping
+    rows = precision_rows(results).rows
+    assert len(rows) == 2 + 4
+    name, median, reached, motions, runs, why = rows[2]
+    assert name == f"{results['block'].values[0]}, slip over 5 cm where it slides"
+    assert median == "{:.3g} ({:.3g}–{:.3g})".format(
+        *(float(results[f"slip_target{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
+    )
+    assert reached == f"±{100.0 * float(results['slip_half_width'][0, 0]):.1f} %"
+    assert float(reached[1:-2]) < 15.0
+    assert (int(motions), int(runs)) == (results["slip_motions_run"][0, 0], results["slip_runs"][0, 0])
+    assert why == "precision reached"
+    missed = study(STUDY.replace("number = 200", "number = 40").replace("0.15", "0.2") + FRICTION).run()
+    stopped = missed["slip_stopped_because"].values
+    assert (stopped != "precision reached").any()
+    checks = {one.clause for one in checks_of(missed)}
+    assert "the precision asked for was not reached" in checks
+    said = [one for one in missed.attrs["notes"].splitlines() if one.startswith("slips over ")]
+    assert len(said) == min(3, int((stopped != "precision reached").sum()))
 
 
 def test_motions_are_made_once_for_falls_and_slips(study, slipping, monkeypatch):
@@ -593,9 +619,7 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     results = study(text + FRICTION).run()
     assert np.isnan(results["slip_median"][0]).all()
     assert np.isnan(results["slides_instead"][0])
-    (said,) = (
-        one for one in results.attrs["notes"].splitlines() if one.startswith("slips of") and "over 0.05 m" in one
-    )
+    (said,) = (one for one in results.attrs["notes"].splitlines() if one.startswith("slips over 0.05 m of "))
     assert "±2 % asked; 40 motions are the most allowed, the precision takes about" in said
     assert slide_rows(results).rows[0][1:] == ("–", "–", "–")
 
