@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ...wording import part_text
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
-from ..store.manifest import REACHED, kept_chunks, read_manifest
+from ..store.manifest import MOST_RUNS, REACHED, kept_chunks, read_manifest
 from ..store.netcdf import load_small, title_of
 from ..text.error import StudyError
 
@@ -21,13 +21,14 @@ class StudyStatus(NamedTuple):
     chunks_known: int
     runs: int
     runs_total: int
+    at_most: bool = False
     reached: str = ""
 
     def lines(self, folder: Path) -> list[str]:
         """Return the status as lines of text."""
         if self.state == "finished":
             return [f"{self.title}: finished, {folder / RESULT_NAME}"]
-        if self.reached:  # (how many runs the precision takes is not known)
+        if self.at_most:  # (how many runs the precision takes is not known)
             kept = f"{self.runs:,} runs kept, at most {self.runs_total:,}"
         else:
             kept = f"{self.runs:,} of {self.runs_total:,} runs kept ({part_text(self.runs, self.runs_total)})"
@@ -78,6 +79,7 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
         known,
         runs,
         manifest["work"],
+        manifest.get(MOST_RUNS) is True,
         _printable(manifest.get(REACHED, "")),
     )
 

@@ -44,6 +44,7 @@ from ..plan.risk import Risk
 from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
+from ..store.manifest import MOST_RUNS
 from ..store.resources import Resources, chunks_of, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
@@ -391,7 +392,7 @@ class Study(ABC):
     @property
     def _pinned(self) -> dict[str, Any]:
         kept = {"identity": self.identity, "title": self.title, "study": self.configuration}
-        return {**kept, "work": self.all_runs}
+        return {**kept, "work": self.all_runs, MOST_RUNS: self.expected is not None}
 
     def _kept(
         self,

@@ -13,6 +13,8 @@ FOLDER = "shards"
 MANIFEST = "manifest.json"
 LAYOUT = 3
 """Number of the layout of manifest and shards."""
+MOST_RUNS = "most"
+"""Key that is true where the number of runs is the most that there may be, and how many is known at the end."""
 REACHED = "reached"
 """Key of the sentence on what an analysis at adaptive levels has reached so far; only such a study has it."""
 REACHED_AFTER = "reached_after"

@@ -335,6 +335,7 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
     found = status_of(tmp_path / "out")
     assert found.state == "interrupted"
     assert bool(found.reached) == (at > 1)
+    assert found.lines(tmp_path / "out")[0].endswith(f"runs kept, at most {study().all_runs:,}")
     if at > 1:
         assert "±15 % asked" in found.lines(tmp_path / "out")[1]
     monkeypatch.setattr(adaptive, "run_wave", run)
