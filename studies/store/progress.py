@@ -10,11 +10,13 @@ from dataclasses import dataclass
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Column
 
 from ...wording import part_text, time_text
 from .watch import Watch
 
 LINE_SECONDS = 5.0
+BAR_WIDTH = 20
 AFTER_SECONDS = 2.0
 """Work after the runs that takes less time is not shown."""
 
@@ -31,6 +33,7 @@ class Display:
     aside: int = 0
     watch: Watch | None = None
     _shown: tuple[int, int] = (0, 0)
+    _told: int = 0
     _stage: str = ""
     _after: float = math.inf
 
@@ -42,7 +45,7 @@ class Display:
     def telling(self, what: str, done: int, total: int) -> None:
         """Show the progress of the work that follows the runs, where it takes more than a moment."""
         if self.aside and self.watch is not None:
-            self._show_runs(self.watch, max(self._shown[1], self.watch.runs))
+            self._show_runs(self.watch, max(self._all_runs(self.watch, done, total), self.watch.runs))
         now = time.monotonic()
         if what != self._stage:
             self._stage, self._after = what, now + AFTER_SECONDS
@@ -54,7 +57,15 @@ class Display:
         if self.watch is None:
             self.show(self.what, done, total, "")
         else:
+            self._told = self.watch.runs
             self._show_runs(self.watch, max(total + self.aside, self.watch.runs))
+
+    def _all_runs(self, watch: Watch, done: int, total: int) -> int:
+        """Return about how many runs there will be where `done` of `total` parts of those aside have been done."""
+        further = watch.runs - self._told
+        if not watch.most or further == 0 or done == 0:
+            return self._shown[1]
+        return self._told + math.ceil(further * total / done)
 
     def finished(self) -> None:
         """Show that all runs are done, where that was not shown."""
@@ -64,9 +75,11 @@ class Display:
 
     def _show_runs(self, watch: Watch, total: int) -> None:
         done = watch.runs
-        rate = max(watch.rate, 1e-9)
-        left = f", {time_text((total - done) / rate)} left" if done < total else ""
         self._shown = done, total
+        if done == watch.kept and done < total:  # (how long the rest takes is not known yet)
+            self.show(self.what, done, total, "kept from before")
+            return
+        left = f", {time_text((total - done) / watch.rate)} left" if done < total else ""
         self.show(self.what, done, total, f"{watch.rate:,.0f}/s{left}, {watch.detail}")
 
 
@@ -92,11 +105,12 @@ def show_progress(console: Console, what: str, total: int | None, aside: int = 0
         return
     columns = (
         TextColumn("{task.description}"),
-        BarColumn(),
+        BarColumn(BAR_WIDTH),
         MofNCompleteColumn(),
-        TextColumn("{task.fields[detail]}"),
+        # (what has no room is cut here, and not from the numbers)
+        TextColumn("{task.fields[detail]}", table_column=Column(ratio=1, no_wrap=True, overflow="ellipsis")),
     )
-    with Progress(*columns, console=console) as bar:
+    with Progress(*columns, console=console, expand=True) as bar:
         tasks = {what: bar.add_task(what, total=total, detail="")}
 
         def update(stage: str, done: int, total: int, detail: str) -> None:

@@ -509,6 +509,21 @@ class TestProgressOfFits:
         display.finished()
         assert shown == [("runs", 8, 14), ("runs", 11, 14), ("runs", 13, 13)]
 
+    def test_how_many_there_will_be_is_told_by_those_that_there_were(self):
+        shown = []
+        display = Display(lambda *args: shown.append(args), "runs", aside=100)
+        watch = Watch(1000, logging.getLogger("nowhere"), most=True)
+        display.watching(watch)
+        watch.runs = watch.kept = 50
+        display.update(50, 60)
+        watch.runs = 70
+        display.telling("slips", 2, 10)
+        display.telling("slips", 10, 10)
+        assert [one[1:3] for one in shown] == [(50, 160), (70, 150), (70, 70)]
+        assert shown[0][3] == "kept from before"  # (and no time that nobody knows)
+        assert "/s, " in shown[1][3]
+        assert " left, " in shown[1][3]
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
