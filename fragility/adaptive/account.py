@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from ...wording import counted
 from .curve import SequentialCurve
 from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed, reason_text
 from .until import PROBABILITY, RATE
@@ -32,14 +33,14 @@ def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
     """Return how far an analysis is: the widest interval among the curves that go on, or that all have stopped."""
     going = [one for one in curves if not one.stopped]
     if not going:
-        return f"{motions:,} motions, all {len(curves):,} curves have stopped"
+        every = f"all {len(curves):,} curves have" if len(curves) > 1 else "the curve has"
+        return f"{motions:,} motions, {every} stopped"
     widest = max(going, key=lambda one: one.looks[-1].ratio)
     until = widest.until
     asked = f"±{until.tolerance:g}" if until.target == PROBABILITY else f"±{100.0 * until.tolerance:g} %"
-    return (
-        f"{motions:,} motions, {len(curves) - len(going):,} of {len(curves):,} curves have stopped; widest interval of "
-        f"a {until.target}: {width_text(widest, widest.looks[-1].ratio)}, {asked} asked"
-    )
+    stopped = f"{len(curves) - len(going):,} of {counted(len(curves), 'curve')} stopped"
+    width = width_text(widest, widest.looks[-1].ratio)
+    return f"{motions:,} motions, {stopped}; widest interval of a {until.target}: {width}, {asked} asked"
 
 
 def account(curve: SequentialCurve, state: str | None = None) -> str:
@@ -62,7 +63,9 @@ def account(curve: SequentialCurve, state: str | None = None) -> str:
     if curve.stopped != REACHED:
         needed = motions_needed(look.motions, look.ratio)
         why = "the most allowed" if curve.stopped == MOST_MOTIONS else "all there are"
-        text += f"; {n} are {why}" + (f", the precision takes about {needed:,}" if needed > look.motions else "")
+        # (the rule wants an interval narrower than asked, and to see it again)
+        what = "the precision" if look.ratio > 1.0 else "confirming it"
+        text += f"; {n} are {why}" + (f", {what} takes about {needed:,}" if needed > look.motions else "")
     if look.misfit:
         gap = 100.0 * math.expm1(-look.misfit)
         text += f"; no lognormal curve fits: its median is {gap:+.1f} % from that of levels near it"

@@ -185,7 +185,7 @@ class _Window:
                 with suppress(Empty):
                     self._finished.get(timeout=POLL_SECONDS)
             self._thread.join()
-            # (its tasks hold the motions, and this object to ask whether to stop: a cycle, which may be freed late)
+            # (its tasks hold the motions and, to ask whether to stop, this object: a cycle would be freed late)
             self._graph.clear()
         if stopped:
             raise KeyboardInterrupt

@@ -183,10 +183,11 @@ def screen(
 
 
 def _refuse_slides(runs: xr.Dataset) -> None:
-    """Raise ValueError for runs of blocks that slide: whether they would rock is what their results do not say."""
+    """Raise ValueError for runs of blocks that slide: the screen is one of rocking."""
+    # (what `slide_runs` returns has no law beside the name of its model)
     laws = runs.coords.get("law", runs.coords.get("model"))
     if laws is not None and bool((laws == SlidingLaw.law).any()):
-        raise ValueError("runs must be of rocking blocks, got some of sliding ones, which this screen says nothing of")
+        raise ValueError("runs must be of rocking blocks, got some of sliding ones")
 
 
 def _dense(

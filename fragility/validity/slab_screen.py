@@ -123,7 +123,7 @@ def screen_input(runs: xr.Dataset) -> ScreenInput:
 def known_coordinates(runs: xr.Dataset) -> dict[str, xr.Variable]:
     """Return the coordinates of runs that the screen needs, and those that it takes into account where there are."""
     names = ["block", *NEEDED, *(name for name in OPTIONAL if name in runs.coords)]
-    # (coordinates of runs that were read in chunks are no results: they are in memory)
+    # (they are small: those that were read in chunks are loaded)
     return {name: runs[name].variable.compute() for name in names}
 
 

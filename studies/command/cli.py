@@ -135,10 +135,8 @@ def run(
             plan.prepare()
     before = _stamp(folder)
     try:
-        expected = plan.expected
-        aside = plan.slide_runs if expected is None else expected.slides
         # (a total that depends on results is told with the first of them)
-        with show_progress(console, "runs", None if expected else plan.all_runs, aside) as display:
+        with show_progress(console, "runs", None if plan.at_most else plan.all_runs, plan.aside) as display:
             results = plan.run(
                 folder,
                 client,

@@ -114,9 +114,10 @@ def screening_with(
     Where the curves are of another state than a fall no outcome is tested: stable falls say nothing of uplifts.
     """
     friction, undecided = screening_of(content)
-    if fit_of(content).state not in (OVERTURNED, *DIRECTIONS):
+    state = fit_of(content).state
+    if state not in (OVERTURNED, *DIRECTIONS):
         if content.screen is not None and content.screen.undecided:
-            raise ValueError("screen.undecided is for overturning: leave it out with fit.state")
+            raise ValueError(f"screen.undecided tests falls: leave it out with fit.state = {state!r}")
         undecided = 0.0
     if slides is None or not slides.own:
         return friction, undecided

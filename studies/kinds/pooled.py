@@ -135,7 +135,15 @@ class PooledStudy(BlockStudy, Study):
         return [*super()._read, found.hexdigest()]
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
-        found = self.design.of(self.region, self.models, client, progress)
+        surfaces = 0
+
+        def told(done: int, total: int) -> None:
+            nonlocal surfaces
+            surfaces = done
+            if progress is not None:
+                progress(done, total + self.event_runs)
+
+        found = self.design.of(self.region, self.models, client, told)
         dims, shape = ("block", "model"), (found.sizes["block"], found.sizes["model"])
         run = found["run_level"].variable
         named = {"im": self.design.im, "units": run.attrs["units"], "long_name": found.attrs["level_name"]}
@@ -150,7 +158,8 @@ class PooledStudy(BlockStudy, Study):
         if self.risk is not None:
             found = found.assign(self._chances(found, self.risk.years)).assign_attrs(years=self.risk.years)
         if self.design.events is not None:
-            found = found.merge(self._events(client, progress), combine_attrs="no_conflicts")
+            events = self._events(client, part_of(progress, surfaces, surfaces + self.event_runs))
+            found = found.merge(events, combine_attrs="no_conflicts")
         return found.assign_attrs(
             fit_method=FORM,
             form="lognormal",
@@ -163,8 +172,7 @@ class PooledStudy(BlockStudy, Study):
 
     def _events(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Return how much of the region falls in one event, on axes of its own."""
-        # (the runs of the surfaces are as many as progress says in the end)
-        falls = self.design.falls(self.region, self.models, client, part_of(progress, 0, self.event_runs))
+        falls = self.design.falls(self.region, self.models, client, progress)
         kept = falls.drop_vars([name for name in falls.coords if name not in {*falls.dims} - {"model"}])
         renamed = kept.rename({name: f"event_{name}" for name in ("level", "motion", "quantile")})
         return xr.Dataset(renamed.variables, attrs={"event_sample": falls.attrs["sample"]})

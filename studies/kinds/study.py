@@ -158,6 +158,16 @@ class Study(ABC):
         return None
 
     @property
+    def at_most(self) -> bool:
+        """Whether `work` is the most that there can be, and how many runs there are is known at the end."""
+        return self.expected is not None
+
+    @property
+    def aside(self) -> int:
+        """About how many runs progress is not told of: those of sliding blocks."""
+        return self.slide_runs if self.expected is None else self.expected.slides
+
+    @property
     def slide_runs(self) -> int:
         """Number of further runs, of sliding blocks, at most; they are not among those that `work` counts."""
         return 0
@@ -392,7 +402,7 @@ class Study(ABC):
     @property
     def _pinned(self) -> dict[str, Any]:
         kept = {"identity": self.identity, "title": self.title, "study": self.configuration}
-        return {**kept, "work": self.all_runs, MOST_RUNS: self.expected is not None}
+        return {**kept, "work": self.all_runs, MOST_RUNS: self.at_most}
 
     def _kept(
         self,
@@ -407,7 +417,7 @@ class Study(ABC):
         shards, resumed = open_shards(folder, self._pinned, fresh, other_machine)
         stop = Stop()
         with run_log(folder) as log, stop.graceful():
-            watch = Watch(self.all_runs, log, self.expected is not None)
+            watch = Watch(self.all_runs, log, self.at_most)
             log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
             if watching is not None:
                 watching(watch)

@@ -111,8 +111,8 @@ def adaptive_slides(
         ``slip_stopped_because``, ``slip_account``; and with a hazard ``slip_rate``, 1/year, with its interval: the rate
         of the curve, or of weighted runs without a curve where the precision asked for is that of a rate, times
         ``slides_instead``; where it is that of a probability, ``slip_probability`` at its level with its interval,
-        times ``slides_instead``, too.  ``gated_rate``: as of
-        `Slides.of`.  NaN for blocks that are held or uneven, and medians of blocks that never slide, whose rates are 0.
+        times ``slides_instead``, too.  ``gated_rate``: as of `Slides.of`.  NaN for blocks that are held or uneven, and
+        medians of blocks that never slide, whose rates are 0.
     """
     found = slides.chances(blocks, design.axes != "")
     chance = found[INSTEAD].values
@@ -128,7 +128,7 @@ def adaptive_slides(
             runs = replace(design.one_way, state=state).run([blocks[i] for i in mine], [law], OUTPUTS, client, None)
             if runs.sizes["motion"] > longest:
                 longest, ends = runs.sizes["motion"], str(runs.attrs.get("notes", ""))
-            notable += precision_notes(runs, f"slips over {distance:g} m of ")
+            notable += precision_notes(runs, distance)
             for place, one in zip(mine, _curves(runs, replace(fit, state=state), risk, design), strict=True):
                 curves[place, k] = one
             number += 1
@@ -137,7 +137,7 @@ def adaptive_slides(
     said += notable[:MOST_SAID]
     if len(notable) > MOST_SAID:
         further = counted(len(notable) - MOST_SAID, "further slip")
-        said.append(f"{further} stopped before the precision asked for, too, or have another form of curve")
+        said.append(f"the precision of {further} was missed, or the form of curve is off (table of precision)")
     still = [chance[i] <= NEGLIGIBLE for i in range(len(blocks))]
     shape = len(blocks), len(slides.distances)
 

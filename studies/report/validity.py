@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...fragility.adaptive.stopping import REACHED
-from ...fragility.fitting.states import OK, SEPARATED
+from ...fragility.fitting.states import DIRECTIONS, OK, OVERTURNED, SEPARATED, state_name, state_named
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from ...fragility.runs.provenance import BED, number_of_motions
 from ...fragility.validity.notes import greatest_need, not_modelled
@@ -38,7 +38,7 @@ from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
 from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
-from ..text.precision import SLIP_ACCOUNT, SLIP_STOPPED
+from ..text.precision import asked_of, is_missed, reached_by
 from ..text.reached import within_levels
 from ..text.words import reference_law
 
@@ -566,21 +566,24 @@ def _reached(results: xr.Dataset, question: str, reason: str) -> Check:
     """Check whether intervals that are narrow are as narrow as was asked, where motions are run until they are."""
     if "stopped_because" not in results:
         return Check(question, GOOD, reason)
-    said = [(results["stopped_because"], results["account"])]
-    if SLIP_STOPPED in results:
-        said.append((results[SLIP_STOPPED], results[SLIP_ACCOUNT]))
-    why, accounts = (
-        np.concatenate([one.values.astype(str).ravel() for one in each]) for each in zip(*said, strict=True)
-    )
-    why, accounts = why[why != ""], accounts[why != ""]  # (blocks that never slide have no curve of their slips)
-    missed = int((why != REACHED).sum())
-    if not missed:
-        return Check(question, GOOD, f"{reason} The precision that was asked for is reached.")
-    account = str(accounts[why != REACHED][0])
+    stops = results["stopped_because"]
+    if "block" in stops.dims:
+        _, allowed = asked_of(results)
+        every = reached_by(results)
+        missed = [one for one in every if is_missed(one.stopped, one.half_width, allowed)]
+        accounts, number = [f"{one.name}: {one.account}" for one in missed], len(every)
+        unsure = sum(one.stopped != REACHED for one in every) - len(missed)
+    else:  # (of a region's surfaces)
+        accounts = results["account"].values[stops.values.astype(str) != REACHED].tolist()
+        number, unsure = stops.size, 0
+    if not accounts:
+        sure = "" if not unsure else f" (for {unsure:,} of {counted(number, 'curve')} no further look confirms it)"
+        return Check(question, GOOD, f"{reason} The precision that was asked for is reached{sure}.")
     return Check(
         question,
         CARE,
-        f"{reason} {missed:,} of {counted(why.size, 'curve')} missed the precision that was asked for ({account}).",
+        f"{reason} {len(accounts):,} of {counted(number, 'curve')} missed the precision that was asked for "
+        f"({accounts[0]}).",
         "Allow more motions, or decide with the interval that was reached.",
         "the precision asked for was not reached",
     )
@@ -609,7 +612,10 @@ def _scaling(results: xr.Dataset) -> Check:
 def _stability(results: xr.Dataset) -> Check:
     question = "Are the outcomes of single runs stable?"
     if "undecided" not in results:
+        state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
         reason = "No run was repeated with a perturbation."
+        if state not in (OVERTURNED, *DIRECTIONS):
+            reason = f"Falls alone are tested for stability, and the curves are of {results.attrs['state']}."
         return Check(question, UNKNOWN, reason, clause="no outcome was tested for stability")
     share, where = _worst(results["undecided"])
     many = f"up to {two_digit_percent(share)}" if share > 0.0 else "none"

@@ -39,13 +39,13 @@ class Display:
 
     def watching(self, watch: Watch) -> None:
         """Take over the counts of the study that begins."""
-        self.watch, self._stage = watch, ""
+        self.watch, self._stage, self._shown, self._told = watch, "", (0, 0), 0
         watch.telling = self.telling
 
     def telling(self, what: str, done: int, total: int) -> None:
         """Show the progress of the work that follows the runs, where it takes more than a moment."""
         if self.aside and self.watch is not None:
-            self._show_runs(self.watch, max(self._all_runs(self.watch, done, total), self.watch.runs))
+            self._show_runs(self.watch, self._all_runs(self.watch, done, total))
         now = time.monotonic()
         if what != self._stage:
             self._stage, self._after = what, now + AFTER_SECONDS
@@ -58,12 +58,12 @@ class Display:
             self.show(self.what, done, total, "")
         else:
             self._told = self.watch.runs
-            self._show_runs(self.watch, max(total + self.aside, self.watch.runs))
+            self._show_runs(self.watch, total + self.aside)
 
     def _all_runs(self, watch: Watch, done: int, total: int) -> int:
         """Return about how many runs there will be where `done` of `total` parts of those aside have been done."""
         further = watch.runs - self._told
-        if not watch.most or further == 0 or done == 0:
+        if further == 0 or done == 0:
             return self._shown[1]
         return self._told + math.ceil(further * total / done)
 
@@ -71,16 +71,19 @@ class Display:
         """Show that all runs are done, where that was not shown."""
         watch = self.watch
         if watch is not None and self._shown != (watch.runs, watch.runs):
-            self._show_runs(watch, watch.runs)
+            self._shown = watch.runs, watch.runs
+            self.show(self.what, *self._shown, watch.pace)
 
-    def _show_runs(self, watch: Watch, total: int) -> None:
+    def _show_runs(self, watch: Watch, expected: int) -> None:
+        """Show the runs that are done, of those that are expected or, where it is known, of all."""
         done = watch.runs
+        total = max(done, expected if watch.most else watch.total)
         self._shown = done, total
         if done == watch.kept and done < total:  # (how long the rest takes is not known yet)
-            self.show(self.what, done, total, "kept from before")
+            self.show(self.what, done, total, "kept from before" if done else "")
             return
-        left = f", {time_text((total - done) / watch.rate)} left" if done < total else ""
-        self.show(self.what, done, total, f"{watch.rate:,.0f}/s{left}, {watch.detail}")
+        left = f"{time_text((total - done) / watch.rate)} left, " if done < total else ""
+        self.show(self.what, done, total, f"{left}{watch.pace}")
 
 
 @contextmanager

@@ -148,15 +148,16 @@ class Watch:
     def words(self) -> str:
         """The counts in one line."""
         share = f"at most {self.total:,}" if self.most else part_text(self.runs, self.total)
-        return f"{self.count} ({share}), {self._pace}"
+        return f"{self.count} ({share}), {self.pace}"
 
     @property
     def all_words(self) -> str:
         """The counts of a study that has all its runs."""
-        return f"{self.runs:,} runs, {self._pace}"
+        return f"{self.runs:,} runs, {self.pace}"
 
     @property
-    def _pace(self) -> str:
+    def pace(self) -> str:
+        """The rate, the share of samples skipped and the time of the slowest chunk."""
         return f"{self.rate:,.0f}/s, {self.detail}"
 
 

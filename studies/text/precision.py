@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -43,21 +44,90 @@ def runs_of_curve(one: xr.Dataset) -> Index:
     return np.flatnonzero(mine[0] & mine[1])
 
 
-def precision_notes(runs: xr.Dataset, of: str = "") -> list[str]:
-    """Return a note for each curve whose precision was not reached, or whose form is off by half of it or more.
+class Reached(NamedTuple):
+    """What the analysis of one curve has reached: its target with the interval, half width, and why it stopped."""
 
-    of: words before the name of the curve.
+    name: str
+    target: tuple[float, float, float]
+    half_width: float
+    motions: int
+    runs: int
+    stopped: str
+    account: str
+
+
+def asked_of(results: xr.Dataset) -> tuple[str, float]:
+    """Return what precision is asked of, and the half width that is allowed."""
+    asked = json.loads(str(results.attrs["until"]))
+    target = next(name for name in asked if name in TARGETS)
+    return target, float(asked[target]["within"] if target == PROBABILITY else asked[target])
+
+
+def is_missed(stopped: str, half_width: float, allowed: float) -> bool:
+    """Return whether an interval is wider than asked: one that is not may have stopped before it was confirmed."""
+    return stopped != REACHED and not half_width <= allowed
+
+
+def slip_words(distance: float) -> str:
+    """Return what follows the name of a block in the name of the curve of its slip over a distance, m."""
+    return f", slip over {100.0 * distance:g} cm where it slides"
+
+
+def reached_by(results: xr.Dataset) -> list[Reached]:
+    """Return what was reached for the curve of each block under each law, and of each slip that was run."""
+    target, _ = asked_of(results)
+
+    def ends(one: xr.Dataset, name: str) -> tuple[float, float, float]:
+        value, low, high = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+        return value, low, high
+
+    found = [
+        Reached(
+            name,
+            ends(one, f"{SEQUENTIAL}{target}"),
+            float(one["half_width"]),
+            int(one["motions_run"]),
+            runs_of_curve(one).size,
+            str(one["stopped_because"].item()),
+            str(one["account"].item()),
+        )
+        for name, one in curves_of(results)
+    ]
+    if SLIP_TARGET not in results:
+        return found
+    for i, k in np.ndindex(results[SLIP_STOPPED].shape):
+        one = results.isel(block=i, slip=k)
+        if one[SLIP_STOPPED].item():
+            found.append(
+                Reached(
+                    f"{one['block'].item()}{slip_words(float(one['slip']))}",
+                    ends(one, SLIP_TARGET),
+                    float(one[SLIP_HALF_WIDTH]),
+                    int(one[SLIP_MOTIONS]),
+                    int(one[SLIP_RUNS]),
+                    str(one[SLIP_STOPPED].item()),
+                    str(one[SLIP_ACCOUNT].item()),
+                )
+            )
+    return found
+
+
+def precision_notes(runs: xr.Dataset, slip: float | None = None) -> list[str]:
+    """Return a note for each curve whose precision was missed, or whose form is off by half of it or more.
+
+    slip: the distance, m, of which they are curves.
     """
-    asked = json.loads(str(runs.attrs["until"]))
-    shares = [value for name, value in asked.items() if name in (MEDIAN, RATE)]
-    room = 0.5 * float(shares[0]) if shares else math.inf
+    target, allowed = asked_of(runs)
+    room = 0.5 * allowed if target in (MEDIAN, RATE) else math.inf
+    of = "" if slip is None else slip_words(slip)
     said = []
     for name, one in curves_of(runs):
-        missed = str(one["stopped_because"].item()) != REACHED
-        # (what the rate of a curve misses has a note of its own, however little it is)
-        off = abs(float(one["misfit"]))
-        if missed or off >= room:
-            said.append(f"{of}{name}: {one['account'].item()}")
+        missed = is_missed(str(one["stopped_because"].item()), float(one["half_width"]), allowed)
+        off = abs(float(one["misfit"])) >= room
+        # (what the rate of a curve of falls misses has a note of its own, however little it is)
+        apart = slip is not None and target == RATE and float(one["rate_misfit"]) != 0.0
+        if missed or off or apart:
+            said.append(f"{name}{of}: {one['account'].item()}")
     return said
 
 
@@ -80,40 +150,26 @@ def precision_rows(results: xr.Dataset) -> Rows | None:
     """Return the table of what was asked of each curve and what was reached; None for other designs."""
     if "stopped_because" not in results or "block" not in results["stopped_because"].dims:
         return None
-    asked = json.loads(str(results.attrs["until"]))
-    target = next(name for name in asked if name in TARGETS)
+    target, allowed = asked_of(results)
     chance = target == PROBABILITY
     scale, unit = display_unit(axis_of(results)) if target == MEDIAN else (1.0, "1/year" if target == RATE else "")
-    within = f"±{asked[target]['within']:g}" if chance else f"±{100.0 * asked[target]:g} %"
+    within = f"±{allowed:g}" if chance else f"±{100.0 * allowed:g} %"
     beside = target == RATE and FITTED_RATE in results
-
-    def reached(one: xr.Dataset, name: str, width: float) -> tuple[str, str]:
-        value, low, high = (float(one[f"{name}{end}"]) / scale for end in ("", "_lower", "_upper"))
-        if not (math.isfinite(width) and math.isfinite(value)):
-            return "–", "–"
-        return f"{value:.3g} ({low:.3g}–{high:.3g})", f"±{width:.3f}" if chance else f"±{100.0 * width:.1f} %"
-
+    fitted = [_of_fitted(one) for _, one in curves_of(results)] if beside else []
     lines = []
-    for name, one in curves_of(results):
+    for k, one in enumerate(reached_by(results)):
+        value, low, high = (number / scale for number in one.target)
+        known = math.isfinite(one.half_width) and math.isfinite(value)
+        width = f"±{one.half_width:.3f}" if chance else f"±{100.0 * one.half_width:.1f} %"
         lines.append(
             (
-                name,
-                *reached(one, f"{SEQUENTIAL}{target}", float(one["half_width"])),
-                f"{int(one['motions_run']):,}",
-                f"{runs_of_curve(one).size:,}",
-                str(one["stopped_because"].item()),
-                *(_of_fitted(one) if beside else ()),
-            )
-        )
-    for name, one in _slips(results):
-        lines.append(
-            (
-                name,
-                *reached(one, SLIP_TARGET, float(one[SLIP_HALF_WIDTH])),
-                f"{int(one[SLIP_MOTIONS]):,}",
-                f"{int(one[SLIP_RUNS]):,}",
-                str(one[SLIP_STOPPED].item()),
-                *(("–", "–") if beside else ()),
+                one.name,
+                f"{value:.3g} ({low:.3g}–{high:.3g})" if known else "–",
+                width if known else "–",
+                f"{one.motions:,}",
+                f"{one.runs:,}",
+                one.stopped,
+                *((fitted[k] if k < len(fitted) else ("–", "–")) if beside else ()),
             )
         )
     of = f"{target}, {unit}" if unit else target
@@ -121,16 +177,6 @@ def precision_rows(results: xr.Dataset) -> Rows | None:
     title = f"Precision at adaptive levels: asked are {within} of the {target}{without} (95 % intervals)"
     headings = ("curve", of, "reached", "motions", "runs", "stopped because")
     return Rows(title, (*headings, *(("of the fitted curve", "which differs") if beside else ())), lines)
-
-
-def _slips(results: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield each slip that was run, with the name of its curve."""
-    if SLIP_STOPPED not in results:
-        return
-    for i, k in np.ndindex(results[SLIP_STOPPED].shape):
-        one = results.isel(block=i, slip=k)
-        if one[SLIP_STOPPED].item():
-            yield f"{one['block'].item()}, slip over {100.0 * float(one['slip']):g} cm where it slides", one
 
 
 def _of_fitted(one: xr.Dataset) -> tuple[str, str]:

@@ -495,19 +495,21 @@ class TestProgressOfFits:
         assert len(shown) == 2
 
     def test_runs_of_which_nothing_is_told_are_counted(self):
-        """Slips are told as a stage of their own; what counts as a run is what the log counts."""
+        """Slips are told as a stage of their own, before or after the runs of rocking; the log counts all."""
         shown = []
         display = Display(lambda *args: shown.append(args[:3]), "runs", aside=6)
         watch = Watch(14, logging.getLogger("nowhere"))
         display.watching(watch)
-        watch.runs = 8
-        display.update(8, 8)
-        watch.runs = 11
-        display.telling("slips", 1, 2)
-        watch.runs = 13  # (about 6 more: 5)
+        for done, step in (
+            (0, lambda: display.telling("slips", 0, 2)),
+            (3, lambda: display.telling("slips", 1, 2)),
+            (11, lambda: display.update(8, 8)),
+            (14, lambda: display.telling("slips", 2, 2)),
+        ):
+            watch.runs = done
+            step()
         display.finished()
-        display.finished()
-        assert shown == [("runs", 8, 14), ("runs", 11, 14), ("runs", 13, 13)]
+        assert shown == [("runs", 0, 14), ("runs", 3, 14), ("runs", 11, 14), ("runs", 14, 14)]
 
     def test_how_many_there_will_be_is_told_by_those_that_there_were(self):
         shown = []
@@ -518,11 +520,13 @@ class TestProgressOfFits:
         display.update(50, 60)
         watch.runs = 70
         display.telling("slips", 2, 10)
-        display.telling("slips", 10, 10)
-        assert [one[1:3] for one in shown] == [(50, 160), (70, 150), (70, 70)]
+        display.telling("slips", 9, 10)
+        display.finished()
+        display.finished()
+        assert [one[1:3] for one in shown] == [(50, 160), (70, 150), (70, 73), (70, 70)]
         assert shown[0][3] == "kept from before"  # (and no time that nobody knows)
-        assert "/s, " in shown[1][3]
         assert " left, " in shown[1][3]
+        assert " left" not in shown[3][3]
 
 
 @pytest.fixture(scope="module")

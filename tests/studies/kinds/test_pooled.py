@@ -338,11 +338,13 @@ def with_events(tmp_path_factory):
     (folder / "study.toml").write_text(STUDY + EVENTS, encoding="utf-8")
     (folder / "blocks.csv").write_text(csv(), encoding="utf-8")
     made = tp.Study.from_toml(folder / "study.toml")
-    return made, made.run(folder / "out"), folder / "out/results.nc"
+    told: list[tuple[int, int]] = []
+    results = made.run(folder / "out", progress=lambda *counts: told.append(counts))
+    return made, results, folder / "out/results.nc", told
 
 
 def test_falls_in_one_event_are_those_of_the_analysis(with_events):
-    made, results, _ = with_events
+    made, results, *_ = with_events
     motions = SHAKES.sample(40, 4, 2000)
     g = 9.80665
     own = tp.fragility.joint_falls(made.region, made.models, motions, [0.3 * g, 0.5 * g], sample=25, seed=4)
@@ -355,6 +357,16 @@ def test_falls_in_one_event_are_those_of_the_analysis(with_events):
     assert "40 events at each level, 25 blocks" in rows.title
     assert [line[0] for line in rows.rows] == ["0.3 g", "0.5 g"]
     assert not any("fall in the same earthquakes" in one for one in results.attrs["notes"].splitlines())
+
+
+def test_progress_counts_surfaces_and_events(with_events):
+    made, results, path, told = with_events
+    done, totals = (np.array(one) for one in zip(*told, strict=True))
+    assert (np.diff(done) >= 0).all()
+    assert (done[:-1] < totals[:-1]).all()
+    assert done[-1] == totals[-1] > results["run_level"].size + made.event_runs  # (and runs that check surfaces)
+    line = path.with_name("run.log").read_text().splitlines()[-1]
+    assert f"finished: {done[-1]:,} runs, " in line
 
 
 def test_the_report_shows_the_events(with_events, tmp_path):
@@ -381,7 +393,7 @@ def test_events_that_are_refused(change, said, study):
 
 def test_the_answer_says_how_much_falls_in_one_event(with_events):
     """At each level the mean share of the region and the range of nine tenths of the events; of many levels three."""
-    _, results, _ = with_events
+    results = with_events[1]
     one = results.isel(model=0)
     said = [about_percent(float(share)) for share in one["fallen_mean"]]
     low, _, high = one["fallen_quantile"].values[1]
