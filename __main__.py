@@ -1,11 +1,15 @@
 """The `toppling` command, and `python -m toppling`: an interrupt while the packages still load ends in one line too."""
 
+import _thread
 import gc
 import os
 import signal
 import sys
+import threading
+from typing import Any
 
 INTERRUPTED, TERMINATED = 130, 143
+AGAIN_SECONDS = 0.02
 
 
 def main() -> int:
@@ -16,6 +20,7 @@ def main() -> int:
     interruptible = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if interruptible:
         signal.signal(signal.SIGINT, _leave)
+        sys.unraisablehook = interrupt_again
     try:
         from .studies.command.cli import main as command  # noqa: PLC0415 - what takes long
         from .studies.command.cli import prepare_streams  # noqa: PLC0415
@@ -44,6 +49,15 @@ def _leave(number: int, frame: object) -> None:
     """End at once while the packages load: some of them swallow an exception, or replace it by one of their own."""
     os.write(2, b"toppling: interrupted\n")
     os._exit(INTERRUPTED)
+
+
+def interrupt_again(swallowed: Any) -> None:
+    """Interrupt once more where a callback, as that of a lock of an import, has swallowed the interrupt."""
+    if isinstance(swallowed.exc_value, KeyboardInterrupt):
+        # (a moment later: at once it would be swallowed here)
+        threading.Timer(AGAIN_SECONDS, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(swallowed)
 
 
 def is_interrupt(error: BaseException | None) -> bool:

@@ -150,6 +150,7 @@ UNITS = {
     "day/year": {"day year-1"},
     "rad/s": {"rad s-1"},
     "im": {"m s-2", "m s-1"},
+    "as asked": {"m s-2", "m s-1", "1", "year-1"},
     "m/s2": {"m s-2"},
     "currency": {"EUR"},
     "currency/year": {"EUR year-1"},

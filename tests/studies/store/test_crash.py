@@ -136,6 +136,29 @@ def test_interrupted_while_it_loads(study, tmp_path, seconds):
     assert len(error.splitlines()) == 1
 
 
+def test_an_interrupt_that_a_callback_swallows_comes_again():
+    """Callbacks of the interpreter, as those of locks of imports, take an exception for nobody's and go on."""
+    code = """
+import signal, sys, time, weakref
+from toppling.__main__ import interrupt_again
+
+class Lock:
+    pass
+
+sys.unraisablehook = interrupt_again
+lock = Lock()
+reference = weakref.ref(lock, lambda _: signal.raise_signal(signal.SIGINT))
+try:
+    del lock
+    for _ in range(200):
+        time.sleep(0.01)
+except KeyboardInterrupt:
+    sys.exit(130)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stderr) == (130, "")
+
+
 @pytest.mark.slow
 def test_tests_of_interrupts_run_in_the_background():
     """A shell lets what it begins with `&` ignore interrupts: the suite does not pass that on to what it starts."""
