@@ -231,6 +231,33 @@ def share(one: tuple[float, float, float]) -> str:
     return f"{100 * one[0]:.1f} ({100 * one[1]:.1f}–{100 * one[2]:.1f})"
 
 
+def over_sequential(text: str) -> list[str]:
+    """Return what common levels take over what sequential analyses of three runs a motion take, as rows of a table.
+
+    text: what `benchmarks.sequential.databases` prints.  Runs, samples, time and motions: for ±5 % kept as often, and
+    asking for ±5 and ±10 %.
+    """
+    words = {True: "kept as often", False: "the same half width asked for"}
+    rows: dict[tuple[str, bool], list[str]] = {}
+    database = ""
+    own: list[float] = []
+    for line in text.splitlines():
+        if line.endswith(" motions"):
+            database = line.split()[1].replace("Clough-Penzien", "Clough–Penzien")
+        if not line.startswith("±"):
+            continue
+        within, *label, _, _, motions, runs, samples, _, seconds = line.split()
+        took = [float(one.replace(",", "")) for one in (runs, samples, seconds, motions)]
+        if label[0] == "3":
+            own = took
+        elif label[1] == "common" and within != "±2%":
+            ratios = " | ".join(f"{one / other:.2g}" for one, other in zip(took, own, strict=True))
+            as_often = "asking" in label
+            row = f"| {database}, {within.replace('%', ' %')}, {words[as_often]} | {ratios} |"
+            rows.setdefault((within, as_often), []).append(row)
+    return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", not one[1])) for row in rows[key]]
+
+
 def main() -> None:
     """Write the page and its figures."""
     folder = HERE / "runs"
@@ -272,6 +299,7 @@ def main() -> None:
         twenty=f"±{196 * errors[20]:.1f}",
         other_motions=f"{100 * 20 / 3:.0f}",
         better=f"±{196 * errors[3] * (3 / 20) ** 0.5:.1f}",
+        over="\n".join(over_sequential((folder / "databases.txt").read_text(encoding="utf-8"))),
         synthetic=(folder / "synthetic.txt").read_text(encoding="utf-8").rstrip(),
         databases=(folder / "databases.txt").read_text(encoding="utf-8").rstrip(),
     )

@@ -288,8 +288,8 @@ def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -
     more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run.
     """
     if skip and flags_only:
-        samples = batch.shaking.record.size
-        batch = batch._replace(shaking_left=np.empty(samples), lifting_left=np.zeros(samples))
+        spans = batch.shaking.record.size // tables.SPAN
+        batch = batch._replace(shaking_left=np.empty(spans), lifting_left=np.zeros(spans))
     # Each driver is compiled when it is first called: an analysis without exact geometry never compiles the other one.
     linear, exact = begin_runs(batch, start, skip, flags_only)
     turns = 0

@@ -1,7 +1,7 @@
-"""How often sequential analysis keeps its promise for a block under databases of simulated motions.
+"""How often sequential analysis keeps its promise for a block under databases of simulated motions, and what it takes.
 
 A replicate draws its motions from a database with replacement; the truth is that of the whole database.
-`python -m toppling.benchmarks.sequential.databases [replicates] [processes]` prints the table.
+`python -m toppling.benchmarks.sequential.databases [replicates] [processes]` prints the tables.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ from ...fragility.adaptive.until import MEDIAN as CENTRE
 from ...fragility.adaptive.until import Until
 from ...models import Block, EnergyConsistent
 from ...models.oscillator import stack
-from ...models.runs import OUTPUTS, run_mixed
+from ...models.runs import OUTPUTS, TALLY, run_mixed
 from ...motions import CloughPenzien, SiteBasedScenario, records
 from ...motions.arrays import Record
 from ...streams import stream
-from .promises import GRID, MOST, Outcome, Row, common_levels, grid_levels, rows_of_text, sequential, summary
+from .promises import GRID, MOST, Outcome, Row, common_levels, grid_levels, sequential, summary
 from .truths import MEDIAN
 
 BLOCK = Block(0.4, 1.8)
-COMMON = 0.05
-"""Half width of the answers of common levels."""
-AS_OFTEN = {"4,000 Clough-Penzien motions": 0.02, "1,500 site-based motions": 0.045}
-"""Half width that they must ask for, to be within `COMMON` about as often as sequential analyses are."""
+OWN = stack([EnergyConsistent().oscillator(BLOCK)])
+MIDDLE = 0.05
+"""The half width of which several analyses are compared."""
+AS_OFTEN = {"4,000 Clough-Penzien motions": 0.015, "1,500 site-based motions": 0.0375}
+"""Half width that common levels must ask for, to be within `MIDDLE` as often as sequential analyses are."""
 DATABASES = {
     "4,000 Clough-Penzien motions": (CloughPenzien(duration=20.0, dt=0.01), 4000),
     "1,500 site-based motions": (SiteBasedScenario(magnitude=6.8, distance=15_000.0, vs30=620.0, dt=0.01), 1500),
@@ -46,7 +47,9 @@ WIDTHS = (1.2, 0.25, 0.05)
 """Half widths, in ln, within which the median is looked for: at last so near that no form of curve matters."""
 REPLICATES = 500
 PROCESSES = 2
-TOLERANCES = (0.10, 0.05, 0.02)
+TOLERANCES = (0.10, MIDDLE, 0.02)
+EACH = (3, 2)
+"""Runs of each motion of the analyses that are compared; the first is what analyses take if nothing else is asked."""
 TOGETHER = 32
 """Motions of a wave, by which the runs are timed."""
 OF_ONE = 64
@@ -54,6 +57,14 @@ OF_ONE = 64
 NEAR = 0.25
 """Half width, in ln, of the levels that are timed near the median."""
 CALLS = 60
+
+
+class Spent(NamedTuple):
+    """What runs took: CPU time, s, samples that were computed, and events solved."""
+
+    seconds: float
+    samples: float
+    events: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +79,7 @@ class Database:
     peaks: Array
     unit: float = 1.0
     log_median: float = math.log(MEDIAN)
-    spent: list[float] = field(default_factory=list)
+    spent: list[Spent] = field(default_factory=list)
 
     def verdicts(self, levels: Array, random: np.random.Generator) -> Flags:
         """Return whether the block overturns at levels (run, motion), each motion drawn anew."""
@@ -80,9 +91,12 @@ class Database:
         started = thread_time()
         factors = levels * self.unit / self.peaks[which]
         each = np.broadcast_to(which, levels.shape).ravel()
-        own = stack([EnergyConsistent().oscillator(BLOCK)])
-        found = run_mixed(own, np.zeros(levels.size, np.int64), each, factors.ravel(), self.motions, True, True)
-        self.spent.append(thread_time() - started)
+        counts = np.zeros(len(TALLY), np.int64)
+        found = run_mixed(OWN, np.zeros(levels.size, np.int64), each, factors.ravel(), self.motions, True, True, counts)
+        seconds = thread_time() - started
+        count = dict(zip(TALLY, counts.tolist(), strict=True))
+        left_out = count["before_uplift"] + count["after_overturning"] + count["cannot_overturn"]
+        self.spent.append(Spent(seconds, count["samples"] - left_out, count["events"]))
         return np.asarray(found[:, OUTPUTS["overturned"]] > 0.0).reshape(levels.shape)
 
 
@@ -111,27 +125,61 @@ def _log_median(one: Database, near: float, width: float) -> float:
     return fitted.median().value
 
 
-def outcome(name: str, until: Until, common: Until | None, seed: int) -> tuple[Outcome, float]:
-    """Return the end of one analysis, and the CPU time of its runs, s; `common`: what is asked of common levels."""
+class Analysis(NamedTuple):
+    """A way to a median within `tolerance`: so many runs of each motion near it, or common levels that ask for more."""
+
+    tolerance: float
+    runs: int = EACH[0]
+    asked: float | None = None
+
+    @property
+    def label(self) -> str:
+        """What it is called in a table."""
+        if self.asked is None:
+            return f"{self.runs} runs of each motion"
+        asks = "" if self.asked == self.tolerance else f", asking ±{100.0 * self.asked:g}%"
+        return f"{GRID} common levels{asks}"
+
+
+def analyses(name: str) -> list[Analysis]:
+    """Return the analyses of a database that are compared."""
+    more = [Analysis(MIDDLE, runs) for runs in EACH[1:]] + [Analysis(MIDDLE, asked=AS_OFTEN[name])]
+    every = [way for one in TOLERANCES for way in (Analysis(one), Analysis(one, asked=one))]
+    return sorted(every + more, key=lambda one: (-one.tolerance, one.asked is not None, -(one.asked or 0.0), -one.runs))
+
+
+def outcome(name: str, way: Analysis, seed: int) -> tuple[Outcome, Spent]:
+    """Return the end of one analysis, and what its runs took."""
     one = database(name)
     one.spent.clear()
-    way = sequential if common is None else partial(common_levels, asked=common)
-    return way(one, until, seed), sum(one.spent)  # type: ignore[arg-type]  # (of a truth it has what is used)
+    until = Until(CENTRE, way.tolerance, most=MOST)
+    if way.asked is None:
+        found = sequential(one, until, seed, way.runs)  # type: ignore[arg-type]  # (of a truth it has what is used)
+    else:
+        found = common_levels(one, until, seed, Until(CENTRE, way.asked, most=MOST))  # type: ignore[arg-type]
+    return found, Spent(*np.sum(one.spent, axis=0).tolist())
 
 
-def promises_kept(
-    name: str, tolerance: float, replicates: int, common: float | None = None, processes: int = PROCESSES
-) -> tuple[Row, float]:
-    """Return the row of a database and a tolerance of the median, and the mean CPU time of an analysis' runs, s.
-
-    common: the half width that an analysis at common levels asks for; without it, the analysis is sequential.
-    """
-    until = Until(CENTRE, tolerance, most=MOST)
-    asked = None if common is None else Until(CENTRE, common, most=MOST)
+def promises_kept(name: str, way: Analysis, replicates: int, processes: int = PROCESSES) -> tuple[Row, Spent]:
+    """Return the row of a way of analysis, and what its runs take on average."""
     with ProcessPoolExecutor(processes) as pool:
-        every = list(pool.map(partial(outcome, name, until, asked), range(replicates), chunksize=4))
+        every = list(pool.map(partial(outcome, name, way), range(replicates), chunksize=4))
     row = summary(database(name), [one for one, _ in every])  # type: ignore[arg-type]
-    return row._replace(truth=name), float(np.mean([spent for _, spent in every]))
+    return row, Spent(*np.mean([spent for _, spent in every], axis=0).tolist())
+
+
+HEAD = (
+    f"{'within':6s} {'analysis':32s} {'kept':>6s} {'95%':>5s} {'motions':>8s} {'runs':>8s} "
+    f"{'1000 samples':>13s} {'1000 events':>12s} {'ms':>7s}"
+)
+
+
+def line(way: Analysis, row: Row, spent: Spent) -> str:
+    """Return a way of analysis as a line of the table."""
+    return (
+        f"±{way.tolerance:<5.0%} {way.label:32s} {row.kept:6.3f} {row.within:5.2f} {row.motions:8.0f} {row.runs:8.0f} "
+        f"{1e-3 * spent.samples:13,.0f} {1e-3 * spent.events:12,.0f} {1e3 * spent.seconds:7.1f}"
+    )
 
 
 class Cost(NamedTuple):
@@ -153,7 +201,7 @@ def cost(name: str) -> Cost:
         every = (grid, *near)
         for levels in every:
             one.verdicts(levels, random)
-        spent.append(tuple(time / levels.size for time, levels in zip(one.spent, every, strict=True)))
+        spent.append(tuple(took.seconds / levels.size for took, levels in zip(one.spent, every, strict=True)))
     return Cost(*np.median(spent, axis=0).tolist())
 
 
@@ -167,16 +215,12 @@ def cost_text(name: str, found: Cost) -> str:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Print the table."""
+    """Print the tables."""
     replicates, processes = (*map(int, arguments), *(REPLICATES, PROCESSES)[len(arguments) :])
     for name in DATABASES:
-        for tolerance in TOLERANCES:
-            row, spent = promises_kept(name, tolerance, replicates, None, processes)
-            print(rows_of_text(f"median ±{tolerance:.0%}, runs {1e3 * spent:.1f} ms", [row]), flush=True)
-        for asked in (COMMON, AS_OFTEN[name]):
-            row, spent = promises_kept(name, COMMON, max(2, replicates * 2 // 5), asked, processes)
-            words = f"median ±{COMMON:.0%}, 20 common levels that ask for ±{100.0 * asked:g}%"
-            print(rows_of_text(f"{words}, runs {1e3 * spent:.1f} ms", [row]), flush=True)
+        print(f"{name}\n{HEAD}", flush=True)
+        for way in analyses(name):
+            print(line(way, *promises_kept(name, way, replicates, processes)), flush=True)
         print(cost_text(name, cost(name)), flush=True)
 
 

@@ -38,12 +38,17 @@ GRID = 20
 
 
 class Outcome(NamedTuple):
-    """End of one analysis: whether the answer is as near to the truth as promised, motions and runs that it took."""
+    """End of one analysis: the answer's error over what is promised, and the motions and runs that it took."""
 
-    kept: bool
+    error: float
     motions: int
     runs: int
     reason: str
+
+    @property
+    def kept(self) -> bool:
+        """Whether the answer is as near to the truth as promised."""
+        return self.error <= 1.0
 
 
 def sequential(truth: Truth, until: Until, seed: int, runs: int = 3) -> Outcome:
@@ -58,17 +63,18 @@ def sequential(truth: Truth, until: Until, seed: int, runs: int = 3) -> Outcome:
         curve.add(wave, plan, fell)
         done, number = done + wave.size, number + fell.size
     value = curve.looks[-1].value
-    return Outcome(_kept(truth, until, value), done, number, curve.stopped)
+    return Outcome(_error(truth, until, value), done, number, curve.stopped)
 
 
-def _kept(truth: Truth, until: Until, value: float) -> bool:
+def _error(truth: Truth, until: Until, value: float) -> float:
+    """Return how far an answer is from the truth, over what is promised."""
     if until.target == RATE:
-        return abs(value / truth.rate(SLOPE) - 1.0) <= until.tolerance
+        return abs(value / truth.rate(SLOPE) - 1.0) / until.tolerance
     if until.target == PROBABILITY:
-        return abs(value - float(truth.probability(np.array(math.log(until.level))))) <= until.tolerance
+        return abs(value - float(truth.probability(np.array(math.log(until.level))))) / until.tolerance
     known = truth.log_median if until.target == CENTRE else math.log(DISPERSION)
     # (as the intervals are, as a factor)
-    return abs(value - known) <= until.room
+    return abs(value - known) / until.room
 
 
 def grid_levels() -> Array:
@@ -98,14 +104,18 @@ def common_levels(truth: Truth, until: Until, seed: int, asked: Until | None = N
             found = fitted.median()
             value, ratio = found.value, found.reach / rules.room
         stopped = rule.step(done, ratio, False)
-    return Outcome(_kept(truth, until, value), done, done * GRID, stopped)
+    return Outcome(_error(truth, until, value), done, done * GRID, stopped)
 
 
 class Row(NamedTuple):
-    """Results of all replicates of a truth: share that kept the promise, mean numbers of motions and runs."""
+    """Results of all replicates of a truth: shares that kept the promise and reached it, and mean numbers.
+
+    within: the error that 95 % of the answers do not exceed, over what is promised.
+    """
 
     truth: str
     kept: float
+    within: float
     reached: float
     motions: float
     runs: float
@@ -117,6 +127,7 @@ def summary(truth: Truth, outcomes: Sequence[Outcome]) -> Row:
     return Row(
         truth.name,
         sum(one.kept for one in outcomes) / n,
+        float(np.quantile([one.error for one in outcomes], 0.95)),
         sum(one.reason == REACHED for one in outcomes) / n,
         sum(one.motions for one in outcomes) / n,
         sum(one.runs for one in outcomes) / n,
@@ -138,8 +149,11 @@ def promises(
 
 def rows_of_text(title: str, rows: Sequence[Row]) -> str:
     """Return a table as text."""
-    lines = [title, f"{'truth':36s} {'kept':>6s} {'reached':>8s} {'motions':>8s} {'runs':>8s}"]
-    lines += [f"{one.truth:36s} {one.kept:6.3f} {one.reached:8.3f} {one.motions:8.0f} {one.runs:8.0f}" for one in rows]
+    lines = [title, f"{'truth':36s} {'kept':>6s} {'95%':>5s} {'reached':>8s} {'motions':>8s} {'runs':>8s}"]
+    lines += [
+        f"{one.truth:36s} {one.kept:6.3f} {one.within:5.2f} {one.reached:8.3f} {one.motions:8.0f} {one.runs:8.0f}"
+        for one in rows
+    ]
     return "\n".join(lines)
 
 

@@ -34,6 +34,7 @@ from .tables import (
     REST_UP,
     SAFE,
     SAFETY_INTERVAL,
+    SPAN,
     STATE_FLOATS,
     STATE_INTEGERS,
     TALLY_EVENTS,
@@ -428,8 +429,9 @@ def _leave_samples(w, between, batch, at_rest, room):
                 over = True
                 break
             if looking and i % SAFETY_INTERVAL == 0:
-                push = abs(amplitude) * shaking_left[start + i]
-                if is_safe(x, k, model, o, push, abs(factor) * batch.lifting_left[start + i], batch.barriers):
+                span = (start + i) // SPAN
+                push = abs(amplitude) * shaking_left[span]
+                if is_safe(x, k, model, o, push, abs(factor) * batch.lifting_left[span], batch.barriers):
                     k[SAFE] = 1
                     tally[TALLY_SAFE] += last - i
                     over = True

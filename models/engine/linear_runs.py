@@ -37,6 +37,7 @@ from .tables import (
     ROW_ODD,
     SAFE,
     SAFETY_INTERVAL,
+    SPAN,
     STATE_FLOATS,
     STATE_INTEGERS,
     STEP_COLUMNS,
@@ -55,6 +56,12 @@ from .together import no_pieces
 
 # Bouncing blocks are followed together every so many samples: their meetings must not depend on the other runs.
 BOUNCE_INTERVAL = 16 * TILE
+
+
+@kernel(inline="always")
+def _left_at(left, start, i, last):
+    """Return the integral over what is left of a record at sample i, a multiple of SPAN or the record's last."""
+    return left[(start + i) // SPAN] if i < last else 0.0
 
 
 @kernel(keep=True)
@@ -235,14 +242,14 @@ def run_lanes(batch, runs, ends):
                 j = w.run[lane]
                 if w.k[lane, OVERTURNED] == 0 and (looking or last[j] <= i):
                     fetch_lane(w, lane, now)
-                    push = abs(w.amplitude[lane]) * shaking_left[shaking.start[j] + min(i, last[j])]
+                    push = abs(w.amplitude[lane]) * _left_at(shaking_left, shaking.start[j], i, last[j])
                     if is_safe(w.x[lane], w.k[lane], model, w.oscillator[lane], push, 0.0, barriers):
                         w.k[lane, SAFE] = 1
                         leaving = True
             j = np.int64(0)
             while j < asleep:
                 left = last[z.run[j]] - i
-                push = abs(z.amplitude[j]) * shaking_left[shaking.start[z.run[j]] + min(i, last[z.run[j]])]
+                push = abs(z.amplitude[j]) * _left_at(shaking_left, shaking.start[z.run[j]], i, last[z.run[j]])
                 if (not looking and left > 0) or not is_safe(
                     z.x[j], z.k[j], model, z.oscillator[j], push, 0.0, barriers
                 ):

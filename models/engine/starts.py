@@ -174,44 +174,32 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
     return high, written
 
 
-@kernel(**BARE, fastmath={"nnan", "nsz"})
-def _take_in(record, highs, start, n):
-    """Clear what is as good as nothing in a record, write the largest magnitude of each span, and return that of all.
+@kernel(**BARE, fastmath={"nnan", "nsz", "reassoc"})
+def _take_in(record, highs, left, dt, start, n):
+    """Clear what is as good as nothing in a record, write what is known of each span, and return the largest magnitude.
 
-    Products of denormal numbers would have no sign left to decide an event.
+    Of a span that is the largest magnitude in it, and, where there is room for it, what `left` is from its first sample
+    on: the integral of the magnitude to the end of the record (from above: of chords).  Products of denormal numbers
+    would have no sign left to decide an event.
     """
     strongest = 0.0
-    for span in range(start // SPAN, (start + n - 1) // SPAN + 1):
+    total = 0.0
+    end = abs(record[start + n - 1])
+    for span in range((start + n - 1) // SPAN, start // SPAN - 1, -1):
         part = record[span * SPAN : (span + 1) * SPAN]
         high = 0.0
+        sum_of_span = 0.0
         for i in range(SPAN):
             size = abs(part[i])
             part[i] = 0.0 if size < NOTHING else part[i]
             high = size if size > high else high
+            sum_of_span += size
         highs[span] = high
         strongest = max(strongest, high)
+        if left.shape[0] > 0:
+            total += sum_of_span
+            left[span] = dt * (total - 0.5 * (abs(part[0]) + end))
     return strongest
-
-
-@kernel(**BARE)
-def _sum_what_is_left(batch, start, n):
-    """Write the integrals of |u''| and |lifting| from each sample of a record to its end (from above: of chords)."""
-    record = batch.shaking.record
-    lifting = batch.lifting
-    half = 0.5 * batch.shaking.dt
-    # (sums of their own: read back from the array, each would wait until the one before is stored)
-    left = 0.0
-    batch.shaking_left[start + n - 1] = 0.0
-    for i in range(start + n - 2, start - 1, -1):
-        left += half * (abs(record[i]) + abs(record[i + 1]))
-        batch.shaking_left[i] = left
-    if lifting.shape[0] == 0:
-        return
-    left = 0.0
-    batch.lifting_left[start + n - 1] = 0.0
-    for i in range(start + n - 2, start - 1, -1):
-        left += half * (abs(lifting[i]) + abs(lifting[i + 1]))
-        batch.lifting_left[i] = left
 
 
 @kernel(keep=True)
@@ -264,14 +252,12 @@ def begin_runs(batch, start, skip, flags_only):
             here = start_at
             current = -1
             record = batch.shaking.record[here : here + n]
-            strongest = _take_in(batch.shaking.record, batch.shaking.highs, here, n)
+            strongest = _take_in(batch.shaking.record, batch.shaking.highs, shaking_left, dt, here, n)
             if lifts:
-                _take_in(batch.lifting, batch.lifting_highs, here, n)
+                _take_in(batch.lifting, batch.lifting_highs, lifting_left, dt, here, n)
                 lifting = batch.lifting[here : here + n]
                 lowest = lifting.min()
                 highest = lifting.max()
-            if skip and flags_only:
-                _sum_what_is_left(batch, here, n)
         batch.shaking.strongest[j] = strongest
         if lifts and 1.0 + min(factors[j] * lowest, factors[j] * highest) <= LEAST_WEIGHT:
             out[j, :] = math.nan
@@ -287,7 +273,9 @@ def begin_runs(batch, start, skip, flags_only):
             begin[j, 2] = abs(start[0])
             begin[j, 3] = start[2]
         elif (
-            skip and flags_only and cannot_fall(model, o, factors[j], shaking_left[here], lifting_left[here], barriers)
+            skip
+            and flags_only
+            and cannot_fall(model, o, factors[j], shaking_left[here // SPAN], lifting_left[here // SPAN], barriers)
         ):
             tally[TALLY_SAFE] += n - 1
             out[j, OUT_OVERTURNED] = 0.0

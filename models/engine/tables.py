@@ -165,8 +165,8 @@ TILE = 6
 # Samples of a record of which the largest is kept, for blocks at rest.
 SPAN = 32
 
-# Samples between two looks at whether the rest of a record can still overturn a block.
-SAFETY_INTERVAL = 16 * TILE
+# Samples between two looks at whether the rest of a record can still overturn a block: whole spans, and whole tiles.
+SAFETY_INTERVAL = 3 * SPAN
 
 # Columns of a propagator; the grade says what a sample may be taken for, the pull is the region's largest |f(theta)|.
 STEP_G0, STEP_G1, STEP_G2, STEP_G3, STEP_G2_RISE, STEP_DAMPING, STEP_GRADE, STEP_PULL = range(8)
@@ -255,9 +255,9 @@ class Batch(NamedTuple):
     shaking: the records; steps (o, r, 8): the propagator of each oscillator and region; which, factors (m,), best
     sorted by record, then oscillator; first (m,) and begin (m, 4): the first sample of each run, and theta, omega, peak
     and region there; lifting (n or 0): the vertical acceleration over g, scaled as the records, lifting_highs as their
-    highs; shaking_left and lifting_left (n or 0): the integrals of |u''| and |lifting| from each sample to the end of
-    its record, and barriers (o, 7), for runs of which only the flag is asked; out (m, 15); turns (2, t) and history
-    (5, n or 0) store a single run's; tally (5,) is added to.
+    highs; shaking_left and lifting_left (n / SPAN or 0): the integrals of |u''| and |lifting| from the first sample of
+    each span to the end of its record, and barriers (o, 7), for runs of which only the flag is asked; out (m, 15);
+    turns (2, t) and history (5, n or 0) store a single run's; tally (5,) is added to.
     """
 
     shaking: Any

@@ -54,13 +54,38 @@ def test_a_database_keeps_the_promise(monkeypatch):
     random = np.random.default_rng(1)
     near = np.exp(one.log_median + 0.02 * (2.0 * random.random((50, 400)) - 1.0))
     assert one.fell(near, np.arange(400)).mean() == pytest.approx(0.5, abs=0.01)
-    until = Until("median", 0.1, most=5000)
-    kept = [databases.outcome(name, until, None, seed)[0].kept for seed in range(20)]
+    kept = [databases.outcome(name, databases.Analysis(0.1), seed)[0].kept for seed in range(20)]
     assert sum(kept) >= 18
-    # (common levels that ask for more take more motions)
-    asked = [databases.outcome(name, until, Until("median", one), 1)[0].motions for one in (0.1, 0.05)]
-    assert asked[0] < asked[1]
-    # (of the common levels half are where a run ends at once)
+    # (common levels that ask for more take more motions; of their runs half end at once)
+    rough, fine = (databases.Analysis(0.1, asked=asked) for asked in (0.1, 0.05))
+    (loose, little), (tight, much) = (databases.outcome(name, way, 1) for way in (rough, fine))
+    assert loose.motions < tight.motions
+    three, two = (databases.outcome(name, databases.Analysis(0.1, runs), 1)[0] for runs in (3, 2))
+    assert 2.0 <= two.runs / two.motions < three.runs / three.motions
+    found, spent = databases.outcome(name, databases.Analysis(0.1), 1)
+    assert spent.samples / found.runs > little.samples / loose.runs
+    assert 0.0 < little.events < much.events < much.samples
+    row, mean = databases.promises_kept(name, fine, 2, processes=1)
+    assert f"±10%   20 common levels, asking ±5%   {row.kept:8.3f}" in databases.line(fine, row, mean)
     found = databases.cost(name)
     assert found.near > found.common > 0.0
     assert f"us: {1e6 * found.common:.0f} of 20 common levels" in databases.cost_text(name, found)
+
+
+def test_analyses_that_are_compared():
+    from toppling.benchmarks.sequential import databases
+
+    for name in databases.DATABASES:
+        ways = databases.analyses(name)
+        labels = [one.label for one in ways if one.tolerance == databases.MIDDLE]
+        asks = f"20 common levels, asking ±{100.0 * databases.AS_OFTEN[name]:g}%"
+        assert labels == ["3 runs of each motion", "2 runs of each motion", "20 common levels", asks]
+        assert [one.tolerance for one in ways] == sorted((one.tolerance for one in ways), reverse=True)
+
+
+def test_errors_are_those_over_what_is_promised():
+    rows = promises("median", 0.2, 8, TRUTHS[1:2], processes=1)
+    until = Until("median", 0.2, most=200_000)
+    errors = [sequential(TRUTHS[1], until, seed).error for seed in range(8)]
+    assert rows[0].within == pytest.approx(float(np.quantile(errors, 0.95)))
+    assert 0.0 < rows[0].within <= 1.0

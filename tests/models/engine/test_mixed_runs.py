@@ -7,10 +7,14 @@ from shared_cases import LAWS, lifts_at, shake
 import toppling as tp
 from toppling.fragility.runs import plan
 from toppling.models import runs
-from toppling.models.engine.tables import LANES, TILE
+from toppling.models.batches import batch_of, lay_out
+from toppling.models.engine.starts import begin_runs
+from toppling.models.engine.tables import LANES, SPAN, TILE
+from toppling.models.oscillator import stack
 from toppling.models.runs import OUTPUTS, TALLY, run_many, run_mixed, run_specimens, stacked
 from toppling.models.sliding.law import Slider
 from toppling.motions.arrays import Record
+from toppling.units import STANDARD_GRAVITY
 
 BLOCKS = [tp.Block.from_slenderness(0.2, 0.5), tp.Block.from_slenderness(0.15, 1.5)]
 WAYS = {"peaks": (True, False), "whole": (False, False), "flags": (True, True)}
@@ -171,3 +175,22 @@ class TestChunks:
         found = plan.run_part(specimens, [motions[1], lifted], np.full((1, 1, 2), 5.0), True, ("overturned", "impacts"))
         assert found.results[0][0, 0, 1]
         assert found.results[1][0, 0].tolist()[1] == -1 != found.results[1][0, 0].tolist()[0]
+
+
+def test_what_is_left_of_a_record_is_the_integral_of_its_chords():
+    """Of every span, and of records that end anywhere in one, in both components."""
+    rng = np.random.default_rng(5)
+    pairs = [rng.normal(size=(2, n)) for n in (2, 31, 32, 33, 64, 65, 500)]
+    stacked = stack([tp.HousnerImpact(geometry="exact").oscillator(tp.Block(0.4, 1.8))])
+    records = lay_out([one[0] for one in pairs], 0.01, [one[1] for one in pairs])
+    runs = np.arange(len(pairs))
+    batch = batch_of(records, stacked, np.zeros_like(runs), runs, np.ones(runs.size), np.zeros(5, np.int64))
+    spans = batch.shaking.highs.size
+    batch = batch._replace(shaking_left=np.full(spans, np.nan), lifting_left=np.full(spans, np.nan))
+    begin_runs(batch, np.empty(0), True, True)
+    for pair, start in zip(pairs, records.start, strict=True):
+        for i in range(0, pair.shape[1], SPAN):
+            chords = np.trapezoid(np.abs(pair[:, i:]), dx=0.01)
+            span = (start + i) // SPAN
+            assert batch.shaking_left[span] == pytest.approx(chords[0], rel=1e-12, abs=1e-15)
+            assert batch.lifting_left[span] == pytest.approx(chords[1] / STANDARD_GRAVITY, rel=1e-12, abs=1e-15)
