@@ -237,8 +237,8 @@ def over_sequential(text: str) -> list[str]:
     text: what `benchmarks.sequential.databases` prints.  Runs, samples, time and motions: for ±5 % kept as often, and
     asking for ±5 and ±10 %.
     """
-    words = {True: "kept as often", False: "the same half width asked for"}
-    rows: dict[tuple[str, bool], list[str]] = {}
+    words = {"asking": "kept as often", "local": "a local fit", "": "the same half width asked for"}
+    rows: dict[tuple[str, str], list[str]] = {}
     database = ""
     own: list[float] = []
     for line in text.splitlines():
@@ -252,10 +252,11 @@ def over_sequential(text: str) -> list[str]:
             own = took
         elif label[1] == "common" and within != "±2%":
             ratios = " | ".join(f"{one / other:.2g}" for one, other in zip(took, own, strict=True))
-            as_often = "asking" in label
-            row = f"| {database}, {within.replace('%', ' %')}, {words[as_often]} | {ratios} |"
-            rows.setdefault((within, as_often), []).append(row)
-    return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", not one[1])) for row in rows[key]]
+            kind = label[3] if len(label) > 3 else ""
+            row = f"| {database}, {within.replace('%', ' %')}, {words[kind]} | {ratios} |"
+            rows.setdefault((within, kind), []).append(row)
+    order = [*words]
+    return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", order.index(one[1]))) for row in rows[key]]
 
 
 def main() -> None:

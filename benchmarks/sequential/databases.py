@@ -126,11 +126,15 @@ def _log_median(one: Database, near: float, width: float) -> float:
 
 
 class Analysis(NamedTuple):
-    """A way to a median within `tolerance`: so many runs of each motion near it, or common levels that ask for more."""
+    """A way to a median within `tolerance`: so many runs of each motion near it, or common levels.
+
+    asked: the half width that common levels ask for; near: they are fitted near the median alone.
+    """
 
     tolerance: float
     runs: int = EACH[0]
     asked: float | None = None
+    near: bool = False
 
     @property
     def label(self) -> str:
@@ -138,14 +142,17 @@ class Analysis(NamedTuple):
         if self.asked is None:
             return f"{self.runs} runs of each motion"
         asks = "" if self.asked == self.tolerance else f", asking ±{100.0 * self.asked:g}%"
-        return f"{GRID} common levels{asks}"
+        return f"{GRID} common levels{asks}{', local fit' if self.near else ''}"
 
 
 def analyses(name: str) -> list[Analysis]:
     """Return the analyses of a database that are compared."""
-    more = [Analysis(MIDDLE, runs) for runs in EACH[1:]] + [Analysis(MIDDLE, asked=AS_OFTEN[name])]
-    every = [way for one in TOLERANCES for way in (Analysis(one), Analysis(one, asked=one))]
-    return sorted(every + more, key=lambda one: (-one.tolerance, one.asked is not None, -(one.asked or 0.0), -one.runs))
+    more = {MIDDLE: [Analysis(MIDDLE, asked=AS_OFTEN[name]), Analysis(MIDDLE, asked=MIDDLE, near=True)]}
+    ways: list[Analysis] = []
+    for one in TOLERANCES:
+        ways += [Analysis(one, runs) for runs in (EACH if one == MIDDLE else EACH[:1])]
+        ways += [Analysis(one, asked=one), *more.get(one, [])]
+    return ways
 
 
 def outcome(name: str, way: Analysis, seed: int) -> tuple[Outcome, Spent]:
@@ -156,7 +163,8 @@ def outcome(name: str, way: Analysis, seed: int) -> tuple[Outcome, Spent]:
     if way.asked is None:
         found = sequential(one, until, seed, way.runs)  # type: ignore[arg-type]  # (of a truth it has what is used)
     else:
-        found = common_levels(one, until, seed, Until(CENTRE, way.asked, most=MOST))  # type: ignore[arg-type]
+        asked = Until(CENTRE, way.asked, most=MOST)
+        found = common_levels(one, until, seed, asked, way.near)  # type: ignore[arg-type]
     return found, Spent(*np.sum(one.spent, axis=0).tolist())
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ...aliases import Array
 from ...fragility import HazardCurve
 from ...fragility.adaptive.curve import SequentialCurve
-from ...fragility.adaptive.probit import Observations, fit_probit
+from ...fragility.adaptive.probit import Observations, fit_probit, local_probit
 from ...fragility.adaptive.stopping import REACHED, StoppingRule, next_wave
 from ...fragility.adaptive.until import DISPERSION as SPREAD
 from ...fragility.adaptive.until import MEDIAN as CENTRE
@@ -82,8 +82,11 @@ def grid_levels() -> Array:
     return np.geomspace(0.1 * MEDIAN, 10.0 * MEDIAN, GRID)
 
 
-def common_levels(truth: Truth, until: Until, seed: int, asked: Until | None = None) -> Outcome:
-    """Run the same rule over the common levels, and the curve through all; `asked`: where it asks for more."""
+def common_levels(truth: Truth, until: Until, seed: int, asked: Until | None = None, near: bool = False) -> Outcome:
+    """Run the same rule over the common levels, and the curve through all, or those within a dispersion of the median.
+
+    asked: what is asked for where that is more than `until`; near: fit the levels near the median alone.
+    """
     levels = grid_levels()
     rules = until if asked is None else asked
     rule, done, stopped, value = StoppingRule(rules), 0, "", math.nan
@@ -99,6 +102,8 @@ def common_levels(truth: Truth, until: Until, seed: int, asked: Until | None = N
         )
         done += wave.size
         fitted, _ = fit_probit(seen)
+        if near and fitted is not None:
+            fitted, _ = local_probit(seen, fitted.log_median, fitted.dispersion, follow=True)
         ratio = math.inf
         if fitted is not None:
             found = fitted.median()

@@ -35,6 +35,15 @@ def test_adaptive_levels_take_a_third_of_the_runs_of_common_ones():
     assert own < common / 3.0
 
 
+def test_common_levels_near_the_median_know_no_form():
+    """Of a mixture the curve through all levels has another median; those near it have less of that error."""
+    truth = next(one for one in TRUTHS if one.name.startswith("mixture"))
+    until = Until("median", 0.05, most=200_000)
+    seeds, both = range(6), (False, True)
+    whole, near = (np.mean([common_levels(truth, until, one, None, fit).error for one in seeds]) for fit in both)
+    assert near < whole
+
+
 def test_tables():
     rows = promises("median", 0.2, 4, TRUTHS[:2], processes=1)
     assert [one.truth for one in rows] == [one.name for one in TRUTHS[:2]]
@@ -79,7 +88,8 @@ def test_analyses_that_are_compared():
         ways = databases.analyses(name)
         labels = [one.label for one in ways if one.tolerance == databases.MIDDLE]
         asks = f"20 common levels, asking ±{100.0 * databases.AS_OFTEN[name]:g}%"
-        assert labels == ["3 runs of each motion", "2 runs of each motion", "20 common levels", asks]
+        common = ["20 common levels", asks, "20 common levels, local fit"]
+        assert labels == ["3 runs of each motion", "2 runs of each motion", *common]
         assert [one.tolerance for one in ways] == sorted((one.tolerance for one in ways), reverse=True)
 
 
