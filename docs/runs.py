@@ -237,7 +237,7 @@ def over_sequential(text: str) -> list[str]:
     text: what `benchmarks.sequential.databases` prints.  Runs, samples, time and motions: for ±5 % kept as often, and
     asking for ±5 and ±10 %.
     """
-    words = {"asking": "kept as often", "local": "a local fit", "": "the same half width asked for"}
+    words = {"asking": "kept as often", "local": "asked of a local fit", "": "asked for"}
     rows: dict[tuple[str, str], list[str]] = {}
     database = ""
     own: list[float] = []
@@ -251,9 +251,9 @@ def over_sequential(text: str) -> list[str]:
         if label[0] == "3":
             own = took
         elif label[1] == "common" and within != "±2%":
-            ratios = " | ".join(f"{one / other:.2g}" for one, other in zip(took, own, strict=True))
+            ratios = " | ".join(f"{one / other:#.2g}".rstrip(".") for one, other in zip(took, own, strict=True))
             kind = label[3] if len(label) > 3 else ""
-            row = f"| {database}, {within.replace('%', ' %')}, {words[kind]} | {ratios} |"
+            row = f"| {database}, {within.replace('%', ' %')} {words[kind]} | {ratios} |"
             rows.setdefault((within, kind), []).append(row)
     order = [*words]
     return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", order.index(one[1]))) for row in rows[key]]
