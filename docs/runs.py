@@ -16,6 +16,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 import toppling as tp
+from toppling.benchmarks.sequential import sizes
 from toppling.models.oscillator import stack
 from toppling.models.runs import OUTPUTS, run_mixed
 from toppling.motions import records
@@ -259,6 +260,43 @@ def over_sequential(text: str) -> list[str]:
     return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", order.index(one[1]))) for row in rows[key]]
 
 
+class Way(NamedTuple):
+    """A line of what `benchmarks.sequential.sizes` prints: error, motions, runs, those of a check, and time, s."""
+
+    rms: float
+    motions: int
+    runs: int
+    check: int
+    seconds: float
+
+
+def ways_to_sizes(text: str) -> dict[str, list[Way]]:
+    """Return the lines of `benchmarks.sequential.sizes` by their label, those of more runs after those of fewer."""
+    found: dict[str, list[Way]] = {}
+    for line in text.splitlines()[1:-1]:
+        *label, rms, _, motions, runs, check, seconds = line.split()
+        whole = (int(one.replace(",", "")) for one in (motions, runs, check))
+        found.setdefault(" ".join(label), []).append(Way(float(rms), *whole, float(seconds)))
+    return found
+
+
+def pooled_numbers(text: str) -> dict[str, str]:
+    """Return what the page says of the smallest surface and the common grid that has about its error."""
+    ways = ways_to_sizes(text)
+    surface, grid = ways["one surface"][0], ways["20 common levels, local fit"][-1]
+    return {
+        "surface_rms": f"{100.0 * surface.rms:.2f} %",
+        "surface_runs": f"{surface.runs:,}",
+        "surface_check": f"{surface.check:,}",
+        "surface_motions": f"{surface.motions:,}",
+        "grid_rms": f"{100.0 * grid.rms:.2f} %",
+        "grid_runs": f"{grid.runs:,}",
+        "grid_motions": f"{grid.motions:,}",
+        "fewer": f"{grid.runs / (surface.runs + surface.check):.0f}",
+        "less": f"{grid.seconds / surface.seconds:.1f}",
+    }
+
+
 def main() -> None:
     """Write the page and its figures."""
     folder = HERE / "runs"
@@ -301,6 +339,11 @@ def main() -> None:
         other_motions=f"{100 * 20 / 3:.0f}",
         better=f"±{196 * errors[3] * (3 / 20) ** 0.5:.1f}",
         over="\n".join(over_sequential((folder / "databases.txt").read_text(encoding="utf-8"))),
+        blocks=sizes.NUMBER,
+        replicates=sizes.REPLICATES,
+        truth_motions=f"{sizes.TRUTH_MOTIONS:,}",
+        sizes=(folder / "sizes.txt").read_text(encoding="utf-8").rstrip(),
+        **pooled_numbers((folder / "sizes.txt").read_text(encoding="utf-8")),
         synthetic=(folder / "synthetic.txt").read_text(encoding="utf-8").rstrip(),
         databases=(folder / "databases.txt").read_text(encoding="utf-8").rstrip(),
     )

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
+from .. import checks
 from ..aliases import Array, Index
 from ..units import STANDARD_GRAVITY
 from .batches import Records, batch_of, flushed, lay_out
@@ -87,7 +88,10 @@ def run_many(
     `flags_only` it also ends a run once the rest of the record cannot overturn the block: then only the overturned flag
     is right.  `tally` (see `TALLY`) is added to.  `vertical` (n,), m/s² upward, is scaled as the record: oscillators in
     exact geometry only.  Where it takes the weight from a block at any time, the run is airborne: all else is NaN.
+    ValueError where a record times its factor is beyond `checks.MAX_ACCELERATION`, on which nothing is decided safely.
     """
+    for shaking in (acceleration,) if vertical is None else (acceleration, vertical):
+        checks.acceleration("acceleration times its largest factor", shaking * np.abs(factors).max())
     return run_stacked(stack(oscillators), factors, acceleration, dt, skip, flags_only, tally, vertical)
 
 

@@ -1,7 +1,7 @@
 """Pooled surfaces against runs of the blocks themselves: errors of medians and rates, coverage, time of 10^6 blocks.
 
-`python -m toppling.benchmarks.sequential.regions [part …]` prints the parts named, or all: sizes, plane, band, kink,
-rates, million, site.
+`python -m toppling.benchmarks.sequential.regions [part …]` prints the parts named, or all: plane, band, kink, rates,
+million, site.  (`sizes` beside it compares surfaces with grids of levels of each block.)
 """
 
 from __future__ import annotations
@@ -111,12 +111,17 @@ def direct_medians(
     return found[0], found[1]
 
 
-def errors(
-    columns: BlockArray, tested: BlockArray, law: Law, runs: int, each: int, motions: int, seed: int = 1
-) -> Errors:
-    """Return the errors of a surface of so many runs, `each` a motion, at tested blocks run under `motions` others."""
-    started = process_time()
-    number = runs // each
+class Pooled(NamedTuple):
+    """A surface, all runs with those of its check, and CPU seconds."""
+
+    surface: xr.Dataset
+    runs: int
+    seconds: float
+
+
+def pooled_of(columns: BlockArray, law: Law, runs: int, each: int, seed: int) -> Pooled:
+    """Return a surface of so many runs, `each` a motion."""
+    started, number, counted = process_time(), runs // each, [0]
     surface = pooled(
         columns,
         law,
@@ -124,9 +129,15 @@ def errors(
         until={"median": 0.02, "motions": {"least": min(64, number), "most": number}},
         blocks_per_motion=each,
         seed=seed,
+        progress=lambda done, _: counted.append(done),
     )
-    seconds = process_time() - started
-    curves = surface_curves(surface, tested)
+    return Pooled(surface, counted[-1], process_time() - started)
+
+
+def errors(columns: BlockArray, tested: BlockArray, law: Law, runs: int, each: int, motions: int) -> Errors:
+    """Return the errors of a surface of so many runs, `each` a motion, at tested blocks run under `motions` others."""
+    found = pooled_of(columns, law, runs, each, 1)
+    curves = surface_curves(found.surface, tested)
     truth, error = direct_medians(blocks_of(tested), law, curves, motions)
     gaps = np.log(curves["median"].values[:, 0]) - truth
     # (runs of the surface alone: those of its check come on top)
@@ -134,19 +145,9 @@ def errors(
         float(np.sqrt(np.mean(gaps**2))),
         float(np.abs(gaps).max()),
         float(np.sqrt(np.mean(error**2))),
-        number * each,
-        seconds,
+        runs,
+        found.seconds,
     )
-
-
-def sizes(runs: int, motions: int = 4000, replicates: int = 8) -> Errors:
-    """Return the errors of so many runs for 97 sizes of one slenderness, over several surfaces."""
-    size = np.geomspace(0.2, 3.0, 97)
-    columns = BlockArray(2.0 * size * math.sin(0.2), 2.0 * size * math.cos(0.2))
-    tested = BlockArray(columns.width[::8], columns.height[::8])
-    found = [errors(columns, tested, LAWS[0], runs, 4, motions, seed) for seed in range(1, replicates + 1)]
-    rms = math.sqrt(sum(one.rms**2 for one in found) / replicates)
-    return found[0]._replace(rms=rms, most=max(one.most for one in found))
 
 
 def plane(motions: int = 4000) -> list[tuple[str, Errors]]:
@@ -284,7 +285,6 @@ def _print_million(generator: Generator = MOTIONS, im: str = "pga") -> None:
 
 
 _PARTS: dict[str, Callable[[], Any]] = {
-    "sizes": lambda: print("\n".join(f"97 sizes, {_text(sizes(runs))}" for runs in (4000, 8000, 16_000))),
     "plane": lambda: print("\n".join(f"{law}, {_text(one)}" for law, one in plane())),
     "band": lambda: print(band()),
     "kink": _print_kink,

@@ -106,8 +106,8 @@ def pooled(
     ------
     TypeError, ValueError
         Blocks with a wall, a restraint, a bed, an offset or a lean; e or delta of blocks' own under laws that have none
-        or give e; sliding; pairs of components; motions of several
-        floors; another target than the median; nothing or everything overturns at all levels tried.
+        or give e; sliding; pairs of components; motions of several floors; another target than the median; nothing or
+        everything overturns at all levels tried; too few motions for a surface.
 
     Notes
     -----
@@ -151,6 +151,11 @@ def pooled(
         if one.stopped in (NONE_FELL, ALL_FELL):
             raise ValueError(
                 f"{one.stopped} of {law.label} at all levels tried: give motions that shake, or another im"
+            )
+        if one.near is None:
+            raise ValueError(
+                f"{one.motions} motions of {blocks_per_motion} blocks each are too few for a surface of {law.label}: "
+                "allow more motions, or run more blocks under each"
             )
     known = [
         LawSurfaces(one.near, one.curve, one.band().factor, own.worst)

@@ -15,7 +15,7 @@ import numpy as np
 from ...aliases import Array, Flags, Index
 from ...streams import stream
 from ..adaptive.probit import Observations, student
-from ..adaptive.stopping import ALL_FELL, NONE_FELL, StoppingRule
+from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, StoppingRule
 from ..adaptive.until import Until
 from ..numerics.products import times
 from .cuts import find_cut, settled
@@ -181,7 +181,7 @@ class PooledCurves:
         self._runs = own if self._runs is None else self._runs.joined(own)
         self._fit()
         if self.curve is None or self.near is None:
-            self._explore(own)
+            self._explore(own, last)
             return
         band = self.band()
         self.ratios.append((self.motions, band.reach / self.until.room))
@@ -320,8 +320,8 @@ class PooledCurves:
         factor = float(np.quantile(largest, 0.95)) * student(self.near.motions - n) / student(1e9)
         return Band(float(errors.max()), factor)
 
-    def _explore(self, wave: Pool) -> None:
-        """Move the search to where it may find the curves, after a wave that did not."""
+    def _explore(self, wave: Pool, last: bool) -> None:
+        """Move the search to where it may find the curves, after a wave that did not; stop after the last one."""
         share = float(wave.fell.mean())
         alike = share in (0.0, 1.0)
         if share < FEW or share > 1.0 - FEW:
@@ -329,3 +329,5 @@ class PooledCurves:
         self._explored += alike
         if self._explored >= EXPLORATIONS and alike:
             self.stopped = ALL_FELL if share else NONE_FELL
+        elif last:
+            self.stopped = MOST_MOTIONS if self.motions >= self.until.most else NO_MORE

@@ -105,3 +105,21 @@ def test_common_levels_over_sequential_analyses(runs):
     for number, _, time, _ in as_often:
         assert number > 3.0
         assert time > 3.0
+
+
+def test_pooled_surfaces_beside_grids(runs):
+    """What the command printed is on the page; what is said of equal time and equal error follows from it."""
+    kept = (DOCS / "runs/sizes.txt").read_text(encoding="utf-8").rstrip()
+    assert kept in TEXT
+    for number in runs.pooled_numbers(kept).values():
+        assert number in TEXT
+    ways = runs.ways_to_sizes(kept)
+    assert {len(one) for one in ways.values()} == {3}
+    surface = ways["one surface"]
+    assert [one.runs for one in surface] == [4000, 8000, 16_000]
+    assert surface[0].rms <= 0.011
+    local = ways["20 common levels, local fit"]
+    assert surface[0].rms <= local[-1].rms
+    assert surface[0].rms < 0.6 * local[1].rms
+    assert surface[0].seconds < 1.1 * local[1].seconds
+    assert ways["20 common levels, curve through all"][-1].rms > 2.0 * surface[0].rms

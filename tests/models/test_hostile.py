@@ -11,7 +11,7 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.fragility import wilson_interval
 from toppling.models.engine.regions import energy_consistent_zeta
-from toppling.models.runs import trace
+from toppling.models.runs import run_many, trace
 
 BLOCK = tp.Block(0.4, 1.8)
 LAW = tp.HousnerImpact()
@@ -132,6 +132,11 @@ def study(blocks=BLOCK, models=LAW, motions=SHAKE, levels=(1.0, 2.0), **options)
     return tp.ida(blocks, models, motions, levels, **options)
 
 
+def bare(record, factor, vertical=None):
+    vertical = None if vertical is None else np.array(vertical)
+    return run_many([LAW.oscillator(BLOCK)], np.array([[factor]]), np.array(record), 0.01, vertical=vertical)
+
+
 BAD_STUDIES = [
     (lambda: study(blocks=[]), ValueError, "blocks must hold at least one, got none"),
     (lambda: study(models=[]), ValueError, "models must hold at least one"),
@@ -153,6 +158,10 @@ BAD_STUDIES = [
     (lambda: study(levels=[1.0, 1e308], im="scale"), ValueError, "to 1e.09 m/s² at most"),
     (lambda: study(motions=mo.from_array([0.0, 1e-310, 0.0], 0.01)), ValueError, "got a factor of inf"),
     (lambda: study(levels=[1e-200], im="scale"), ValueError, "scaled by 1e-100 at least"),
+    (lambda: bare([0.0, 1.0, 0.0], 1.1e9), ValueError, "at most 1e.09 m/s², got 1.1e.09"),
+    (lambda: bare([0.0, 1.5e308, 0.0], 1.0), ValueError, "at most 1e.09 m/s²"),
+    (lambda: bare([0.0, 1.0, 0.0], 1.0, [0.0, -2e9, 0.0]), ValueError, "at most 1e.09 m/s²"),
+    (lambda: bare([0.0, NAN, 0.0], 1.0), ValueError, "must be finite"),
     (lambda: study(im="pgx"), ValueError, "im must be one of 'pga', 'pgv', .*'scale', or Sa.*, got 'pgx'"),
     (lambda: study(outputs=[]), ValueError, "at least one of overturned"),
     (lambda: study(outputs=["peak"]), ValueError, "outputs must be one of"),

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from toppling.benchmarks.sequential import regions, strata
+import toppling as tp
+from toppling.benchmarks.sequential import regions, sizes, strata
 
 
 def test_regions_are_functions_of_their_seed_and_hold_what_is_tested():
@@ -25,3 +26,28 @@ def test_drawn_levels_have_no_bias_and_few_shared_ones_have():
         assert abs(found[name].value) < 4.0 * found[name].error
     assert found["20 drawn"].error < found["3 drawn"].error
     assert found["5 shared"].value < -0.2
+
+
+def test_curves_of_a_grid_are_those_of_an_analysis():
+    """Medians of blocks by common levels, beside `tp.ida` and `fit_fragility`; the local fit is another one."""
+    x, blocks = sizes.common_grid(), regions.blocks_of(sizes.sizes())
+    found = sizes.by_grid(x, False, 24, 5).medians
+    shakes = sizes.MOTIONS.sample(24, seed=5)
+    for k in (40, 96):
+        runs = tp.ida(blocks[k], sizes.LAW, shakes, np.exp(x[k]), "pga", ["overturned"], screen=False)
+        curve = tp.fit_fragility(runs)
+        np.testing.assert_allclose(found[k], np.log(curve["median"].item()), atol=1e-6)
+    near = sizes.by_grid(x, True, 24, 5).medians
+    assert 1e-4 < np.abs(near - found).max() < 0.2
+
+
+def test_errors_of_known_medians():
+    known = sizes.Truth(np.zeros(97), np.ones(97), np.full(13, 0.5), 0.0)
+
+    def off_by_a_tenth(seed):
+        return sizes.Medians(np.full(97, 0.5 + (0.1 if seed % 2 else -0.1)), 7, 2.0)
+
+    row = sizes.way("known", off_by_a_tenth, 10, 40, known, 4)
+    np.testing.assert_allclose([row.rms, row.most], 0.1)
+    assert row[3:] == (10, 40, 7, 2.0)
+    assert sizes.line(row).split() == ["known", "0.1000", "0.1000", "10", "40", "7", "2.0"]

@@ -216,6 +216,14 @@ def test_a_set_of_motions_and_its_end():
     assert "no more motions, the precision takes about" in found["account"].values[0]
 
 
+@pytest.mark.parametrize("motions", [SHAKES, SHAKES.sample(64)], ids=["generator", "set"])
+def test_motions_that_do_not_determine_the_surface_are_named(motions):
+    """Two runs of each of 64 motions are spent before there is a first surface."""
+    until = {"median": 0.02, "motions": {"least": 64, "most": 64}}
+    with pytest.raises(ValueError, match=r"64 motions of 2 blocks each are too few for a surface of housner"):
+        pooled(region(20), LAWS, motions, until=until, blocks_per_motion=2)
+
+
 def test_what_is_not_in_the_surface_is_refused():
     block = tp.Block(0.4, 1.8, depth=0.6)
     cases = [
