@@ -238,7 +238,7 @@ def over_sequential(text: str) -> list[str]:
     text: what `benchmarks.sequential.databases` prints.  Runs, samples, time and motions: for ±5 % kept as often, and
     asking for ±5 and ±10 %.
     """
-    words = {"asking": "kept as often", "local": "asked of a local fit", "": "asked for"}
+    words = {"ask": "kept as often", "local": "asked of a local fit", "": "asked for"}
     rows: dict[tuple[str, str], list[str]] = {}
     database = ""
     own: list[float] = []

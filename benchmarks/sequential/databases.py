@@ -141,7 +141,7 @@ class Analysis(NamedTuple):
         """What it is called in a table."""
         if self.asked is None:
             return f"{self.runs} runs of each motion"
-        asks = "" if self.asked == self.tolerance else f", asking ±{100.0 * self.asked:g}%"
+        asks = "" if self.asked == self.tolerance else f", ask ±{100.0 * self.asked:g}%"
         return f"{GRID} common levels{asks}{', local fit' if self.near else ''}"
 
 
@@ -177,16 +177,16 @@ def promises_kept(name: str, way: Analysis, replicates: int, processes: int = PR
 
 
 HEAD = (
-    f"{'within':6s} {'analysis':32s} {'kept':>6s} {'95%':>5s} {'motions':>8s} {'runs':>8s} "
-    f"{'1000 samples':>13s} {'1000 events':>12s} {'ms':>7s}"
+    f"{'within':6s} {'analysis':28s} {'kept':>5s} {'95%':>4s} {'motions':>7s} {'runs':>7s} {'samples':>7s} "
+    f"{'events':>6s} {'ms':>7s}"
 )
 
 
 def line(way: Analysis, row: Row, spent: Spent) -> str:
-    """Return a way of analysis as a line of the table."""
+    """Return a way of analysis as a line of the table, samples and events in thousands."""
     return (
-        f"±{way.tolerance:<5.0%} {way.label:32s} {row.kept:6.3f} {row.within:5.2f} {row.motions:8.0f} {row.runs:8.0f} "
-        f"{1e-3 * spent.samples:13,.0f} {1e-3 * spent.events:12,.0f} {1e3 * spent.seconds:7.1f}"
+        f"±{way.tolerance:<5.0%} {way.label:28s} {row.kept:5.3f} {row.within:4.2f} {row.motions:7,.0f} "
+        f"{row.runs:7,.0f} {1e-3 * spent.samples:7,.0f} {1e-3 * spent.events:6,.0f} {1e3 * spent.seconds:7,.1f}"
     )
 
 
@@ -213,13 +213,10 @@ def cost(name: str) -> Cost:
     return Cost(*np.median(spent, axis=0).tolist())
 
 
-def cost_text(name: str, found: Cost) -> str:
+def cost_text(found: Cost) -> str:
     """Return the cost of a run as a line."""
     common, near, of_one = (f"{1e6 * one:.0f}" for one in found)
-    return (
-        f"CPU of a run under {name}, us: {common} of {GRID} common levels; "
-        f"near the median {near} (3 levels a motion), {of_one} ({OF_ONE} levels a motion)"
-    )
+    return f"CPU of a run, us: {common} ({GRID} common levels), {near} (3 near the median), {of_one} ({OF_ONE} near it)"
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -229,7 +226,7 @@ def main(arguments: Sequence[str]) -> None:
         print(f"{name}\n{HEAD}", flush=True)
         for way in analyses(name):
             print(line(way, *promises_kept(name, way, replicates, processes)), flush=True)
-        print(cost_text(name, cost(name)), flush=True)
+        print(cost_text(cost(name)), flush=True)
 
 
 if __name__ == "__main__":

@@ -153,13 +153,13 @@ def way(label: str, analysis: Callable[[int], Medians], motions: int, runs: int,
     )
 
 
-HEAD = f"{'97 sizes':46s} {'rms':>6s} {'most':>6s} {'motions':>8s} {'runs':>9s} {'check':>7s} {'s':>6s}"
+HEAD = f"{'97 sizes':36s} {'rms':>6s} {'most':>6s} {'motions':>8s} {'runs':>9s} {'check':>7s} {'s':>6s}"
 
 
 def line(one: Way) -> str:
     """Return a way as a line of the table."""
     return (
-        f"{one.label:46s} {one.rms:6.4f} {one.most:6.4f} {one.motions:8,d} {one.runs:9,d} {one.checked:7,d} "
+        f"{one.label:36s} {one.rms:6.4f} {one.most:6.4f} {one.motions:8,d} {one.runs:9,d} {one.checked:7,d} "
         f"{one.seconds:6.1f}"
     )
 
@@ -175,7 +175,7 @@ def main(arguments: Sequence[str]) -> None:
     grids = {
         "20 common levels, curve through all": (common_grid(), False),
         "20 common levels, local fit": (common_grid(), True),
-        "20 levels within a dispersion of each median": (own_grid(known), False),
+        "20 levels near each median": (own_grid(known), False),
     }
     for label, (x, local) in grids.items():
         for motions in GRID_MOTIONS:

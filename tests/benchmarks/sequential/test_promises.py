@@ -75,10 +75,10 @@ def test_a_database_keeps_the_promise(monkeypatch):
     assert spent.samples / found.runs > little.samples / loose.runs
     assert 0.0 < little.events < much.events < much.samples
     row, mean = databases.promises_kept(name, fine, 2, processes=1)
-    assert f"±10%   20 common levels, asking ±5%   {row.kept:8.3f}" in databases.line(fine, row, mean)
+    assert f"±10%   20 common levels, ask ±5%    {row.kept:5.3f}" in databases.line(fine, row, mean)
     found = databases.cost(name)
     assert found.near > found.common > 0.0
-    assert f"us: {1e6 * found.common:.0f} of 20 common levels" in databases.cost_text(name, found)
+    assert f"us: {1e6 * found.common:.0f} (20 common levels)" in databases.cost_text(found)
 
 
 def test_analyses_that_are_compared():
@@ -87,7 +87,7 @@ def test_analyses_that_are_compared():
     for name in databases.DATABASES:
         ways = databases.analyses(name)
         labels = [one.label for one in ways if one.tolerance == databases.MIDDLE]
-        asks = f"20 common levels, asking ±{100.0 * databases.AS_OFTEN[name]:g}%"
+        asks = f"20 common levels, ask ±{100.0 * databases.AS_OFTEN[name]:g}%"
         common = ["20 common levels", asks, "20 common levels, local fit"]
         assert labels == ["3 runs of each motion", "2 runs of each motion", *common]
         assert [one.tolerance for one in ways] == sorted((one.tolerance for one in ways), reverse=True)
