@@ -295,9 +295,18 @@ class SequentialCurve:
             n = np.unique(near.motion).size
             lower, upper = map(float, binomial_interval(n if near.fell[0] else 0, n, CONFIDENCE, "clopper-pearson"))
             return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *told)
+        if not near.x.size:
+            return Look(k, *UNKNOWN, *told)
         fitted, _ = local_probit(self._seen, x, reach, follow=False)
-        found = _told(k, None if fitted is None else fitted.probability(x), self.until.room, told)
-        return found._replace(lower=max(0.0, found.lower), upper=min(1.0, found.upper))
+        if fitted is None:  # (as many motions as runs that fell, each counted once)
+            n = np.unique(near.motion).size
+            value = float(near.fell.mean())
+            falls = min(max(round(value * n), 1), n - 1) if n > 1 else round(value)
+            lower, upper = map(float, binomial_interval(falls, n, CONFIDENCE, "clopper-pearson"))
+        else:
+            found = fitted.probability(x)
+            value, (lower, upper) = found.value, found.proportion()
+        return Look(k, 0.5 * (upper - lower) / self.until.room, value, lower, upper, *told)
 
 
 Known = tuple[Estimate | None, Estimate, Estimate]

@@ -53,6 +53,28 @@ class Estimate(NamedTuple):
         """Half width of the interval by Student's t, two motions fewer than there are; infinite with few motions."""
         return student(self.motions - 2) * self.error
 
+    def proportion(self) -> tuple[float, float]:
+        """Return the interval of an estimate of a probability: Wilson's, of as many runs as its error says.
+
+        A probability p with a standard error s is known as from p (1 - p)/s² independent runs.  Near 0 and 1 the
+        interval by the error alone would be too short where few runs fell or stood.
+
+        References
+        ----------
+        Wilson, E. B. (1927). Probable inference, the law of succession, and statistical inference. Journal of the
+        American Statistical Association 22, 209-212.  Korn, E. L. and Graubard, B. I. (1998). Confidence intervals for
+        proportions with small expected number of positive counts estimated from survey data. Survey Methodology 24,
+        193-201 (the effective number of runs).
+        """
+        t = student(self.motions - 2)
+        spread = self.value * (1.0 - self.value)
+        if not (math.isfinite(t) and spread > 0.0):
+            return 0.0, 1.0
+        share = (t * self.error) ** 2 / spread
+        middle = (self.value + 0.5 * share) / (1.0 + share)
+        half = math.sqrt(share * spread + 0.25 * share**2) / (1.0 + share)
+        return max(0.0, middle - half), min(1.0, middle + half)
+
 
 def student(freedom: float) -> float:
     """Return the quantile of Student's t for an interval of 95 %; infinite without a degree of freedom."""

@@ -32,6 +32,35 @@ LEAST_BELOW, LEAST_ABOVE = math.log(30.0), math.log(8.0)
 DEVIATIONS = 4.0
 
 
+LEAST = 1e-300
+"""Annual rate, far below any that matters, that stands for rates too small for a number."""
+STEEPEST = 20.0
+"""Greatest power with which the rates may fall at the lowest levels of a hazard curve; those of sites: up to 3."""
+
+
+def check_ends(hazard: HazardCurve) -> None:
+    """Raise ValueError for hazard curves that cannot be continued beyond their levels, as weighted runs need it.
+
+    Beyond its levels a curve goes on as its first and last pieces do: a last piece without a slope never ends, and
+    below a very steep first one the rates have no numbers any more.
+    """
+    for rates in (hazard.rates, *(hazard.realisations or ())):
+        widths = np.diff(np.log(hazard.levels))
+        slopes = -np.diff(np.log(rates)) / widths
+        # (between levels a curve may bend)
+        first, last = slopes[0] - hazard.curvature * widths[0], slopes[-1] + hazard.curvature * widths[-1]
+        if not last > 0.0:
+            raise ValueError(
+                f"the last two rates of hazard are equal ({rates[-1]:g} per year), so that it cannot be continued "
+                "above its highest level: leave that level out"
+            )
+        if first > STEEPEST:
+            raise ValueError(
+                f"hazard falls with the power {float(first):.3g} of the level at its lowest levels, {STEEPEST:g} at "
+                "most: give lower levels, and further apart"
+            )
+
+
 class HazardCells(NamedTuple):
     """Levels in cells between which the rates are known.
 
@@ -78,13 +107,20 @@ def hazard_cells(hazard: HazardCurve, log_median: float, dispersion: float) -> H
     reach four dispersions further to both sides, and to a thirtieth and to eight times the median at least.
     """
     near = np.exp(log_median + np.array([-0.05, 0.05]))
-    slope = max(0.0, float(-np.diff(np.log(hazard.rate_at(near)))[0] / 0.1))
+    slope = max(0.0, float(-np.diff(np.log(np.maximum(hazard.rate_at(near), LEAST)))[0] / 0.1))
     low = log_median - max(LEAST_BELOW, DEVIATIONS * dispersion + slope * dispersion**2)
     high = log_median + max(LEAST_ABOVE, DEVIATIONS * dispersion)
     points = np.log(np.asarray(hazard.levels))
     own = points[(points > low) & (points < high)]
     edges = np.unique(np.concatenate([np.linspace(low, high, CELLS + 1), own]))
-    return HazardCells(edges, hazard.rate_at(np.exp(edges)))
+    with np.errstate(over="ignore"):
+        rates = hazard.rate_at(np.exp(edges))
+    if not np.isfinite(rates).all():
+        raise ValueError(
+            f"hazard is too steep for a rate at a dispersion of {dispersion:.2g}: it falls with the power {slope:.3g}"
+        )
+    known = rates >= LEAST
+    return HazardCells(edges[known], rates[known])
 
 
 def draw_levels(cells: HazardCells, log_median: float, dispersion: float, uniform: Array) -> tuple[Array, Array]:

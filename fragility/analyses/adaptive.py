@@ -28,6 +28,7 @@ from ...motions.simulated.generator import Generator
 from ...units import STANDARD_GRAVITY
 from ..adaptive.account import reached_so_far
 from ..adaptive.curve import SequentialCurve, WavePlan
+from ..adaptive.rate import check_ends
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
@@ -246,6 +247,7 @@ def _check_hazard(until: Until, hazard: HazardCurve | None, scaled: Scaled) -> N
         raise ValueError(f"hazard is for until rate alone, got until {until.target}")
     if hazard.im != scaled.name:
         raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {hazard.im!r}")
+    check_ends(hazard)
 
 
 def _check_wave(request: Request, wave: MotionWave, plan: Plan) -> str:

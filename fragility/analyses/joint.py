@@ -17,10 +17,13 @@ from ... import checks
 from ...aliases import Array, Flags, Progress
 from ...models import Block, Law
 from ...models.columns import BlockArray
+from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
 from ...streams import stream
 from ...units import DIMENSIONLESS, provenance
 from ..adaptive.probit import student
+from ..adaptive.until import CONFIDENCE
+from ..numerics.proportions import binomial_interval
 from ..runs.scaling import BlockMeasure, intensity_measure
 from .ida import ida
 
@@ -81,8 +84,8 @@ def joint_falls(
     Raises
     ------
     TypeError, ValueError
-        As `toppling.ida`; fewer than two blocks, 8 motions or 2 blocks of the sample; a measure that depends on the
-        block.
+        As `toppling.ida`; levels without numbers; sliding laws; fewer than two blocks, 8 motions or 2 blocks of the
+        sample; a measure that depends on the block.
 
     Notes
     -----
@@ -105,6 +108,10 @@ def joint_falls(
     if isinstance(blocks, BlockArray) and blocks.own:
         own = " and ".join(blocks.own)
         raise ValueError(f"blocks must take {own} from the laws, and not have their own: give laws for each {own}")
+    if isinstance(levels, str):
+        raise TypeError(f"levels must be numbers, common to all blocks and events, got {levels!r:.40}")
+    if any(isinstance(one, SlidingLaw) for one in (models if isinstance(models, Sequence) else [models])):
+        raise ValueError("models must be laws of rocking blocks, which overturn: sliding ones do not")
     number, chosen = _sample(blocks, checks.count("sample", sample, at_least=2), checks.count("seed", seed))
     runs = ida(
         chosen, models, motions, levels, im, ["overturned"], client, screen=False, ground=ground, progress=progress
@@ -186,12 +193,17 @@ def _falls(fell: Flags, number: int) -> _Falls:
     spread = max(float(chances.var(ddof=1)) - alone / motions, 0.0)
     reach = student(motions - 1) * math.sqrt(float(share.var(ddof=1)) / motions + left * spread / n)
     mean = float(share.mean())
+    ends = mean - reach, mean + reach
+    if mean in {0.0, 1.0}:
+        # (as if all blocks fell together, the least that so many events can say)
+        lower, upper = binomial_interval(round(mean) * motions, motions, CONFIDENCE, "clopper-pearson")
+        ends = float(lower), float(upper)
     quantile = np.quantile(share, QUANTILES)
     return _Falls(
         share,
         mean,
-        max(mean - reach, 0.0),
-        min(mean + reach, 1.0),
+        max(ends[0], 0.0),
+        min(ends[1], 1.0),
         math.sqrt(max((number - 1.0) * together + alone, 0.0) / number),
         math.sqrt(alone / number),
         together / alone if alone > 0.0 else math.nan,

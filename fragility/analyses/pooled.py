@@ -13,6 +13,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Progress
+from ...doubts import warn
 from ...models import Block, Law
 from ...models.columns import BlockArray
 from ...models.laws import describe_law
@@ -21,6 +22,8 @@ from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.generator import Generator
 from ...units import provenance
+from ...wording import counted
+from ..adaptive.rate import check_ends
 from ..adaptive.stopping import ALL_FELL, NONE_FELL
 from ..adaptive.until import MEDIAN, Until, until_of
 from ..hazard.curve import HazardCurve
@@ -31,6 +34,7 @@ from ..surfaces.curves import PooledCurves
 from ..surfaces.domain import domain_of, some_points
 from ..surfaces.evaluation import LawSurfaces, curves_at
 from ..surfaces.rate_checks import RatePlane
+from ..validity.plausibility import block_doubts
 from .region_runs import PooledPlan, PooledRuns, blocks_at, own_options, with_own
 from .surface_results import POOLED, surface_curves, surface_dataset, variables_of
 from .waves import MotionSource, scaled_to
@@ -144,6 +148,7 @@ def pooled(
     variables = variables_of(columns)
     points = plan.domain.points(variables)
     given = some_points(plan.domain, points, BAND_POINTS)
+    warn(block_doubts(columns))
     laws = [PooledCurves(plan.until, given, plan.seed) for _ in plan.laws]
     found = PooledRuns(plan, laws, points, progress)
     checked = found.until_known()
@@ -154,8 +159,8 @@ def pooled(
             )
         if one.near is None:
             raise ValueError(
-                f"{one.motions} motions of {blocks_per_motion} blocks each are too few for a surface of {law.label}: "
-                "allow more motions, or run more blocks under each"
+                f"{counted(one.motions, 'motion')} of {counted(blocks_per_motion, 'block')} each are too few for a "
+                f"surface of {law.label}: allow more motions, or run more blocks under each"
             )
     known = [
         LawSurfaces(one.near, one.curve, one.band().factor, own.worst)
@@ -258,3 +263,4 @@ def _check_hazard(hazard: HazardCurve, plan: PooledPlan) -> None:
         raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
     if hazard.im != plan.scaled.name:
         raise ValueError(f"hazard must be of the measure of the levels, {plan.scaled.name!r}, got {hazard.im!r}")
+    check_ends(hazard)

@@ -109,7 +109,7 @@ class PooledRuns:
         self._cut_checks: dict[int, int] = {}
         self.others = OtherMeasures(plan.scaled)
         self._doubts: list[Doubt] = []
-        self._done = self._runs = 0
+        self._done = self._runs = self._expected = 0
         self.level_name = ""
 
     def until_known(self) -> list[Check]:
@@ -133,11 +133,11 @@ class PooledRuns:
         plan = self.plan
         wave = plan.source.wave(self._done, min(self._next(), plan.most - self._done))
         self._take(wave)
-        self.others.add(wave)
         shares = self._design()
         going = [k for k, law in enumerate(self.laws) if not law.stopped]
         for part in wave.parts(max(ALIKE, math.ceil(len(wave.records) / PARTS))):
             self._part(part, shares, going)
+        self.others.add(wave)  # (after the measure of the levels, which refuses motions that do not shake)
         self._done = int(wave.numbers[-1]) + 1
         last = self._done >= plan.most
         # (each law's fits are its own, and spend their time in products of matrices)
@@ -180,18 +180,24 @@ class PooledRuns:
     def _tell(self) -> None:
         going = [law for law in self.laws if not law.stopped and law.ratios]
         widest = max(going, key=lambda one: one.ratios[-1][1], default=None)
-        expected = self._runs
         if widest is not None:
             motions, ratio = widest.ratios[-1]
             needed = min(self.plan.most, max(motions_needed(motions, ratio), motions))
-            expected = math.ceil(self._runs * needed / max(self._done, 1))
+            self._expected = math.ceil(self._runs * needed / max(self._done, 1)) + self._runs_of_checks(needed)
             reach = 100.0 * math.expm1(min(ratio * self.plan.until.room, 700.0))
             self.plan.request.runner.reached(
                 f"{self._done:,} motions; widest interval of a median: ±{reach:.1f} %, "
                 f"±{100.0 * self.plan.until.tolerance:g} % asked"
             )
         if self._progress is not None:
-            self._progress(self._runs, max(self._runs, expected))
+            self._progress(self._runs, max(self._runs, self._expected))
+
+    def _runs_of_checks(self, motions: int) -> int:
+        """Return the runs of one check of every law, and of its rates, after so many motions."""
+        source = self.plan.source
+        under = max(MOTIONS, motions // CHECKED_SHARE) if source.size is None else source.size
+        each = RUNS if self.plan.hazard is None else RUNS + STRATA
+        return len(self.laws) * len(self.check_points) * each * under
 
     def _take(self, wave: MotionWave) -> None:
         """Check motions, and keep what is odd about them."""

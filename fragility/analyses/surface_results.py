@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ... import checks
 from ...aliases import Array
 from ...models import Block
 from ...models.columns import BlockArray
 from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY
+from ...wording import counted
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
 from ..runs.labels import law_coordinates
@@ -57,6 +59,10 @@ def surface_curves(
     if not isinstance(surface, xr.Dataset) or surface.attrs.get("design") != POOLED:
         raise ValueError("surface must be a result of toppling.fragility.pooled")
     columns = BlockArray.of(blocks)
+    if hazard is not None and not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
+    if "model" not in surface.dims:
+        raise ValueError("surface must keep its dimension model: select laws with a list, isel(model=[0])")
     if hazard is not None and json.dumps(hazard.describe()) != surface.attrs.get("hazard"):
         raise ValueError("hazard must be that of the analysis, on which its check of rates depends")
     own = json.loads(surface.attrs["own"])
@@ -68,10 +74,9 @@ def surface_curves(
     inside = domain.holds(points)
     if not inside.all():
         first = int(np.argmin(inside))
-        raise ValueError(
-            f"{str(columns.names[first])!r:.80} and {int((~inside).sum()) - 1:,} more are outside the region of the "
-            "blocks of the analysis, where its surfaces say nothing"
-        )
+        others = int((~inside).sum()) - 1
+        which = f"{str(columns.names[first])!r:.80} " + (f"and {others:,} more are" if others else "is")
+        raise ValueError(f"{which} outside the region of the blocks of the analysis, where its surfaces say nothing")
     log_unit = float(surface.attrs["power"]) * np.log(STANDARD_GRAVITY * np.tan(columns.alpha))
     pieces = None if hazard is None else hazard.pieces()[0]
     found = [
@@ -168,14 +173,21 @@ def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Che
     if law.stopped != REACHED:
         motions, ratio = law.ratios[-1]
         needed = motions_needed(motions, ratio)
-        text += f"; {law.stopped}" + (f", the precision takes about {needed:,}" if needed > motions else "")
-    error = 100.0 * float(np.sqrt(np.mean(check.error**2))) if check.error.size else math.nan
-    text += f"; medians of {check.difference.size} blocks run by themselves "
+        text += f"; {law.stopped}"
+        # (what the check adds to the intervals does not fall with the number of motions)
+        if needed > motions and not known.apart:
+            text += f", {'the precision' if ratio > 1.0 else 'confirming it'} takes about {needed:,}"
+    error = float(np.sqrt(np.mean(check.error**2))) if check.error.size else math.nan
+    n = check.difference.size
+    text += f"; {'the median' if n == 1 else 'medians'} of {counted(n, 'block')} run by "
+    text += "itself " if n == 1 else "themselves "
     if known.apart:
         worst = 100.0 * math.expm1(known.apart)
-        text += f"differ from the surface beyond chance (by {worst:.1f} % at most), which is part of every interval"
+        differ = "differs" if n == 1 else "differ"
+        text += f"{differ} from the surface beyond chance (by {worst:.1f} % at most), which is part of every interval"
     else:
-        text += f"agree within chance (±{error:.1f} %)"
+        text += f"{'agrees' if n == 1 else 'agree'} within chance "
+        text += f"(±{100.0 * error:.1f} %)" if error < 1.0 else "(by a factor of e and more: they tell nothing)"
     if cut is not None:
         text += f"; {_cut_words(plan, cut)}"
     return f"{text}; {offer}" if offer else text

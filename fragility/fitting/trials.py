@@ -199,6 +199,8 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
 
 
 def _trials_of_counts(data: xr.Dataset) -> Trials:
+    if data.attrs.get("design") == "pooled":
+        raise ValueError("data must be runs or counts, got pooled curves, which are fitted already (`surface_curves`)")
     missing = [name for name in ("overturnings", "runs") if name not in data]
     if missing or "level" not in data.coords or "level" not in data["overturnings"].dims:
         raise ValueError(
@@ -297,6 +299,12 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     block, model = (np.atleast_1d(data[f"{dim}_number"].values) for dim in ("block", "model"))
     if "motion" not in data.dims:
         raise ValueError("runs at adaptive levels must keep their motion dimension, got a selection without it")
+    numbers = [f"run_{one}" for one in ("block", "model", "motion")]
+    if any(data[one].dtype.kind not in "iu" for one in numbers) or not data.sizes["motion"]:
+        raise ValueError(
+            "runs at adaptive levels must keep motions, and whole numbers of their blocks, models and motions: "
+            "select with isel or sel (where makes fractions of numbers)"
+        )
     motions = clusters_of(data)
     cluster = np.full(1 + int(max(data["run_motion"].values.max(initial=0), data["motion_number"].values.max())), -1)
     cluster[data["motion_number"].values] = motions

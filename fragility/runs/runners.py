@@ -117,6 +117,9 @@ class Runner(ABC):
     def tell(self, what: str, done: int, total: int) -> None:  # noqa: B027 - most runners have nowhere to report it
         """Report the progress of work that is not done in chunks."""
 
+    def refused(self, why: str) -> None:  # noqa: B027 - most runners have nowhere to keep it
+        """Take note of why no result can be made of the runs, in a sentence."""
+
     def reached(self, what: str) -> None:  # noqa: B027 - most runners have nowhere to keep it
         """Keep a sentence on what an analysis at adaptive levels has reached so far."""
 

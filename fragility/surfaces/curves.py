@@ -145,8 +145,15 @@ class PooledCurves:
 
     def _close(self, points: Array, uniform: Array) -> Array:
         assert self.near is not None
-        middle, _ = self.near.log_medians(points)
+        middle = self._seen(self.near.log_medians(points)[0])
         return np.asarray(middle[:, None] + self.distances(points)[:, None] * (2.0 * uniform - 1.0))
+
+    def _seen(self, x: Array) -> Array:
+        """Return ln levels, those far beyond all runs so far moved to where the next ones may look.
+
+        Where a region holds few blocks, early surfaces are held to their medians alone, and may be anything elsewhere.
+        """
+        return np.clip(x, self.runs.x.min() - STEP, self.runs.x.max() + STEP)
 
     def dispersions(self, points: Array) -> Array:
         """Return dispersions at points (point, axis), as far as they are known: all alike while nothing is."""
@@ -155,7 +162,7 @@ class PooledCurves:
     def _rough(self, points: Array) -> tuple[Array, Array]:
         """Return ln medians and dispersions by the curve through all runs, confined to what can place levels."""
         assert self.curve is not None
-        middle, _ = self.curve.log_medians(points)
+        middle = self._seen(self.curve.log_medians(points)[0])
         return middle, np.clip(np.exp(self.curve.log_dispersions(points)[0]), *DISPERSIONS)
 
     def distances(self, points: Array) -> Array:

@@ -126,8 +126,9 @@ def candidates(domain: Domain, seed: int) -> Array:
     if domain.size == 1:
         return np.linspace(-1.0, 1.0, 401)[:, None]
     random = stream(seed, *CANDIDATE_KEY)
-    parts = scipy.spatial.Delaunay(domain.vertices, qhull_options="QJ Qbb")
-    corners = domain.vertices[parts.simplices]
+    corners = domain.vertices[None]
+    if len(domain.vertices) > domain.size + 1:  # (of a simplex there is nothing to divide, which Qhull refuses)
+        corners = domain.vertices[scipy.spatial.Delaunay(domain.vertices, qhull_options="QJ Qbb").simplices]
     volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
     which = random.choice(len(volumes), CANDIDATES, p=volumes / volumes.sum())
     shares = random.dirichlet(np.ones(domain.size + 1), CANDIDATES)

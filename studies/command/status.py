@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ...wording import part_text
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
-from ..store.manifest import MOST_RUNS, REACHED, kept_chunks, read_manifest
+from ..store.manifest import MOST_RUNS, REACHED, REFUSED, kept_chunks, read_manifest
 from ..store.netcdf import load_small, title_of
 from ..text.error import StudyError
 
@@ -23,6 +23,7 @@ class StudyStatus(NamedTuple):
     runs_total: int
     at_most: bool = False
     reached: str = ""
+    refused: str = ""
 
     def lines(self, folder: Path) -> list[str]:
         """Return the status as lines of text."""
@@ -38,6 +39,12 @@ class StudyStatus(NamedTuple):
         lines = [said, *([self.reached] if self.reached else [])]
         if self.state == "running":
             return lines
+        if self.refused:
+            return [
+                *lines,
+                f"it ended without a result: {self.refused}",
+                "change the study, or start over with --fresh",
+            ]
         return [*lines, "the same command goes on where it stopped (without --fresh, which starts over)"]
 
 
@@ -81,6 +88,7 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
         manifest["work"],
         manifest.get(MOST_RUNS) is True,
         _printable(manifest.get(REACHED, "")),
+        _printable(manifest.get(REFUSED, "")),
     )
 
 

@@ -446,6 +446,7 @@ class Study(ABC):
         try:
             found = self._compute(client, progress)
         except ValueError as error:
+            client.refused(str(error))
             raise StudyError(f"{self.title}: {error}") from None
         lines = {
             "processing": self.reading.processing,

@@ -92,7 +92,8 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
     for i, ax in enumerate(grid.flat[:laws]):
         label = axes.model_name(str(results["model"].values[i]))
         ax.set_title(axes.wrapped(label, axes.width_of(ax)), fontsize=10.0)
-        if own:
+        known = np.isfinite(values[i]) & (values[i] > 0.0)
+        if own or (not flat and _is_line(slender[known], size[known])):
             _points(ax, figure, slender, size, values[i], words)
         elif flat:
             _line(ax, drawn.isel(model=i), slender, size, name, words, scale)
@@ -113,11 +114,13 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
 
 def _is_line(slender: Array, size: Array) -> bool:
     """Return whether blocks lie on a line, which has no area to colour."""
-    both = np.stack([np.log(slender), np.log(size)])
-    if both.shape[1] < 3:
+    if slender.size < 3:
         return True
-    wide = np.linalg.svd(both - both.mean(axis=1, keepdims=True), compute_uv=False)
-    return bool(wide[1] <= FLAT * max(wide[0], 1e-9))
+    for both in (np.stack([np.log(slender), np.log(size)]), np.stack([slender, size])):
+        wide = np.linalg.svd(both - both.mean(axis=1, keepdims=True), compute_uv=False)
+        if wide[1] <= FLAT * max(wide[0], 1e-9):
+            return True
+    return False
 
 
 def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, words: str) -> None:
@@ -143,6 +146,11 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
 def _points(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, words: str) -> None:
     """Draw each block, as neighbours differ in what they have of their own."""
     known = np.isfinite(values) & (values > 0.0)
+    ax.set_xlabel("height of the mass centre over half the width")
+    ax.set_ylabel("size R, m")
+    if not known.any():
+        ax.text(0.5, 0.5, "no block has a value", transform=ax.transAxes, ha="center", va="center", fontsize=9)
+        return
     low, high = float(values[known].min()), float(values[known].max())
     norm = LogNorm(low, max(high, low * 1.0001))
     drawn = ax.scatter(slender[known], size[known], c=values[known], s=10.0, norm=norm, cmap="viridis")

@@ -32,7 +32,7 @@ from ...wording import system_reason
 from ..text.error import StudyError
 from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .folder import write_whole
-from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, REACHED_AFTER, read_manifest, refuse_link
+from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, REACHED_AFTER, REFUSED, read_manifest, refuse_link
 from .watch import Stop, Watch
 
 IN_MEMORY = 2**25
@@ -121,6 +121,11 @@ class Shards(Runner):
         before = manifest.get(REACHED_AFTER)
         if not isinstance(before, int) or self._calls > before:
             write_whole(path, _json({**manifest, REACHED: what, REACHED_AFTER: self._calls}))
+
+    def refused(self, why: str) -> None:
+        """Keep in the manifest why no result can be made of the runs, where the status of the study finds it."""
+        path = self._folder / MANIFEST
+        write_whole(path, _json({**json.loads(path.read_text("utf-8")), REFUSED: why}))
 
     def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> ChunkResult | None:
         """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""
@@ -277,8 +282,11 @@ def _add_call(folder: Path, call: int, runs: Sequence[int]) -> None:
     """Add the chunks of a call to the manifest, as pairs: the number of consecutive chunks, and the runs of each."""
     path = folder / MANIFEST
     manifest = json.loads(path.read_text("utf-8"))
-    if len(manifest["calls"]) <= call:
+    refused_before = manifest.pop(REFUSED, None) is not None
+    new = len(manifest["calls"]) <= call
+    if new:
         manifest["calls"].append({"chunks": [[len(list(equal)), each] for each, equal in groupby(runs)]})
+    if new or refused_before:
         write_whole(path, _json(manifest))
 
 

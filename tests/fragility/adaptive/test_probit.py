@@ -7,8 +7,16 @@ import pytest
 import scipy
 import xarray as xr
 
-from toppling.fragility import fit_fragility, fit_lognormal
-from toppling.fragility.adaptive.probit import Observations, difference, enclosing, fit_probit, local_probit, student
+from toppling.fragility import fit_fragility, fit_lognormal, wilson_interval
+from toppling.fragility.adaptive.probit import (
+    Estimate,
+    Observations,
+    difference,
+    enclosing,
+    fit_probit,
+    local_probit,
+    student,
+)
 
 
 def runs(motions, each=4, correlation=0.5, seed=0, median=2.0, dispersion=0.4, spread=0.6):
@@ -188,3 +196,17 @@ def test_a_gap_between_what_stood_and_what_fell_is_in_the_interval():
     mixed = Observations(x, (x > 0.0) ^ (np.arange(x.size) == 3), motion)
     assert enclosing(own, mixed) is own
     assert enclosing(own, Observations(x, np.ones(x.size, np.bool_), motion)) is own
+
+
+@pytest.mark.parametrize(("fell", "of"), [(3, 400), (120, 300), (996, 1000)])
+def test_intervals_of_proportions_are_wilsons(fell, of):
+    """Of independent runs, as many as the error says: the interval of the well-known formula, also near 0 and 1."""
+    p = fell / of
+    known = Estimate(p, math.sqrt(p * (1.0 - p) / of), np.zeros(0), 10**9)
+    np.testing.assert_allclose(
+        known.proportion(), np.ravel(wilson_interval(np.array([fell]), np.array([of]))), rtol=1e-6
+    )
+    wide = Estimate(p, 0.5, np.zeros(0), 100).proportion()
+    assert wide[0] >= 0.0
+    assert wide[1] <= 1.0
+    assert Estimate(p, 0.01, np.zeros(0), 2).proportion() == (0.0, 1.0)

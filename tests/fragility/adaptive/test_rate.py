@@ -8,7 +8,8 @@ import scipy
 
 from toppling.fragility import HazardCurve
 from toppling.fragility.adaptive.probit import Observations
-from toppling.fragility.adaptive.rate import draw_levels, hazard_cells, unseen_tail, weighted_rate
+from toppling.fragility.adaptive.rate import check_ends, draw_levels, hazard_cells, unseen_tail, weighted_rate
+from toppling.streams import stream
 
 MEDIAN, DISPERSION = 2.0, 0.4
 
@@ -132,3 +133,28 @@ def test_a_tail_is_not_known_from_few_falls():
     cells, weights, seen = drawn(power, 40)
     assert seen.fell.sum() < 200
     assert unseen_tail(cells, weights, seen) == math.inf
+
+
+@pytest.mark.parametrize(
+    ("levels", "rates", "words"),
+    [
+        ([5.0, 5.05], [1e-2, 1e-3], "falls with the power 231 of the level at its lowest levels, 20 at most"),
+        ([1.0, 5.0, 10.0], [1e-2, 1e-3, 1e-3], "the last two rates of hazard are equal .0.001 per year."),
+    ],
+)
+def test_hazards_that_cannot_be_continued_are_refused(levels, rates, words):
+    with pytest.raises(ValueError, match=words):
+        check_ends(HazardCurve(levels, rates, "pga"))
+
+
+def test_hazards_that_plunge_above_their_levels_have_cells_with_rates():
+    """As those that end at the strongest motion there can be: above it nothing happens."""
+    hazard = HazardCurve([1.0, 5.0, 5.0005], [1e-1, 1e-2, 1e-3], "pga")
+    check_ends(hazard)
+    cells = hazard_cells(hazard, math.log(8.0), 0.3)
+    assert (np.diff(cells.rates) <= 0.0).all()
+    assert (cells.rates > 0.0).all()
+    assert (cells.masses >= 0.0).all()
+    levels, weights = draw_levels(cells, math.log(8.0), 0.3, stream(1).random((2, 4, 200)))
+    assert np.isfinite(levels).all()
+    assert np.isfinite(weights).all()

@@ -94,6 +94,8 @@ def test_blocks_with_walls_and_those_that_never_fall():
         ({"motions": SHAKES[:5]}, "motions must be at least 8 for a distribution, got 5"),
         ({"im": "pga_normalised"}, "im must not depend on the block"),
         ({"sample": 1}, "sample must be at least 2, got 1"),
+        ({"levels": "adaptive"}, "levels must be numbers, common to all blocks and events, got 'adaptive'"),
+        ({"models": tp.Sliding(0.2)}, "models must be laws of rocking blocks"),
         ({"blocks": 3}, "blocks must be Blocks or a BlockArray, got int"),
     ],
 )
@@ -101,3 +103,14 @@ def test_refusals(options, words):
     arguments = {"blocks": region(20), "models": LAWS[0], "motions": SHAKES, "levels": LEVELS} | options
     with pytest.raises((TypeError, ValueError), match=words):
         joint_falls(**arguments)
+
+
+def test_what_no_event_showed_has_an_upper_end():
+    """Clopper and Pearson's, as if blocks fell all or none."""
+    fell = np.zeros((50, 30), bool)
+    none, every = _falls(fell, 300), _falls(~fell, 300)
+    upper = 1.0 - 0.025 ** (1.0 / 30.0)
+    assert (none.mean, none.mean_lower) == (0.0, 0.0)
+    assert none.mean_upper == pytest.approx(upper, rel=1e-9)
+    assert (every.mean, every.mean_upper) == (1.0, 1.0)
+    assert every.mean_lower == pytest.approx(1.0 - upper, rel=1e-9)

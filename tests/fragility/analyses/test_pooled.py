@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import warnings
 
 import dask
 import numpy as np
@@ -11,6 +12,7 @@ import xarray as xr
 
 import toppling as tp
 from toppling.benchmarks.sequential.regions import Kinked, direct_medians
+from toppling.doubts import ImplausibleInput
 from toppling.fragility import HazardCurve, pooled, surface_curves
 from toppling.fragility.analyses import region_runs
 from toppling.fragility.surfaces import curves as pooled_curves
@@ -96,12 +98,18 @@ def test_curves_of_further_blocks_and_of_none_outside(found):
     curves = surface_curves(found, some, HAZARD)
     for name in ("median", "median_lower", "dispersion", "rate", "rate_upper"):
         np.testing.assert_array_equal(curves[name].values, found[name].values[:5])
-    with pytest.raises(ValueError, match="'tower' and 0 more are outside the region"):
+    with pytest.raises(ValueError, match="'tower' is outside the region"):
         surface_curves(found, tp.Block(0.3, 4.0, name="tower"))
     with pytest.raises(ValueError, match="surface must be a result of"):
         surface_curves(xr.Dataset(), some)
     with pytest.raises(ValueError, match="hazard must be that of the analysis"):
         surface_curves(found, some, HazardCurve.power_law(2e-3, 2.0, "pga"))
+    with pytest.raises(TypeError, match="hazard must be a HazardCurve, got str"):
+        surface_curves(found, some, "high")
+    with pytest.raises(ValueError, match="surface must keep its dimension model"):
+        surface_curves(found.isel(model=0), some)
+    with pytest.raises(ValueError, match="got pooled curves, which are fitted already"):
+        tp.fit_fragility(found)
 
 
 def test_surfaces_are_kept_in_files(found, tmp_path):
@@ -216,6 +224,41 @@ def test_a_set_of_motions_and_its_end():
     assert "no more motions, the precision takes about" in found["account"].values[0]
 
 
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        [(0.4, 1.6), (0.5, 1.6), (0.4, 1.9)],
+        [(0.4, 1.6), (0.5, 1.6), (0.4, 1.9), (0.42, 1.65)],  # (one of them within the triangle)
+        [(0.4, 1.6), (0.5, 1.6)],
+    ],
+)
+def test_few_blocks_have_a_surface(blocks):
+    """Regions that are triangles or lines: medians are those of the blocks by themselves, within the intervals."""
+    shelves = [tp.Block(*one) for one in blocks]
+    found = pooled(shelves, LAWS[1], SHAKES, until={"median": 0.25, "motions": {"least": 64, "most": 2000}})
+    direct, error = direct_medians(shelves, LAWS[1], found, 400, SHAKES)
+    lower, upper = (np.log(found[f"median_{end}"].values[:, 0]) for end in ("lower", "upper"))
+    assert (lower - 3.0 * error <= direct).all()
+    assert (direct <= upper + 3.0 * error).all()
+
+
+def test_what_is_odd_is_said_before_the_runs():
+    still = SHAKES.sample(64).copy(deep=True)
+    still[5] = 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match="has pga = 0 and cannot be scaled"):
+            pooled(region(20), LAWS[1], still)
+    with pytest.warns(ImplausibleInput, match="sides above 20 m"), pytest.raises(ValueError, match="too few"):
+        pooled(
+            [tp.Block(40.0, 160.0), tp.Block(50.0, 160.0)],
+            LAWS[1],
+            SHAKES,
+            until={"median": 0.5, "motions": {"least": 64, "most": 64}},
+            blocks_per_motion=1,
+        )
+
+
 @pytest.mark.parametrize("motions", [SHAKES, SHAKES.sample(64)], ids=["generator", "set"])
 def test_motions_that_do_not_determine_the_surface_are_named(motions):
     """Two runs of each of 64 motions are spent before there is a first surface."""
@@ -237,6 +280,10 @@ def test_what_is_not_in_the_surface_is_refused():
         (
             {"hazard": HazardCurve.power_law(1e-3, 2.0, "pgv")},
             "hazard must be of the measure of the levels, 'pga', got 'pgv'",
+        ),
+        (
+            {"hazard": HazardCurve([1.0, 5.0, 10.0], [1e-2, 1e-3, 1e-3], "pga")},
+            "the last two rates of hazard are equal",
         ),
         ({"blocks": tp.Block(0.4, 1.8, wall=tp.Wall(0.01))}, "does not stand free"),
         ({"blocks": tp.Block(2.0, 1.0)}, "explicit e"),

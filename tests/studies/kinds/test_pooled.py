@@ -270,6 +270,21 @@ def test_maps_are_of_areas_or_of_lines(finished):
     assert one.axes[0].get_yscale() == "log"
 
 
+def test_maps_of_blocks_without_an_area(finished):
+    """On a line of slenderness and size, and where too few blocks have a rate for an area, or none."""
+    results, _ = finished
+    few, size = results.isel(block=slice(30)), np.linspace(0.5, 1.4, 30)
+    line = few.assign_coords(R=("block", size), alpha=("block", np.arctan(1.0 / (3.0 + 2.0 * (size - 0.5)))))
+    one = next(figure for _, figure in maps(line))
+    assert one.axes[0].get_yscale() == "log"
+    for known in (0, 2):
+        rates = few["rate"].copy(deep=True)
+        rates[known:] = np.inf
+        drawn = dict(maps(few.assign(rate=rates)))["map_rate"]
+        assert drawn.axes[0].get_ylabel() == "size R, m"
+        assert len(drawn.axes[0].texts) == (known == 0)
+
+
 def test_the_report_says_how_curves_were_found(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
@@ -314,6 +329,20 @@ def test_what_is_refused(change, said, study):
         study(STUDY.replace(*change, 1))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_study_that_no_result_can_be_made_of_says_so(study, tmp_path, capsys):
+    """Its status does not promise that the same command goes on; another try clears what it says."""
+    made = study(STUDY.replace("number = 2000", "number = 64").replace("{ least = 32 }", "{ least = 64, most = 64 }"))
+    made = study(made_text := (tmp_path / "study.toml").read_text().replace("[until]", "[until]\nruns_per_motion = 1"))
+    assert "runs_per_motion" in made_text
+    out = tmp_path / "out"
+    for _ in range(2):
+        with pytest.raises(StudyError, match="64 motions of 1 block each are too few for a surface"):
+            made.run(out)
+        lines = status_of(out).lines(out)
+        assert any("it ended without a result: 64 motions of 1 block each" in line for line in lines)
+        assert not any("goes on" in line for line in lines)
 
 
 def test_squat_and_implausible_blocks_are_named(study):
