@@ -237,7 +237,8 @@ def _along_blocks(
     vertical: bool,
     shakes: str,
 ) -> list[xr.DataArray]:
-    angle = None if azimuth == RANDOM else checks.number("azimuth", azimuth, unit="rad")
+    at_random = isinstance(azimuth, str) and azimuth == RANDOM
+    angle = None if at_random else checks.number("azimuth", azimuth, unit="rad")
     number = checks.count("seed", seed)
     found, index = [], checks.count("first", first)
     for pair in [pairs] if isinstance(pairs, xr.DataArray) else list(pairs):

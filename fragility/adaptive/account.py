@@ -10,6 +10,9 @@ from .curve import SequentialCurve
 from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed, reason_text
 from .until import PROBABILITY, RATE
 
+LEAST_GAP = 0.05
+"""Per cent of a median below which a misfit, though beyond its error, is nothing to speak of."""
+
 
 def width_text(curve: SequentialCurve, ratio: float) -> str:
     """Return a half width as text, such as ``±4.8 %`` of the median; ratio: of the half width to what is allowed."""
@@ -66,8 +69,8 @@ def account(curve: SequentialCurve, state: str | None = None) -> str:
         # (the rule wants an interval narrower than asked, and to see it again)
         what = "the precision" if look.ratio > 1.0 else "confirming it"
         text += f"; {n} are {why}" + (f", {what} takes about {needed:,}" if needed > look.motions else "")
-    if look.misfit:
-        gap = 100.0 * math.expm1(-look.misfit)
+    gap = 100.0 * math.expm1(-look.misfit)
+    if abs(gap) >= LEAST_GAP:
         text += f"; no lognormal curve fits: its median is {gap:+.1f} % from that of levels near it"
     differs = curve.rate_misfit() if until.target == RATE else 0.0
     if differs:

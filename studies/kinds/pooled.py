@@ -83,6 +83,8 @@ class PooledStudy(BlockStudy, Study):
         study = cls(content.title, plain(content), (first,), models, design, risk, region=region)
         design.check(study.blocks)
         checked_plan(region, models, **design.options, client=None)
+        if design.events is not None and len(region) < 2:
+            raise ValueError("events are of blocks that fall together: leave them out for one block")
         if region.own and design.events is not None:
             raise ValueError(f"events take {' and '.join(region.own)} from the laws: leave the columns out, or events")
         return study

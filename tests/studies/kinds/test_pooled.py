@@ -418,6 +418,8 @@ def test_events_that_are_refused(change, said, study):
     with pytest.raises(StudyError) as refused:
         study((STUDY + EVENTS).replace(*change, 1))
     assert said in str(refused.value)
+    with pytest.raises(StudyError, match="events are of blocks that fall together"):
+        study(STUDY + EVENTS, csv(1))
 
 
 def test_the_answer_says_how_much_falls_in_one_event(with_events):
