@@ -89,6 +89,7 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
     values = drawn[name].transpose("model", "block").values / scale
     flat = _is_line(slender, size)
     own = any(name in drawn.coords for name in OWN)
+    areas = 0
     for i, ax in enumerate(grid.flat[:laws]):
         label = axes.model_name(str(results["model"].values[i]))
         ax.set_title(axes.wrapped(label, axes.width_of(ax)), fontsize=10.0)
@@ -98,6 +99,7 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
         elif flat:
             _line(ax, drawn.isel(model=i), slender, size, name, words, scale)
         else:
+            areas += 1
             _area(ax, figure, slender, size, values[i], words)
             checked = results.isel(model=i)
             _checks(ax, checked, float(drawn["inertia_factor"].mean()))
@@ -105,7 +107,7 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
     what = "lines: equal values; crosses: blocks that were run by themselves as a check"
     if own:
         what = "each block with its own e and δ"
-    elif flat:
+    elif not areas:
         what = ""
     number = f"{results.sizes['block']:,} blocks"
     axes.heading(figure, f"{words[:1].upper()}{words[1:]} of {number}", what)
