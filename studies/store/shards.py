@@ -125,7 +125,8 @@ class Shards(Runner):
     def refused(self, why: str) -> None:
         """Keep in the manifest why no result can be made of the runs, where the status of the study finds it."""
         path = self._folder / MANIFEST
-        write_whole(path, _json({**json.loads(path.read_text("utf-8")), REFUSED: why}))
+        with suppress(OSError, ValueError, StudyError):  # (that sentence counts, and not where it cannot be kept)
+            write_whole(path, _json({**json.loads(path.read_text("utf-8")), REFUSED: why}))
 
     def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> ChunkResult | None:
         """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""
