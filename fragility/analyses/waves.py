@@ -24,6 +24,7 @@ from ...motions.simulated.generator import Generator
 from ...streams import stream
 from ...units import DIMENSIONLESS
 from ..runs.axes import along_width, axes_of, both_works
+from ..runs.plan import LEAST_OF_A_WAVE
 from ..runs.request import Request, collect, collect_both, work_of
 from ..runs.scaling import SCALE, BlockMeasure, ground_of, intensities, intensity_measure
 
@@ -170,5 +171,5 @@ def run_wave(
         work = work._replace(motions=tuple(records))
     elif axes_of(records) == BOTH_AXES:
         assert across is not None
-        return collect_both(work.outputs, both_works(work, across), request.runner, None).results
-    return collect(work, request.runner, None).results
+        return collect_both(work.outputs, both_works(work, across), request.runner, None, LEAST_OF_A_WAVE).results
+    return collect(work, request.runner, None, LEAST_OF_A_WAVE).results

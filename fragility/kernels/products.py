@@ -1,5 +1,7 @@
 """Compiled products of matrices, whose sums are taken in one order."""
 
+import numpy as np
+
 from ...compiled import kernel
 
 
@@ -11,3 +13,19 @@ def add_crossed(one, other, found):
             factor = one[i, j]
             for k in range(other.shape[1]):
                 found[j, k] += factor * other[i, k]
+
+
+@kernel(keep=True)
+def fill_squares(rows, covariance, found):
+    """Write, of each row (i, j), row' covariance row into `found` (i,)."""
+    n = rows.shape[1]
+    product = np.empty(n)
+    for i in range(rows.shape[0]):
+        product[:] = 0.0
+        for j in range(n):
+            for k in range(n):
+                product[k] += rows[i, j] * covariance[j, k]
+        total = 0.0
+        for k in range(n):
+            total += product[k] * rows[i, k]
+        found[i] = total

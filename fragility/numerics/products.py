@@ -26,4 +26,6 @@ def crossed(one: Array, other: Array) -> Array:
 
 def squares(rows: Array, covariance: Array) -> Array:
     """Return, of each row (i, j), row' covariance row: its variance, not below 0."""
-    return np.asarray(np.maximum(np.einsum("ij,ij->i", times(rows, covariance), rows), 0.0))
+    found = np.empty(len(rows))
+    engine.fill_squares(np.ascontiguousarray(rows), np.ascontiguousarray(covariance), found)
+    return np.asarray(np.maximum(found, 0.0))

@@ -30,6 +30,7 @@ import scipy
 from ...aliases import Array, Flags
 from ..curves.curve import LEAST, MOST, REFUSE, CurveArrays, LognormalCurves, TabulatedCurves
 from ..hazard.pieces import EXTEND, HOLD, Pieces
+from ..kernels import convolution as engine
 from .quadrature import event_integral, product_integral
 
 # Overflow, 0 times inf and the like occur on branches that are not used, or result from an absurd extension.
@@ -116,13 +117,14 @@ def _lognormal_rates(curves: LognormalCurves, hazard: Pieces) -> Array:
     """Return rates and both shares, (3, curve)."""
     step = _step(curves)
     jump = np.where(np.isneginf(step), 0.0, _times(curves.probability(step[:, None])[:, 0], hazard.rate(step)))
-    rate = _stieltjes(curves, hazard).sum(axis=1) + jump
-    below = _parts(curves, hazard.some(hazard.stop <= hazard.first)).sum(axis=1)
+    whole = _stieltjes(curves, hazard)
+    rate = whole.sum(axis=1) + jump
+    below = _some_parts(curves, hazard, hazard.stop <= hazard.first, whole)
     above = np.zeros_like(rate)
     if hazard.above == HOLD:
         above = _held(curves, hazard, REFUSE)
     elif hazard.above == EXTEND:
-        above = _parts(curves, hazard.some(hazard.start >= hazard.last)).sum(axis=1)
+        above = _some_parts(curves, hazard, hazard.start >= hazard.last, whole)
     else:
         left = rate - _held(curves, hazard, REFUSE)
         poor = np.flatnonzero(left < CANCELLED * rate)
@@ -161,8 +163,8 @@ def _stieltjes(curves: LognormalCurves, pieces: Pieces) -> Array:
     one = np.flatnonzero(over ^ uplift)
     if one.size:
         ends = [end if end.shape[0] == 1 else end[one] for end in (start, stop)]
-        median = np.where(over, curves.log_median, curves.log_uplift)[one, None]
-        dispersion = np.where(over, curves.dispersion, curves.uplift_dispersion)[one, None]
+        median = np.where(over, curves.log_median, curves.log_uplift)[one]
+        dispersion = np.where(over, curves.dispersion, curves.uplift_dispersion)[one]
         # NaN of a missing curve stays NaN
         found[one] += _normal(pieces, ends[0], ends[1], median, dispersion)
     both = np.flatnonzero(over & uplift)
@@ -173,24 +175,10 @@ def _stieltjes(curves: LognormalCurves, pieces: Pieces) -> Array:
 
 def _normal(pieces: Pieces, start: Array, stop: Array, median: Array, dispersion: Array) -> Array:
     """Integral of H dPhi((u - median)/dispersion) from start to stop of every piece: (curve, piece) of (…, piece)."""
-    root = np.sqrt(1.0 + 2.0 * pieces.curvature * dispersion**2)
-    exponents, turned, ends = [], [], []
-    for end in (start, stop):
-        z = (end - median) / dispersion
-        beyond = np.isinf(end)
-        exponent = np.where(beyond, -np.inf, pieces.log_at(slice(None), end) - 0.5 * z * z)
-        t = np.where(beyond, end, (z + pieces.slope_at(slice(None), end) * dispersion) / root)
-        exponents.append(exponent)
-        turned.append(t)
-        ends.append(np.exp(exponent) * 0.5 * scipy.special.erfcx(np.abs(t) * np.sqrt(0.5)))
-    (t1, t2), (a, b) = turned, ends
-    # its value is the same at every point: it is taken where its two terms are smallest
-    slant = pieces.slope_at(slice(None), median) * dispersion / root
-    choices = [(pieces.log_at(slice(None), median), slant), *zip(exponents, turned, strict=True)]
-    whole = _smallest([(e + 0.5 * t * t, np.abs(e) + 0.5 * t * t) for e, t in choices])
-    found = np.where(t1 >= 0.0, a - b, np.where(t2 <= 0.0, b - a, np.exp(whole) - a - b)) / root
-    empty = np.broadcast_to(stop <= start, found.shape)
-    return np.where(empty & ~np.isnan(median), 0.0, found)
+    found = np.empty((median.size, pieces.stop.size))
+    laws = pieces.reference, pieces.log_rate, pieces.slope, pieces.curvature
+    engine.normal_integrals(start, stop, *laws, median, dispersion, found)
+    return found
 
 
 def _times(probability: Array, rate: Array) -> Array:
@@ -198,16 +186,18 @@ def _times(probability: Array, rate: Array) -> Array:
     return np.where(probability == 0.0, 0.0, probability * rate)
 
 
-def _smallest(choices: list[tuple[Array, Array]]) -> Array:
-    """Return, of values equal but for rounding and each with the size of its terms, those with the smallest terms."""
-    value, size = choices[0]
-    for other, terms in choices[1:]:
-        value, size = np.where(terms < size, other, value), np.fmin(terms, size)
-    return value
+def _some_parts(curves: LognormalCurves, hazard: Pieces, which: Flags, whole: Array) -> Array:
+    """Return the sum of `_parts` over some pieces, (curve,); whole: the integrals of H dP over all of them."""
+    return np.asarray(_by_parts(curves, hazard.some(which), whole[:, which]).sum(axis=1))
 
 
 def _parts(curves: LognormalCurves, pieces: Pieces) -> Array:
     """Return the integral of P (-dH) over each piece, (curve, piece), by parts: exact to rounding of the whole rate."""
+    return _by_parts(curves, pieces, _stieltjes(curves, pieces))
+
+
+def _by_parts(curves: LognormalCurves, pieces: Pieces, whole: Array) -> Array:
+    """Return the integral of P (-dH) over each piece from that of H dP, (curve, piece)."""
     step = _step(curves)[:, None]
     values = []
     for end in (np.maximum(pieces.start, step), np.maximum(pieces.stop, step)):
@@ -215,7 +205,7 @@ def _parts(curves: LognormalCurves, pieces: Pieces) -> Array:
         finite = np.where(np.isinf(end), 0.0, end)
         both = _times(curves.probability(finite), np.exp(pieces.log_at(slice(None), finite)))
         values.append(np.where(np.isinf(end), 0.0, both))
-    found = values[0] - values[1] + _stieltjes(curves, pieces)
+    found = values[0] - values[1] + whole
     level = (pieces.slope == 0.0) & (pieces.curvature == 0.0)
     return np.where(level & ~np.isnan(found), 0.0, found)
 

@@ -45,6 +45,8 @@ CHUNK_SECONDS = 1.0
 # takes a noticeable time.
 FEWEST_CHUNKS = 64
 LEAST_SECONDS = 0.2
+LEAST_OF_A_WAVE = 0.02
+"""The same of one wave of several that wait for each other: threads would be idle in every one of them."""
 # Chunks decrease in size (guided self-scheduling: Polychronopoulos & Kuck 1987) over the last quarter of the work, but
 # over no more than the work of 64 chunks.  List scheduling of these chunks on 1 to 64 threads takes no longer than that
 # of equal chunks, to within the smallest chunk, and wastes 3 % instead of 12 % of 64 threads on five minutes of work.
@@ -155,9 +157,10 @@ class Work(NamedTuple):
         return np.ascontiguousarray(own[rows - rows[0]])
 
 
-def seconds_of_a_chunk(total: float) -> float:
+def seconds_of_a_chunk(total: float, least: float | None = None) -> float:
     """Return the duration, s, of a chunk of work of `total` seconds on one core: about 1, depending on the total."""
-    return max(LEAST_SECONDS, min(CHUNK_SECONDS, total / FEWEST_CHUNKS), total / MOST_CHUNKS)
+    shortest = LEAST_SECONDS if least is None else least
+    return max(shortest, min(CHUNK_SECONDS, total / FEWEST_CHUNKS), total / MOST_CHUNKS)
 
 
 def number_of_chunks(total: float) -> float:
@@ -184,7 +187,7 @@ class Grid(NamedTuple):
     chunks: list[list[Chunk]]
 
 
-def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
+def plan_chunks(work: Work, seconds: float | None = None, least: float | None = None) -> list[Chunk]:
     """Divide work into chunks of about equal duration, the last ones shorter.
 
     Parameters
@@ -193,22 +196,24 @@ def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
     seconds : float, optional
         Duration of a chunk on one core, s; without it that of `seconds_of_a_chunk`.  It is longer where there would be
         many more than 100,000 chunks.
+    least : float, optional
+        Least duration, s, where none is given; without it LEAST_SECONDS.
 
     Returns
     -------
     list of Chunk
         Every run is in one of them.  They depend on the work alone, and not on the machine.
     """
-    return [chunk for cell in plan_grid(work, seconds).chunks for chunk in cell]
+    return [chunk for cell in plan_grid(work, seconds, least).chunks for chunk in cell]
 
 
-def plan_grid(work: Work, seconds: float | None = None) -> Grid:
+def plan_grid(work: Work, seconds: float | None = None, least: float | None = None) -> Grid:
     """Divide work into chunks, as `plan_chunks` does, which also form the cells of a grid.
 
     Parameters
     ----------
     work : Work
-    seconds : float, optional
+    seconds, least : float, optional
         As of `plan_chunks`.
 
     Returns
@@ -219,7 +224,7 @@ def plan_grid(work: Work, seconds: float | None = None) -> Grid:
     per_row = _costs(work)
     samples = np.array([motion.acceleration.size for motion in work.motions], float)
     left = total = float(per_row.sum() * samples.sum())
-    full = seconds_of_a_chunk(total) if seconds is None else max(seconds, total / MOST_CHUNKS)
+    full = seconds_of_a_chunk(total, least) if seconds is None else max(seconds, total / MOST_CHUNKS)
     falling = min(FALLING_SHARE * total, MOST_FALLING * full)
 
     def part_of(left: float) -> float:

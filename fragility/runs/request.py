@@ -190,13 +190,19 @@ def work_of(
     return Work(oscillators, tuple(motions), factors, request.skip, names, each)
 
 
-def collect_both(outputs: Sequence[str], works: Sequence[Work], runner: Runner, progress: Progress | None) -> Runs:
+def collect_both(
+    outputs: Sequence[str],
+    works: Sequence[Work],
+    runner: Runner,
+    progress: Progress | None,
+    least: float | None = None,
+) -> Runs:
     """Do the work about each axis, and put the outputs of the two together (`axes.of_both`)."""
     total = sum(work.runs for work in works)
     each: list[Runs] = []
     for work in works:
         before = total // 2 * len(each)
-        each.append(collect(work, runner, part_of(progress, before, total)))
+        each.append(collect(work, runner, part_of(progress, before, total), least))
     x, y = (one.results for one in each)
     kinds = {name: OUTPUT_TYPES.get(name, np.int8) for name in outputs}
     shape = next(iter(x.values())).shape
@@ -210,13 +216,13 @@ def collect_both(outputs: Sequence[str], works: Sequence[Work], runner: Runner, 
     return Runs(found, each[0].tally + each[1].tally)
 
 
-def collect(work: Work, runner: Runner, progress: Progress | None) -> Runs:
-    """Do the work in chunks and put the results together."""
+def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:
+    """Do the work in chunks and put the results together; least: shortest duration of a chunk (`plan_chunks`)."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
     results = {name: runner.array(shape, OUTPUT_TYPES[name]) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
     so_far = 0
-    for chunk, done in runner.run(work, plan_chunks(work)):
+    for chunk, done in runner.run(work, plan_chunks(work, least=least)):
         for array, part in zip(results.values(), done.results, strict=True):
             array[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop] = part
         tally += done.tally

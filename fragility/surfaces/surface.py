@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from ...aliases import Array, Flags, Index
+from ..kernels import surfaces as engine
 from ..numerics.products import crossed, squares, times
 
 STEPS, HALVINGS = 100, 30
@@ -60,9 +61,8 @@ def exponents(variables: int, degree: int) -> Index:
 def basis(points: Array, degree: int) -> Array:
     """Return products of Chebyshev polynomials (point, term) at points (point, variable) of the box [-1, 1]."""
     terms = exponents(points.shape[1], degree)
-    found = np.ones((len(points), len(terms)))
-    for k in range(points.shape[1]):
-        found *= np.polynomial.chebyshev.chebvander(points[:, k], degree)[:, terms[:, k]]
+    found = np.empty((len(points), len(terms)))
+    engine.fill_terms(np.ascontiguousarray(points), terms, found)
     return found
 
 
@@ -198,34 +198,33 @@ def fit_surface(
     if runs.x.size <= n + rows.spread.shape[1] or runs.fell.all() or not runs.fell.any():
         return None
     c = _begin(runs, degrees, start, cut)
-    value = _likelihood(c, runs, rows)
+    now = _sums(c, runs, rows)
+    if now.likelihood == -math.inf:
+        return None
     for _ in range(STEPS):
-        _, scores, information = _scores(c, runs, rows)
-        step = _solved(information, scores.sum(axis=0))
+        gradient = now.scores.sum(axis=0)
+        step = _solved(now.information, gradient)
         if step is None:
             return None
         step *= min(1.0, STEEPEST / max(float(np.abs(step[n:]).max()), 1e-300))
-        gain = float(step @ scores.sum(axis=0))
-        if gain < SETTLED * runs.x.size:
+        if float(step @ gradient) < SETTLED * runs.x.size:
             break
         for _ in range(HALVINGS):
-            tried = _likelihood(c + step, runs, rows)
-            if tried > value:
+            tried = _sums(c + step, runs, rows)
+            if tried.likelihood > now.likelihood:
                 break
             step = 0.5 * step
         else:
             break
-        c, value = c + step, tried
+        c, now = c + step, tried
     else:
         return None
-    if value > -SEPARATED * runs.x.size:
+    if now.likelihood > -SEPARATED * runs.x.size:
         return None
-    inverse: Array = np.asarray(np.linalg.inv(information), dtype=np.float64)
-    size = int(runs.motion.max()) + 1
-    summed = np.stack([np.bincount(runs.motion, own, size).astype(np.float64) for own in scores.T], axis=1)
+    inverse: Array = np.asarray(np.linalg.inv(now.information), dtype=np.float64)
     k = np.unique(runs.motion).size
     # (each coefficient takes a motion's worth of scatter away)
-    influence = times(summed, inverse) * math.sqrt(k / max(k - c.size, 1))
+    influence = times(now.scores, inverse) * math.sqrt(k / max(k - c.size, 1))
     found = Surface(runs.points.shape[1], degrees, c, crossed(influence, influence), k, influence, cut)
     return found if np.isfinite(found.covariance).all() else None
 
@@ -246,27 +245,18 @@ def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None, cut: Cut
     return c
 
 
-def _likelihood(c: Array, runs: Pool, rows: _Rows) -> float:
-    n = rows.middle.shape[1]
-    with np.errstate(over="ignore", invalid="ignore"):
-        z = (runs.x - times(rows.middle, c[:n])) * np.exp(-times(rows.spread, c[n:]))
-        value = float(scipy.special.log_ndtr(np.where(runs.fell, z, -z)).sum())
-    return value if math.isfinite(value) else -math.inf
+class _Sums(NamedTuple):
+    """Sums over the runs: ln likelihood, its slopes in the coefficients (motion, term), and expected information."""
+
+    likelihood: float
+    scores: Array
+    information: Array
 
 
-def _scores(c: Array, runs: Pool, rows: _Rows) -> tuple[Array, Array, Array]:
-    """Return z, the slopes of the runs' ln likelihood in the coefficients (run, term), and the expected information."""
-    n = rows.middle.shape[1]
-    inverse = np.exp(-times(rows.spread, c[n:]))
-    z = (runs.x - times(rows.middle, c[:n])) * inverse
-    log_density = -0.5 * z * z - 0.5 * math.log(2.0 * math.pi)
-    above, below = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
-    # (of the other outcome the ratio may overflow)
-    ratio = np.exp(log_density - np.where(runs.fell, above, below))
-    slope = np.where(runs.fell, ratio, -ratio)
-    weight = np.exp(2.0 * log_density - above - below)
-    by = np.concatenate([-inverse[:, None] * rows.middle, -z[:, None] * rows.spread], axis=1)
-    return z, slope[:, None] * by, crossed(weight[:, None] * by, by)
+def _sums(c: Array, runs: Pool, rows: _Rows) -> _Sums:
+    scores, information = np.zeros((int(runs.motion.max()) + 1, c.size)), np.zeros((c.size, c.size))
+    likelihood = engine.add_scores(*rows, c, runs.x, runs.fell, runs.motion, scores, information)
+    return _Sums(likelihood, scores, information)
 
 
 def _solved(information: Array, score: Array) -> Array | None:

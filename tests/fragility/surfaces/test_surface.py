@@ -7,6 +7,7 @@ import pytest
 import scipy
 import statsmodels.api as sm
 
+from toppling.fragility.kernels.surfaces import add_scores
 from toppling.fragility.surfaces.surface import Pool, added_terms, basis, exponents, fit_surface
 
 
@@ -56,6 +57,56 @@ def test_likelihood_is_greatest():
     )
     assert loss(found.coefficients) <= other.fun + 1e-6
     np.testing.assert_allclose(found.coefficients, other.x, atol=2e-4)
+
+
+class TestSums:
+    """One pass over the runs, against the likelihood written down plainly and its differences."""
+
+    C = np.array([0.2, -0.1, 0.3, 0.05, -0.2, 0.1, -1.0, 0.3, 0.1])
+
+    @staticmethod
+    def rows(runs):
+        return basis(runs.points, 2), basis(runs.points, 1)
+
+    def sums(self, runs, c):
+        scores, information = np.zeros((int(runs.motion.max()) + 1, c.size)), np.zeros((c.size, c.size))
+        value = add_scores(*self.rows(runs), c, runs.x, runs.fell, runs.motion, scores, information)
+        return value, scores, information
+
+    def plain(self, runs, c):
+        middle, spread = self.rows(runs)
+        z = (runs.x - middle @ c[:6]) / np.exp(spread @ c[6:])
+        return scipy.special.log_ndtr(np.where(runs.fell, z, -z)), z
+
+    # (levels from near the medians to 40 dispersions away, where one outcome has a probability of 1e-350)
+    @pytest.mark.parametrize("away", [1.0, 10.0, 100.0])
+    def test_likelihood_and_slopes(self, away):
+        runs = pool(motions=30)
+        runs = runs._replace(x=away * runs.x)
+        value, scores, _ = self.sums(runs, self.C)
+        assert value == pytest.approx(self.plain(runs, self.C)[0].sum(), rel=1e-13)
+        step = 1e-6
+        for term in range(self.C.size):
+            e = step * (np.arange(self.C.size) == term)
+            slopes = (self.plain(runs, self.C + e)[0] - self.plain(runs, self.C - e)[0]) / (2.0 * step)
+            of_motions = np.bincount(runs.motion, slopes)
+            np.testing.assert_allclose(scores[:, term], of_motions, rtol=1e-6, atol=1e-6 * np.abs(of_motions).max())
+
+    def test_information_is_the_mean_of_squared_slopes(self):
+        runs = pool(motions=20)
+        _, _, information = self.sums(runs, self.C)
+        _, z = self.plain(runs, self.C)
+        middle, spread = self.rows(runs)
+        by = -np.concatenate([middle, z[:, None] * spread * np.exp(spread @ self.C[6:])[:, None]], axis=1)
+        by /= np.exp(spread @ self.C[6:])[:, None]
+        p = scipy.special.ndtr(z)
+        weight = np.exp(-(z**2)) / (2.0 * math.pi * p * (1.0 - p))
+        np.testing.assert_allclose(information, (by * weight[:, None]).T @ by, rtol=1e-9, atol=1e-9)
+
+    def test_a_run_that_cannot_be(self):
+        runs = pool(motions=5)
+        assert self.sums(runs._replace(x=runs.x + 1e12), self.C)[0] == -math.inf
+        assert self.sums(runs, self.C * np.r_[np.ones(6), 1e9 * np.ones(3)])[0] == -math.inf
 
 
 def test_medians_and_dispersions_are_those_of_the_truth():
