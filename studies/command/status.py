@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ...wording import part_text
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
-from ..store.manifest import MOST_RUNS, REACHED, REFUSED, kept_chunks, read_manifest
+from ..store.manifest import MOST_RUNS, REACHED, REFUSED, kept_runs, read_manifest
 from ..store.netcdf import load_small, title_of
 from ..text.error import StudyError
 
@@ -68,17 +68,7 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
         if running:
             return StudyStatus("running", "a study that is being read", 0, 0, 0, 0)
         raise StudyError(f"{folder}: holds no study")
-    calls: list[dict[str, Any]] = manifest["calls"]
-    found = kept_chunks(folder)
-    chunks = runs = known = 0
-    for i, one in enumerate(calls):
-        first = 0
-        for number, each in one["chunks"]:
-            kept = sum(first <= chunk < first + number for chunk in found.get(i, ()))
-            chunks += kept
-            runs += kept * each
-            first += number
-        known += first
+    chunks, runs, known = kept_runs(folder, manifest)
     return StudyStatus(
         "running" if running else "interrupted",
         _printable(manifest.get("title", "")),

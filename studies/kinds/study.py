@@ -44,7 +44,7 @@ from ..plan.risk import Risk
 from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
-from ..store.manifest import MOST_RUNS
+from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
 from ..store.resources import Resources, chunks_of, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
@@ -426,7 +426,10 @@ class Study(ABC):
                 results = results.assign_attrs(machines=json.dumps(machines_of(folder)))
             except KeyboardInterrupt:
                 log.warning("interrupted: %s", watch.words)
-                kept = f"{watch.count} kept in {folder}"
+                # (of runs kept before, a study that goes on wave by wave may not have come to all yet)
+                manifest = read_manifest(folder)
+                runs = watch.runs if manifest is None else kept_runs(folder, manifest)[1]
+                kept = f"{watch.count_of(runs)} kept in {folder}"
                 how = " without --fresh" if fresh else ""
                 raise Interrupted(stop.number, f"interrupted with {kept}; the same command{how} goes on") from None
             except BaseException as error:

@@ -79,6 +79,21 @@ def kept_chunks(folder: Path) -> dict[int, set[int]]:
     return found
 
 
+def kept_runs(folder: Path, manifest: dict[str, Any]) -> tuple[int, int, int]:
+    """Return how many chunks are kept in a folder, how many runs they hold, and how many chunks its manifest names."""
+    found = kept_chunks(folder)
+    chunks = runs = known = 0
+    for i, one in enumerate(manifest["calls"]):
+        first = 0
+        for number, each in one["chunks"]:
+            kept = sum(first <= chunk < first + number for chunk in found.get(i, ()))
+            chunks += kept
+            runs += kept * each
+            first += number
+        known += first
+    return chunks, runs, known
+
+
 def refuse_link(shards: Path) -> None:
     """Raise a StudyError where the folder of shards is a link, because the files behind it must not be removed."""
     if shards.is_symlink():

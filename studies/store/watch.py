@@ -142,7 +142,11 @@ class Watch:
     @property
     def count(self) -> str:
         """The number of runs so far, of how many where that is known."""
-        return f"{self.runs:,} runs" if self.most else f"{self.runs:,} of {self.total:,} runs"
+        return self.count_of(self.runs)
+
+    def count_of(self, runs: int) -> str:
+        """Return a number of runs, of how many where that is known."""
+        return f"{runs:,} runs" if self.most else f"{runs:,} of {self.total:,} runs"
 
     @property
     def words(self) -> str:

@@ -359,9 +359,11 @@ def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_p
     for at in (4, 2, 3, 5):
         calls.clear()
         monkeypatch.setattr(adaptive, "run_wave", partial(killed, at))
-        with pytest.raises(KeyboardInterrupt, match=r"interrupted with [0-9,]+ runs kept in"):
+        with pytest.raises(KeyboardInterrupt, match=r"interrupted with [0-9,]+ runs kept in") as raised:
             study(PRECISE).run(tmp_path / "out")
         found = status_of(tmp_path / "out")
+        # (among the repeated waves, too, it says what is kept, and not how far it has come)
+        assert f"interrupted with {found.runs:,} runs kept" in str(raised.value)
         said.append((found.runs, found.reached))
     assert said[0] == said[1] == said[2]
     assert said[0][1].startswith("96 motions, 0 of 2 curves stopped; widest interval of a median: ±")
