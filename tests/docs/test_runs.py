@@ -1,5 +1,6 @@
 """docs/runs.md: verdicts as those of analyses, an exponent that is known, and cells that are computed again."""
 
+import re
 import sys
 from importlib import import_module
 from itertools import pairwise
@@ -52,14 +53,22 @@ def test_a_known_exponent_is_found(runs, slope):
 
 
 def test_cells_are_computed_again(runs, found):
-    """Changes by 1 % of the factor and of e, with their intervals, as the page has them."""
+    """Changes by 1 % of the factor and of e, with their intervals, as the page has them.
+
+    Motions differ in their last digits between processors, and with them some hundred of the 24,000 verdicts.
+    """
     factors = runs.about_the_median(found)
     before = runs.falls(found.motions, factors)
     changed = (runs.falls(found.motions, factors * 1.01) != before).mean(axis=1)
-    assert f"| 1 | {runs.share(runs.interval(changed))} |" in TEXT
     e = tp.EnergyConsistent().restitution(runs.BLOCK)
     other = (runs.falls(found.motions, factors, law=tp.EnergyConsistent(e=1.01 * e)) != before).mean(axis=1)
-    assert f"| e larger by 1 % | {runs.share(runs.interval(other))} |" in TEXT
+    for name, shares in (("1", changed), ("e larger by 1 %", other)):
+        stated, computed = (
+            [float(value) for value in re.findall(r"\d+\.\d", text)]
+            for text in (re.search(rf"\| {name} \| (.*) \|", TEXT)[1], runs.share(runs.interval(shares)))
+        )
+        assert len(stated) == 3
+        np.testing.assert_allclose(computed, stated, atol=0.35)
 
 
 def test_intervals_and_first_falls_of_a_known_set(runs, found, monkeypatch):

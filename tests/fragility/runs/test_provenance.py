@@ -134,6 +134,9 @@ OTHERS = {
 }
 
 
+SLOW = ("rank_measures",)
+
+
 def pooled():
     """Pooled curves of few motions."""
     shakes = motions.CloughPenzien(duration=4.0, dt=0.02)
@@ -152,7 +155,9 @@ def test_all_public_functions_are_here():
     assert {name for name in fragility.__all__ if returns_a_dataset(name)} == {*CALLS}
 
 
-@pytest.mark.parametrize("name", [*CALLS, *OTHERS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in (*CALLS, *OTHERS)]
+)
 def test_says_what_it_is_and_survives_a_file(name, runs, curves, tmp_path):
     found = (CALLS | OTHERS)[name](runs, curves, tmp_path)
     for key, one in found.variables.items():
