@@ -112,7 +112,7 @@ class TestRanges:
 
     @pytest.mark.slow
     @pytest.mark.parametrize(("law", "options"), CASES, ids=label)
-    @settings(max_examples=1500, **REPEATABLE)
+    @settings(max_examples=800, **REPEATABLE)
     @given(draw=draws())
     def test_anywhere_again(self, law, options, draw):
         """The same, twenty-five times as many and ten times as long."""
