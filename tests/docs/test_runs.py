@@ -68,7 +68,7 @@ def test_cells_are_computed_again(runs, found):
             for text in (re.search(rf"\| {name} \| (.*) \|", TEXT)[1], runs.share(runs.interval(shares)))
         )
         assert len(stated) == 3
-        np.testing.assert_allclose(computed, stated, atol=0.35)
+        np.testing.assert_allclose(computed, stated, atol=0.25)
 
 
 def test_intervals_and_first_falls_of_a_known_set(runs, found, monkeypatch):
