@@ -156,10 +156,10 @@ def first_line(path: Path) -> str:
     return " ".join(text.split()) if text.endswith(".") else docstring(path)
 
 
-def rooms_of(root: Path = ROOT) -> list[Room]:
+def rooms_of(used_by: Uses, root: Path = ROOT) -> list[Room]:
     """Return all rooms, package by package, those of low floors first."""
     found = []
-    for place, floor in floors(uses(root)).items():
+    for place, floor in floors(used_by).items():
         package, _, name = place.partition("/")
         path = root / place
         if path.is_dir():
@@ -365,10 +365,11 @@ def _path(d: str) -> str:
 
 def main(folder: Path = HERE) -> None:
     """Write the tables and the drawing."""
-    rooms = rooms_of()
+    used_by = uses()
+    rooms = rooms_of(used_by)
     path = folder / "architecture.md"
     path.write_text(page(path.read_text(encoding="utf-8"), rooms), encoding="utf-8")
-    (folder / "architecture.svg").write_text(svg(rooms, package_arrows(uses())), encoding="utf-8")
+    (folder / "architecture.svg").write_text(svg(rooms, package_arrows(used_by)), encoding="utf-8")
 
 
 if __name__ == "__main__":

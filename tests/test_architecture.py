@@ -1,6 +1,7 @@
 """Rooms, floors, kernel folders, names and the architecture page, held to the code as it is."""
 
 import ast
+import functools
 import importlib.util
 import re
 import shutil
@@ -103,12 +104,20 @@ def load(name):
 
 
 drawing = load("drawing")
-USES = drawing.uses()
-ROOMS = drawing.rooms_of()
-FOLDERS = [f"{room.package}/{room.name}" for room in ROOMS if room.modules]
+FOLDERS = sorted({"/".join(place[:-1]) for place in drawing.modules() if len(place) > 2})
 CODE = {
     path: ROOT.joinpath(*path).with_suffix(".py") for path in [*drawing.modules(), *((one,) for one in drawing.BELOW)]
 }
+
+
+@functools.cache  # (seconds of parsing, which each process of a run of tests would take to collect)
+def uses():
+    return drawing.uses()
+
+
+@functools.cache
+def rooms():
+    return drawing.rooms_of(uses())
 
 
 def tree(path):
@@ -137,9 +146,9 @@ def files_of(root, texts):
 class TestImports:
     def test_rooms_use_only_lower_floors(self):
         """A circle of rooms raises; without one, every room stands above all that it uses."""
-        floors = drawing.floors(USES)
-        assert len(floors) == len(ROOMS) > 50
-        for room, used in USES.items():
+        floors = drawing.floors(uses())
+        assert len(floors) == len(rooms()) > 50
+        for room, used in uses().items():
             assert all(floors.get(one, 0) < floors[room] for one in used), room
         declared = enumerate(FLOORS.strip().split("\n\n"), start=1)
         assert floors == {room: floor for floor, text in declared for room in text.split()}
@@ -168,7 +177,7 @@ class TestImports:
             follow(module)
 
     def test_packages_use_only_those_below_them(self):
-        arrows = drawing.package_arrows(USES)
+        arrows = drawing.package_arrows(uses())
         assert {pair for pair in arrows if pair[1] not in drawing.BELOW} == ALLOWED
         assert {used for _, used in arrows} <= {*drawing.PACKAGES, *drawing.BELOW}
 
@@ -237,11 +246,11 @@ class TestImports:
 class TestKernels:
     def test_kernel_folders_import_only_the_decorator(self):
         for room in KERNEL_FOLDERS:
-            assert USES[room] == {"compiled"}, room
+            assert uses()[room] == {"compiled"}, room
 
     def test_kernels_are_defined_in_kernel_folders_only(self):
         """Only rooms that import the decorator can define a kernel, for only `NUMBA` knows of numba's own."""
-        assert {room for room, used in USES.items() if "compiled" in used} == KERNEL_FOLDERS
+        assert {room for room, used in uses().items() if "compiled" in used} == KERNEL_FOLDERS
         assert {folder for folder in FOLDERS if folder.endswith("/kernels")} <= KERNEL_FOLDERS
 
     def test_numba_is_imported_by_what_compiles_alone(self):
@@ -311,7 +320,7 @@ class TestNames:
     def test_no_room_bears_a_public_name(self, package):
         """A module or folder of that name would be an attribute of the package, and hide the function."""
         short = package.__name__.split(".")[1]
-        names = {room.name.split("/")[0].removesuffix(".py") for room in ROOMS if room.package == short}
+        names = {room.name.split("/")[0].removesuffix(".py") for room in rooms() if room.package == short}
         assert len(names) > 5
         assert not names & set(package.__all__)
 
@@ -320,11 +329,11 @@ class TestNames:
         assert not set(drawing.BELOW) & set(tp.__all__)
 
     def test_rooms_are_of_few_modules(self):
-        sizes = {f"{room.package}/{room.name}": len(room.modules) for room in ROOMS if room.modules}
+        sizes = {f"{room.package}/{room.name}": len(room.modules) for room in rooms() if room.modules}
         assert {room for room, size in sizes.items() if size < 2} == set(ONE_MODULE)
         assert max(sizes.values()) + 1 <= 18  # (with __init__)
         for package in drawing.PACKAGES:
-            assert sum(not room.modules for room in ROOMS if room.package == package) <= 18, package
+            assert sum(not room.modules for room in rooms() if room.package == package) <= 18, package
 
     @pytest.mark.parametrize("folder", FOLDERS)
     def test_the_face_of_a_room_is_one_paragraph(self, folder):
@@ -351,20 +360,20 @@ class TestPage:
     drawn = (ROOT / "docs/architecture.svg").read_text(encoding="utf-8")
 
     def test_tables_are_of_today(self):
-        assert drawing.page(self.text, ROOMS) == self.text, "run `make drawing`"
+        assert drawing.page(self.text, rooms()) == self.text, "run `make drawing`"
 
     def test_the_drawing_is_of_today(self):
-        assert drawing.svg(ROOMS, drawing.package_arrows(USES)) == self.drawn, "run `make drawing`"
+        assert drawing.svg(rooms(), drawing.package_arrows(uses())) == self.drawn, "run `make drawing`"
         # as many arrows as there are between packages
         assert len(re.findall(r"marker-end", self.drawn)) == len(ALLOWED)
 
     def test_every_room_and_module_is_on_the_page(self):
         made = self.text.split(drawing.BEGIN)[1]
-        for room in ROOMS:
+        for room in rooms():
             assert room.text, f"{room.package}/{room.name} has no docstring"
             assert f"| `{room.name}{'/' if room.modules else ''}` | " in made
             assert f">{room.name}{'/' if room.modules else ''}</text>" in self.drawn
-        listed = sum(len(room.modules) or 1 for room in ROOMS)
+        listed = sum(len(room.modules) or 1 for room in rooms())
         assert listed == len([place for place in drawing.modules() if place[-1] != "__init__"])
 
     def test_folders_that_the_page_names_are_there(self):

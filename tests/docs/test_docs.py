@@ -19,6 +19,7 @@ import browser
 import pytest
 
 from toppling.studies.command.cli import main as command
+from toppling.studies.film import frames
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -225,8 +226,9 @@ RUN_COMMANDS = [one for one in ALL_COMMANDS if " ".join(one) not in COMMANDS_NOT
     [pytest.param(one, marks=[] if set(one) & QUICK_WORDS else [pytest.mark.slow]) for one in RUN_COMMANDS],
     ids=" ".join,
 )
-def test_commands_run(words, reader, small_results, capsys):
-    """Commands of the pages, as they are; studies say what they would take, results are of five motions."""
+def test_commands_run(words, reader, small_results, monkeypatch, capsys):
+    """Commands of the pages; studies say what they would take, results are of five motions, films are short."""
+    monkeypatch.setattr(frames, "MOST_FRAMES", 100)  # (so that they have 5 frames a second)
     small_results(" ".join(words), reader)
     arguments = list(words[1:])
     if arguments[0] == "run" and "--dry-run" not in arguments:

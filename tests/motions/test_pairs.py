@@ -325,13 +325,13 @@ class TestFiles:
 
     @pytest.mark.slow
     def test_hostile_names(self):
-        """10⁴ sets of names: each file is in exactly one recording, or one sentence names some of them."""
+        """3,000 sets of names: each file is in exactly one recording, or one sentence names some of them."""
         rng = np.random.default_rng(7)
         parts = [*"aé -_.[ne0\n", "RSN1", "AOM001", "..", "%s", "000", "090", "360"]
         directions = ["000", "090", "-N", "e", "up", "z", ""]
         shaking = [wave(np.sin(2.0 * np.pi * f * T[:400]), f"wave {f}") for f in range(1, 8)]
         joined = refused = 0
-        for _ in range(10_000):
+        for _ in range(3000):
             stems = ["".join(rng.choice(parts, rng.integers(1, 5))) for _ in range(rng.integers(1, 3))]
             ends = rng.choice(["NS", "EW", "UD", "NS1", "EW2", "AT2", "csv", "", "ns", "E", "090"], 2)
             names = {f"{stem}{one}.{ends[0]}" for stem in stems for one in ("000", "090")}
@@ -349,8 +349,8 @@ class TestFiles:
             assert all(list(one["component"].values[:2]) == ["h1", "h2"] for one in pairs)
             sources = [row.tobytes() for one in pairs for row in one.values[0]]
             assert len(set(sources)) == len(read)
-        assert joined > 100
-        assert refused > 1000
+        assert joined > 30
+        assert refused > 300
 
 
 class TestStudy:

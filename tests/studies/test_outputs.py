@@ -5,8 +5,10 @@ import shutil
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 import toppling as tp
+from toppling.studies.store.content import ATTRIBUTE, content_digest
 
 pytestmark = pytest.mark.slow  # (every kind of study is run, once, for all of these tests)
 
@@ -72,7 +74,7 @@ STUDIES = {
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Every variable of each kind of study, as its dimensions and unit."""
+    """Every variable of each kind of study, as its dimensions and unit; the same in memory and on the disk."""
     folder = tmp_path_factory.mktemp("studies")
     for table in EXAMPLES.glob("*.csv"):
         shutil.copy(table, folder)
@@ -112,7 +114,9 @@ def results(tmp_path_factory):
             text = re.sub(r"values = \[1e-4.*\]", "values = [1e-3, 0.05]", text.replace("\nmorris = 2", ""))
         (folder / f"{name}.toml").write_text(f"{before}{text}{after}", encoding="utf-8")
         study = tp.Study.from_toml(folder / f"{name}.toml")
-        data = study.run()
+        data = study.run(folder / name)
+        with xr.open_dataset(folder / name / "results.nc") as stored:
+            assert content_digest(stored) == content_digest(data) == data.attrs[ATTRIBUTE], name
         kind = found.setdefault(study.kind, {})
         for label, one in data.data_vars.items():
             kind.setdefault(str(label), set()).add((one.dims, one.attrs["units"], one.attrs["long_name"]))

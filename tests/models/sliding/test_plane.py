@@ -80,7 +80,8 @@ class TestPlane:
         [pytest.param(0.1, 1.0, False, marks=pytest.mark.slow), (0.25, 0.8, False), (0.2, 0.9, True)],
     )
     def test_against_dop853(self, static, ratio, lifted):
-        for k, (x, y) in enumerate(noise(3, seed=3, duration=3.0)):
+        # (a block that slides nearly all the time takes DOP853 minutes)
+        for k, (x, y) in enumerate(noise(3, seed=3, duration=3.0)[: 1 if static == 0.1 else 3]):
             vertical = 0.4 * np.roll(x, 40) if lifted else None
             expected = slide(np.stack([x, y]), 0.01, static, ratio * static, vertical)
             found = run(x, y, static, ratio, vertical)[0]

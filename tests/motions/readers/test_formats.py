@@ -461,8 +461,8 @@ class TestHostile:
 
     @pytest.mark.slow
     @pytest.mark.parametrize("name", SAMPLES)
-    def test_damaged_ten_thousand_times(self, tmp_path, name):
-        assert damage(tmp_path / "damaged.dat", SAMPLES[name].encode(), 10_000) > 1000
+    def test_damaged_three_thousand_times(self, tmp_path, name):
+        assert damage(tmp_path / "damaged.dat", SAMPLES[name].encode(), 3000) > 300
 
     @needs_shared
     @pytest.mark.slow
@@ -470,7 +470,7 @@ class TestHostile:
     def test_damaged_real_files(self, tmp_path, name):
         source = cut(name)
         assert mo.read(saved(tmp_path, source)).size > 100
-        assert damage(tmp_path / "damaged.dat", source.encode(), 10_000) > 1000
+        assert damage(tmp_path / "damaged.dat", source.encode(), 3000) > 300
 
 
 # the peak in the header of a real file, and that of the lines which `cut` leaves

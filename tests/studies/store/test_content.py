@@ -214,25 +214,6 @@ def test_a_study_that_is_not_finished(finished, tmp_path, capsys):
     assert "is not finished, there are no results to verify" in capsys.readouterr().err
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "studies/examples").glob("*.toml")))
-def test_every_kind_of_study(name, tmp_path):
-    """The examples' results have the same digest in memory and on the disk."""
-    text = (ROOT / f"studies/examples/{name}.toml").read_text(encoding="utf-8")
-    few = re.sub(r"(?m)^number = \d+", "number = 4", text)
-    if name.startswith("adaptive"):
-        few = few.replace("number = 4", "number = 40") + "\n[until.motions]\nleast = 32\n"
-    if name == "region":
-        few = few.replace("number = 4", "number = 400").replace("median = 0.1", "median = 0.5")
-    few = few.replace("[stripes.select]", '[stripes.select]\noutside = "keep"')  # (few motions do not agree)
-    for file in (ROOT / "studies/examples").glob("*.csv"):
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    (tmp_path / "study.toml").write_text(few, encoding="utf-8")
-    results = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
-    with xr.open_dataset(tmp_path / "out/results.nc") as stored:
-        assert content_digest(stored) == content_digest(results) == results.attrs[ATTRIBUTE]
-
-
 def test_a_finished_study_stays_as_it_is(tmp_path):
     """Run again, it is not written anew: notes on walls, on inputs that look odd and of its runs keep their order."""
     walls = f"{BLOCKS}wall_gap_mm = 20\n[[blocks]]\nwidth_m = 0.004\nheight_m = 0.02\n"

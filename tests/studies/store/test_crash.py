@@ -46,7 +46,7 @@ def uninterrupted(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", [1, 3])
 def test_killed_at_random_moments(study, tmp_path, uninterrupted, seed):
     """SIGKILL, five times in a row at random moments of the computing; then the same command gives the same bytes."""
     expected, seconds = uninterrupted
