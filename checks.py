@@ -135,6 +135,12 @@ def acceleration_units(what: str, units: Any) -> None:
         raise ValueError(f"{what} must be in m s-2, got units {units!r}")
 
 
+def callback(name: str, value: Any) -> None:
+    """Raise TypeError for what is neither None nor can be called: else it would fail after the first runs."""
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} must be a function, got {kind(value)}")
+
+
 def kind(value: Any) -> str:
     """Return the type of a value for a message; a class that was passed instead of an instance is named as such."""
     return f"the class {value.__name__} (call it)" if isinstance(value, type) else type(value).__name__

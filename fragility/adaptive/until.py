@@ -55,11 +55,10 @@ class Until:
         """Half width that is allowed: of ln(median) and ln(dispersion), of the rate over itself, of the probability."""
         return math.log1p(self.tolerance) if self.target in (MEDIAN, DISPERSION) else self.tolerance
 
-    @property
-    def words(self) -> str:
-        """The precision in words, such as ``until the median is within ±10 %``."""
+    def words(self, level: str = "") -> str:
+        """Return the precision in words, such as ``until the median is within ±10 %``; level: that of a probability."""
         if self.target == PROBABILITY:
-            return f"until the probability at {self.level:.4g} (SI) is within ±{self.tolerance:g}"
+            return f"until the probability at {level} is within ±{self.tolerance:g}"
         return f"until the {self.target} is within ±{100.0 * self.tolerance:g} %"
 
     def describe(self) -> dict[str, Any]:

@@ -143,6 +143,7 @@ def pooled(
     >>> dict(found["median"].sizes), found["stopped_because"].values.tolist()
     ({'block': 4, 'model': 1}, ['precision reached'])
     """
+    checks.callback("progress", progress)
     columns = BlockArray.of(blocks)
     plan = checked_plan(columns, models, motions, im, until, client, ground, polarity, blocks_per_motion, seed, hazard)
     variables = variables_of(columns)

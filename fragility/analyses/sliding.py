@@ -146,6 +146,7 @@ def slide_runs(
     """
     ratio = checks.number("kinetic_ratio", kinetic_ratio, above=0.0, at_most=1.0)
     number = checks.count("draws", draws, at_least=1)
+    checks.callback("progress", progress)
     mirrored = checks.choice("polarity", polarity, POLARITIES) == BOTH and POLARITY not in runs.coords
     plain, across = _components(records_of(runs, motions))
     blocks = blocks_of(runs)

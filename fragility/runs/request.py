@@ -124,6 +124,7 @@ def check_request(
     for name, value in (("skip", skip), ("screen", screen), ("compute", compute)):
         if not isinstance(value, bool):
             raise TypeError(f"{name} must be True or False, got {value!r:.40}")
+    checks.callback("progress", progress)
     checked = labelled_sequence("blocks", blocks, Block)
     if FALLEN_OFF in wanted and all(block.edge is None for block in checked):
         raise ValueError(f"outputs: {FALLEN_OFF} needs a block near an edge (Block(…, edge=Edge(…))), got none")

@@ -277,6 +277,7 @@ def assess(
     inventory = placed_on_axes(inventory, shaking, laws)
     floors = shaking.used(inventory)
     scaled = shaking.scaled(levels, im)
+    checks.callback("progress", progress)
     beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
     refuse_modelling(beta, inventory, shaking, hazard is not None)
     run, mixture = scaled, None

@@ -88,6 +88,7 @@ def animate(
     pixels = checks.count("size", size, at_least=SMALLEST)
     if pixels > LARGEST or pixels % 2:
         raise ValueError(f"size must be even and at most {LARGEST} pixels, got {pixels}")
+    checks.callback("progress", progress)
     frames = frames_of(response, speed=speed, fps=fps)
     block = block_of(response)
     with (

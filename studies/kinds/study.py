@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
+from ... import checks
 from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility.hazard.curve import HazardCurve
@@ -354,9 +355,13 @@ class Study(ABC):
             study's results or parts, or results that were edited, and `resume` is set.
         ClusterError
             The cluster cannot do the work, or no longer.
+        TypeError
+            `progress` or `watching` is no function.
         KeyboardInterrupt
             Interrupted (SIGINT or SIGTERM): chunks in flight were finished and kept; a second signal leaves them.
         """
+        checks.callback("progress", progress)
+        checks.callback("watching", watching)
         if out is None:
             found = self._labelled(self._runner(client, never), progress)
             return sealed(found.assign_attrs(machines=json.dumps([engine_identity()["processor"]])))

@@ -38,6 +38,7 @@ from ...motions.arrays import BOTH_AXES, REVERSE_OF
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.kept_motions import KEPT_BYTES, KeptMotions
 from ...wording import counted
+from ..text.words import value_in
 from .reading import UNREAD, Reading
 
 if TYPE_CHECKING:
@@ -271,7 +272,9 @@ class Sequential(OfRuns):
     @property
     def words(self) -> str:
         ways = " both ways" if self.both else " about both axes" if self.about == 2 else ""
-        return f"up to {counted(self.until.most, 'motion')}{ways} at adaptive levels, {self.until.words}"
+        measure = intensity_measure(self.im)
+        until = self.until.words(value_in(self.until.level, "1" if measure is None else measure.units))
+        return f"up to {counted(self.until.most, 'motion')}{ways} at adaptive levels, {until}"
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
         found = np.zeros(runs.sizes["block"])
@@ -364,7 +367,7 @@ class Pooled(Design):
     @property
     def words(self) -> str:
         ways = " both ways" if self.both_ways else ""
-        return f"up to {counted(self.until.most, 'motion')}{ways} for one surface, {self.until.words}"
+        return f"up to {counted(self.until.most, 'motion')}{ways} for one surface, {self.until.words()}"
 
     @property
     def expected(self) -> tuple[int, int, int]:

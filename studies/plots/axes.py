@@ -20,7 +20,14 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import (
+    FuncFormatter,
+    LogFormatterSciNotation,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+    NullLocator,
+)
 from numpy.typing import NDArray
 
 __all__ = [
@@ -264,6 +271,15 @@ def plain_log(ax: Axes) -> None:
         if isinstance(one, MinorTicks):
             one.remove()
     ax.add_artist(MinorTicks(ax))
+
+
+def plain_log_y(ax: Axes) -> None:
+    """Write plain numbers on a logarithmic y-axis, several within a decade unless there are more than two."""
+    low, high = ax.get_ylim()
+    ax.yaxis.set_major_locator(ShownTicks((1.0,) if high > 200.0 * low else (1.0, 2.0, 5.0), 5))
+    tiny = LogFormatterSciNotation()
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}" if value >= 1e-3 else str(tiny(value))))
+    ax.yaxis.set_minor_formatter(NullFormatter())
 
 
 class ShownTicks(LogLocator):

@@ -15,7 +15,7 @@ from matplotlib.tri import Triangulation
 
 from ...aliases import Array
 from ...units import STANDARD_GRAVITY
-from ..text.words import axis_of, display_unit, measure_name
+from ..text.words import display_unit, measure_name
 from . import axes
 
 MOST_POINTS = 3000
@@ -32,7 +32,7 @@ FLAT = 1e-3
 
 def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield maps of the medians, and of the rates where there are any, each with its name."""
-    scale, unit = display_unit(axis_of(results))
+    scale, unit = display_unit(results["median"])
     measure = measure_name(str(results.attrs["im"]))
     quantities = [("median", f"median {measure}{f' ({unit})' if unit else ''}", scale)]
     if "rate" in results:
@@ -43,7 +43,7 @@ def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 def event_figure(results: xr.Dataset) -> Figure:
     """Return how often more than a share of the region falls in one event, a panel for each law."""
-    scale, unit = display_unit(axis_of(results))
+    scale, unit = display_unit(results["event_level"])
     measure = measure_name(str(results.attrs["im"]))
     laws, events = results.sizes["model"], results.sizes["event_motion"]
     columns = axes.columns_for(laws)
@@ -177,6 +177,7 @@ def _line(ax: Axes, one: xr.Dataset, slender: Array, size: Array, name: str, wor
     ax.fill_between(x[order], low, high, color=axes.colour(0), alpha=0.25, lw=0.0)
     ax.plot(x[order], one[name].values[order] / scale, color=axes.colour(0), marker="" if x.size > 20 else "o", ms=4)
     ax.set_yscale("log")
+    axes.plain_log_y(ax)
     ax.set_xlabel("size R, m" if by_size else "height of the mass centre over half the width")
     ax.set_ylabel(words)
     axes.grid(ax)

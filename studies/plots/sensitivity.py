@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import PercentFormatter
 
 from ... import checks
 from ...aliases import Array, Index
@@ -357,11 +357,7 @@ def _x_axis(results: xr.Dataset, ax: Axes) -> None:
 def _y_axis(quantity: str, ax: Axes) -> None:
     if quantity in SCALED:
         ax.set_yscale("log")
-        low, high = ax.get_ylim()
-        few = (1.0,) if high > 200.0 * low else (1.0, 2.0, 5.0)
-        ax.yaxis.set_major_locator(LogLocator(subs=few))
-        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        ax.yaxis.set_minor_formatter(NullFormatter())
+        axes.plain_log_y(ax)
     elif quantity in ("probability", "flipped", "excess"):
         ax.yaxis.set_major_formatter(PercentFormatter(1.0))
 

@@ -61,7 +61,11 @@ INPUTS = {
 
 def display_unit(level: xr.DataArray) -> tuple[float, str]:
     """Return the divisor that converts an SI level to its display unit, and that unit: g for accelerations, SI else."""
-    units = level.attrs.get("units", "1")
+    return display_of(level.attrs.get("units", "1"))
+
+
+def display_of(units: str) -> tuple[float, str]:
+    """Return the same of the SI unit of a level."""
     if units == ACCELERATION:
         return STANDARD_GRAVITY, "g"
     return 1.0, {VELOCITY: "m/s", "1": ""}.get(units, units)
@@ -69,7 +73,12 @@ def display_unit(level: xr.DataArray) -> tuple[float, str]:
 
 def level_text(value: float, like: xr.DataArray) -> str:
     """A level with its display unit, to three digits."""
-    scale, unit = display_unit(like)
+    return value_in(value, like.attrs.get("units", "1"))
+
+
+def value_in(value: float, units: str) -> str:
+    """A value in an SI unit with its display unit, to three digits."""
+    scale, unit = display_of(units)
     return f"{value / scale:.3g}{f' {unit}' if unit else ''}"
 
 

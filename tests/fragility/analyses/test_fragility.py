@@ -12,7 +12,7 @@ from scipy.special import ndtr
 from scipy.stats import binomtest
 
 import toppling as tp
-from toppling.fragility import Work, plan_chunks, run_chunk, screen, wilson_interval
+from toppling.fragility import Work, plan_chunks, pooled, run_chunk, screen, slide_runs, wilson_interval
 from toppling.fragility.runs.plan import OUTPUT_TYPES, SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE
 from toppling.fragility.runs.request import OUTPUTS
 from toppling.fragility.runs.scaling import scaling
@@ -122,6 +122,21 @@ class TestIda:
         ):
             far = tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS), client=client)
         xr.testing.assert_identical(far, result)
+
+    def test_progress_is_a_function(self):
+        """Refused before any run."""
+        made = []
+        for call in (
+            lambda: tp.ida(BLOCKS, MODELS, motions(), LEVELS, progress=3),
+            lambda: tp.ida(BLOCKS, MODELS, motions(), "adaptive", progress=3),
+            lambda: tp.stripes(BLOCKS, MODELS, [motions()], [1.0], progress=3),
+            lambda: tp.cloud(BLOCKS, MODELS, motions(), progress=3),
+            lambda: pooled(BLOCKS, MODELS, (made.append(one) or one for one in motions()), progress=3),
+            lambda: slide_runs(None, motions(), 0.3, progress=3),
+        ):
+            with pytest.raises(TypeError, match="progress must be a function, got int"):
+                call()
+        assert made == []
 
     def test_progress_counts_every_run_once(self):
         seen = []

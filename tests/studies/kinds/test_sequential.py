@@ -396,6 +396,11 @@ def test_kills_change_nothing(until, hazard, number, tmp_path):
     assert same_after_kills(tmp_path, number)
 
 
+def test_the_level_of_a_probability_has_the_unit_of_other_levels(study):
+    at = 'probability = { level = 0.4, unit = "g", within = 0.05 }'
+    assert "until the probability at 0.4 g is within ±0.05" in study(STUDY.replace("median = 0.15", at)).words
+
+
 def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
     results, _ = finished
     one = study()
