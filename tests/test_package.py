@@ -94,8 +94,8 @@ class TestWheel:
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
 
     @pytest.mark.slow
-    def test_imports_and_runs_elsewhere(self, built):
-        """Every module imports from the installed wheel, and a study runs there, far from the sources."""
+    def test_imports_elsewhere(self, built):
+        """Every module imports from the installed wheel; `.ci/environments` runs a study there."""
         folder, wheel, _ = built
         target = folder / "installed"
         run([sys.executable, "-m", "pip", "install", "--no-deps", "--quiet", "--target", target, wheel], folder)
@@ -103,14 +103,13 @@ class TestWheel:
             "import importlib, json, sys, toppling\n"
             f"for name in {MODULES!r}: importlib.import_module(name)\n"
             "shake = toppling.motions.read(toppling.motions.example_path())\n"
-            "run = toppling.simulate(toppling.catalogue['bookcase-5-shelf'], toppling.HousnerImpact(), shake)\n"
-            "print(json.dumps([toppling.__file__, toppling.__version__, float(run.peak_rotation)]))\n"
+            "print(json.dumps([toppling.__file__, toppling.__version__, shake.sizes['time']]))\n"
         )
         path = run([sys.executable, "-c", code], folder, PYTHONPATH=str(target))
-        file, version, peak = json.loads(path)
+        file, version, samples = json.loads(path)
         assert file == str(target / "toppling" / "__init__.py")
         assert version == tp.__version__
-        assert 0.0 < peak <= np.pi / 2.0
+        assert samples > 100
 
     def test_sdist_holds_what_a_build_needs(self, built):
         import tarfile

@@ -387,7 +387,7 @@ def test_the_log_counts_runs_and_how_many_there_may_be(study, tmp_path, monkeypa
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("until", "hazard", "number"),
-    [("median = 0.02", "", 10), ("rate = 0.1", HAZARD, 4), ("median = 0.05", FRICTION, 4)],
+    [("median = 0.02", "", 10), ("rate = 0.2", HAZARD, 4), ("median = 0.08", FRICTION, 4)],
 )
 def test_kills_change_nothing(until, hazard, number, tmp_path):
     """Killed whenever it has kept something new, a study has the bytes of an undisturbed run."""
