@@ -257,14 +257,12 @@ def plain_log(ax: Axes) -> None:
     room = width_of(ax) / decades
     subs = (1.0, 2.0, 5.0) if room > 1.3 else (1.0, 3.0) if room > 0.9 else (1.0,)
     ax.xaxis.set_major_locator(ShownTicks(subs, max(1, int(width_of(ax) / LONG_NUMBER))))
-    # (small numbers are written as powers of ten, which do not overlap)
-    tiny = LogFormatterSciNotation()
 
     def text(value: float, _: int | None = None) -> str:
         left, right = ax.get_xlim()
         if right > (10.0 if value < 1e-3 else 100.0) * left and not _is_power(value):
             return ""
-        return f"{value:,g}" if value >= 1e-3 else str(tiny(value))
+        return plain_number(value)
 
     ax.xaxis.set_major_formatter(FuncFormatter(text))
     for one in ax.artists:
@@ -273,12 +271,16 @@ def plain_log(ax: Axes) -> None:
     ax.add_artist(MinorTicks(ax))
 
 
+def plain_number(value: float) -> str:
+    """Return the number of a tick; small ones are written with powers of ten, which do not overlap."""
+    return f"{value:,g}" if value >= 1e-3 else str(LogFormatterSciNotation()(value))
+
+
 def plain_log_y(ax: Axes) -> None:
     """Write plain numbers on a logarithmic y-axis, several within a decade unless there are more than two."""
     low, high = ax.get_ylim()
     ax.yaxis.set_major_locator(ShownTicks((1.0,) if high > 200.0 * low else (1.0, 2.0, 5.0), 5))
-    tiny = LogFormatterSciNotation()
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}" if value >= 1e-3 else str(tiny(value))))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
     ax.yaxis.set_minor_formatter(NullFormatter())
 
 

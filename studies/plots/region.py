@@ -139,7 +139,7 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
     filled = ax.tricontourf(shape, values[known], levels=levels, norm=LogNorm(low, high), cmap="viridis")
     ax.tricontour(shape, values[known], levels=levels[1:-1], colors="white", linewidths=0.6)
     bar = figure.colorbar(filled, ax=ax)
-    bar.set_ticks(levels[1:-1].tolist(), labels=[f"{one:.2g}" for one in levels[1:-1]])
+    bar.set_ticks(levels[1:-1].tolist(), labels=[axes.plain_number(float(f"{one:.2g}")) for one in levels[1:-1]])
     bar.set_label(words, fontsize=9)
     ax.set_xlabel("height of the mass centre over half the width")
     ax.set_ylabel("size R, m")
