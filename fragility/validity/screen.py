@@ -156,6 +156,7 @@ def screen(
         share = checks.number("undecided", undecided, at_least=0.0, at_most=1.0)
     if motions is None and share > 0.0:
         raise ValueError("motions must be given where undecided runs are looked for: they are run again")
+    checks.callback("progress", progress)
     asked = ScreenRequest(friction, bounds, share)
     runner = runner_of(client)
     if isinstance(runs, xr.Dataset):

@@ -44,8 +44,8 @@ def finish(study, out, *arguments, **options):
     )
 
 
-def same_after_kills(folder, number):
-    """True if a folder's study.toml, killed so often when it has kept something new, ends with the same bytes."""
+def same_after_ten_kills(folder):
+    """True if a folder's study.toml, killed ten times when it has kept something new, ends with the same bytes."""
     command = [sys.executable, "-m", "toppling", "run", "study.toml", "--out"]
     shards = folder / "out/shards"
 
@@ -53,7 +53,7 @@ def same_after_kills(folder, number):
         return len(list(shards.glob("*.nc"))) if shards.is_dir() else 0
 
     kills = 0
-    for _ in range(number):
+    for _ in range(10):
         before = kept()
         process = subprocess.Popen([*command, "out"], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while process.poll() is None and kept() <= before:
@@ -62,8 +62,8 @@ def same_after_kills(folder, number):
             os.kill(process.pid, signal.SIGKILL)
             kills += 1
         process.wait()
-    assert kills == number
-    assert kept() >= number
+    assert kills == 10
+    assert kept() >= 10
     for out in ("out", "undisturbed"):
         subprocess.run([*command, out], cwd=folder, check=True, capture_output=True)
     return (folder / "out/results.nc").read_bytes() == (folder / "undisturbed/results.nc").read_bytes()

@@ -133,6 +133,7 @@ class TestIda:
             lambda: tp.cloud(BLOCKS, MODELS, motions(), progress=3),
             lambda: pooled(BLOCKS, MODELS, (made.append(one) or one for one in motions()), progress=3),
             lambda: slide_runs(None, motions(), 0.3, progress=3),
+            lambda: screen(None, progress=3),
         ):
             with pytest.raises(TypeError, match="progress must be a function, got int"):
                 call()

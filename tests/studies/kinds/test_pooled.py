@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from real_processes import same_after_kills
+from real_processes import same_after_ten_kills
 
 import toppling as tp
 from toppling.fragility.surfaces.checks import BLOCKS, RUNS
@@ -496,4 +496,4 @@ def test_ten_kills_change_nothing(tmp_path):
     """Killed ten times, whenever it has kept something new, a study with rates has the bytes of an undisturbed run."""
     (tmp_path / "study.toml").write_text(STUDY.replace("0.25", "0.2") + HAZARD, encoding="utf-8")
     (tmp_path / "blocks.csv").write_text(csv(), encoding="utf-8")
-    assert same_after_kills(tmp_path, 10)
+    assert same_after_ten_kills(tmp_path)
