@@ -25,9 +25,9 @@ from .until import CONFIDENCE, DISPERSION, MEDIAN, PROBABILITY, RATE, Until
 LEVELS = (0, 2)
 """Key, under a seed and before the number of a motion, of the random numbers that its levels are drawn from."""
 RUNS = 3
-FEWEST_RUNS, MOST_RUNS = 2, 20
-EXPLORING = 6
-"""Runs a motion while nothing is known of the curve."""
+MOST_RUNS = 20
+PLACES = 3
+"""Levels that single runs of motions take in turns."""
 EXPLORATIONS = 6
 """Greatest number of waves in which nothing overturns, or everything."""
 STEP = math.log(8.0)
@@ -46,6 +46,11 @@ DISPERSIONS = (0.02, 2.0)
 """Range to which a rough dispersion is confined where it places levels."""
 SURELY = 2.0
 """Standard errors by which two estimates must differ to count as different."""
+
+
+def exploring(runs: int) -> int:
+    """Return the runs a motion while nothing is known of the curve, given those once it is."""
+    return min(2 * runs, MOST_RUNS)
 
 
 class WavePlan(NamedTuple):
@@ -93,7 +98,7 @@ class SequentialCurve:
     low, high : float
         Levels, > 0, between which the search begins.
     runs : int
-        Runs a motion, 2 to 20, once the curve is roughly known.
+        Runs a motion, 1 to 20, once the curve is roughly known; twice as many before.
     seed : int
     hazard : HazardCurve, optional
         Needed for the rate.
@@ -114,7 +119,7 @@ class SequentialCurve:
         hazard: HazardCurve | None = None,
     ) -> None:
         self.until = until
-        self._runs = checks.count("runs_per_motion", runs, at_least=FEWEST_RUNS)
+        self._runs = checks.count("runs_per_motion", runs, at_least=1)
         if self._runs > MOST_RUNS:
             raise ValueError(f"runs_per_motion must be at most {MOST_RUNS}, got {runs}")
         self._seed = checks.count("seed", seed)
@@ -144,7 +149,8 @@ class SequentialCurve:
         uniform = np.stack([stream(self._seed, *LEVELS, int(one)).random((2, MOST_RUNS)) for one in motions], axis=-1)
         if self._global is None:
             low, high = self._range
-            share = (np.arange(EXPLORING)[:, None] + uniform[0, :EXPLORING]) / EXPLORING
+            n = exploring(self._runs)
+            share = (np.arange(n)[:, None] + uniform[0, :n]) / n
             return self._unweighted(low + share * (high - low))
         uniform = uniform[:, : self._runs]
         scale = self.dispersion
@@ -155,10 +161,15 @@ class SequentialCurve:
             _, own, ways = np.unique(motions, return_inverse=True, return_counts=True)
             return WavePlan(np.exp(x), weights / ways[own])
         if self.until.target == DISPERSION:
-            z = np.linspace(-WIDE, WIDE, self._runs)[:, None] + JITTER * (2.0 * uniform[0] - 1.0)
+            z = WIDE * self._places(motions) + JITTER * (2.0 * uniform[0] - 1.0)
             return self._unweighted(self._global.log_median + scale * z)
-        z = np.repeat(np.linspace(-1.0, 1.0, self._runs)[:, None], len(motions), axis=1)
-        return self._unweighted(self._centre + self._distance() * z)
+        return self._unweighted(self._centre + self._distance() * self._places(motions))
+
+    def _places(self, motions: Index) -> Array:
+        """Return the places (run, motion) of levels between the outer ones, at -1 and 1."""
+        if self._runs == 1:
+            return np.linspace(-1.0, 1.0, PLACES)[motions % PLACES][None]
+        return np.repeat(np.linspace(-1.0, 1.0, self._runs)[:, None], len(motions), axis=1)
 
     def _distance(self) -> float:
         """Return the distance in ln level of the outer levels from the middle of local fits.

@@ -51,19 +51,21 @@ def next_wave(motions: int) -> int:
 _USUAL = {MEDIAN: 1.35, DISPERSION: 7.5, RATE: 42.0, PROBABILITY: 1.25}
 """Motions times the square of the half width that is allowed, counted on lognormal curves of dispersion 0.4 (a rate:
 under a hazard of slope 2.5) by `benchmarks.sequential`."""
+_OF_FEWER = {1: 1.4, 2: 1.1}
+"""Times as many motions where each has fewer runs than three, counted by `benchmarks.sequential.databases`."""
 _SPREAD = 2.5
 """Other curves take so many times as many motions, or as few: as dispersions of 0.25 and 0.63 do for a median."""
 
 
-def usual_motions(until: Until) -> tuple[int, int, int]:
-    """Return about how many motions a precision takes: few, usual, many.
+def usual_motions(until: Until, runs: int = 3) -> tuple[int, int, int]:
+    """Return about how many motions a precision takes with so many runs of each: few, usual, many.
 
     Examples
     --------
     >>> usual_motions(Until("median", 0.1))
     (128, 160, 384)
     """
-    usual = _USUAL[until.target] / until.room**2
+    usual = _USUAL[until.target] / until.room**2 * _OF_FEWER.get(runs, 1.0)
 
     def bounded(number: float) -> int:
         waves = WAVE * math.ceil(number / WAVE)
@@ -73,11 +75,28 @@ def usual_motions(until: Until) -> tuple[int, int, int]:
     return bounded(usual / _SPREAD), bounded(usual), bounded(usual * _SPREAD)
 
 
-class StoppingRule:
-    """State of the rule for one curve: how many looks in a row were good, and how long it is being confirmed."""
+def margin(motions: int, firm: float) -> float:
+    """Return the number of times that an interval must be narrower than asked at a look, 1.2 up to `firm` motions.
 
-    def __init__(self, until: Until) -> None:
-        self._until = until
+    The room is for intervals that happen to be estimated too narrow.  Their relative error falls with the root of the
+    number of motions, and so does the room beyond `firm` motions.
+
+    Examples
+    --------
+    >>> [round(margin(motions, 1024), 3) for motions in (64, 1024, 4096)]
+    [1.2, 1.2, 1.1]
+    """
+    return 1.0 + (MARGIN - 1.0) * math.sqrt(min(1.0, firm / max(motions, 1)))
+
+
+class StoppingRule:
+    """State of the rule for one curve: how many looks in a row were good, and how long it is being confirmed.
+
+    firm: as of `margin`; without it all looks have the same room to spare.
+    """
+
+    def __init__(self, until: Until, firm: float = math.inf) -> None:
+        self._until, self._firm = until, firm
         self._good = 0
         self._confirmed_at: int | None = None
 
@@ -106,7 +125,7 @@ class StoppingRule:
                 return REACHED
             self._confirmed_at, self._good = None, 0
         elif motions >= self._until.least:
-            self._good = self._good + 1 if MARGIN * ratio <= 1.0 else 0
+            self._good = self._good + 1 if margin(motions, self._firm) * ratio <= 1.0 else 0
             if self._good >= LOOKS:
                 self._confirmed_at = motions + max(CONFIRMING, math.ceil(CONFIRMING_SHARE * motions))
         if most or last:
@@ -115,12 +134,13 @@ class StoppingRule:
         return ""
 
 
-def motions_needed(motions: int, ratio: float) -> int:
+def motions_needed(motions: int, ratio: float, firm: float = math.inf) -> int:
     """Return about how many motions the precision takes in all, where `motions` give a half width `ratio` times it.
 
-    Errors fall with the root of the number of motions; the margin and the confirming wave are included.
+    Errors fall with the root of the number of motions; the margin (after `motions`) and the confirming wave are
+    included.
     """
     if not math.isfinite(ratio):
         return 0
-    enough = motions * max(1.0, MARGIN * ratio) ** 2
+    enough = motions * max(1.0, margin(motions, firm) * ratio) ** 2
     return math.ceil(enough + max(CONFIRMING, CONFIRMING_SHARE * enough))

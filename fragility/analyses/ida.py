@@ -117,7 +117,7 @@ def ida(
     hazard : HazardCurve, optional
         Of the measure of the levels, for ``until={"rate": …}``.
     runs_per_motion : int
-        Of adaptive levels, 2 to 20; the first motions, which look for the curve, are run at six levels.
+        Of adaptive levels, 1 to 20; the first motions, which look for the curve, have twice as many.
     seed : int
         Of adaptive levels: of the generator's motions, or of the order in which the motions of a set are taken, and of
         the levels.

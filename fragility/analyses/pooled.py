@@ -33,7 +33,6 @@ from ..runs.scaling import BlockMeasure
 from ..surfaces.curves import PooledCurves
 from ..surfaces.domain import domain_of, some_points
 from ..surfaces.evaluation import LawSurfaces, curves_at
-from ..surfaces.rate_checks import RatePlane
 from ..validity.plausibility import block_doubts
 from .region_runs import PooledPlan, PooledRuns, blocks_at, own_options, with_own
 from .surface_results import POOLED, surface_curves, surface_dataset, variables_of
@@ -169,7 +168,12 @@ def pooled(
         if one.near is not None and one.curve is not None
     ]
     if hazard is not None:
-        known = [one._replace(rates=_rates(found, k, one, hazard)) for k, one in enumerate(known)]
+        unit = found.unit(found.check_points)
+        curves = [curves_at(one, found.check_points, unit, hazard.pieces()[0]) for one in known]
+        rated = found.rates(curves)
+        known = [
+            one._replace(rates=None if own is None else own.plane) for one, own in zip(known, rated, strict=True)
+        ]
     surface = surface_dataset(plan, found, known, checked)
     described = {
         "design": POOLED,
@@ -189,13 +193,6 @@ def pooled(
         title="Pooled analysis of free-standing blocks", design=POOLED, im=plan.scaled.name, **provenance(described)
     )
     return surface.merge(surface_curves(surface, columns, hazard), combine_attrs="override")
-
-
-def _rates(found: PooledRuns, k: int, law: LawSurfaces, hazard: HazardCurve) -> RatePlane | None:
-    """Return what takes the rates of a law's curves to rates without a form."""
-    unit = found.unit(found.check_points)
-    checked = found.rates(k, curves_at(law, found.check_points, unit, hazard.pieces()[0]))
-    return None if checked is None else checked.plane
 
 
 def checked_plan(

@@ -16,7 +16,7 @@ from ...models.laws import oscillator_of
 from ...motions.plausibility import record_doubts
 from ...streams import stream
 from ...units import STANDARD_GRAVITY
-from ..adaptive.stopping import MARGIN, MOST_MOTIONS, NO_MORE, REACHED, motions_needed, next_wave
+from ..adaptive.stopping import MOST_MOTIONS, NO_MORE, REACHED, motions_needed
 from ..adaptive.until import Until
 from ..hazard.curve import HazardCurve
 from ..runs.axes import axes_of
@@ -24,7 +24,7 @@ from ..runs.request import Request, check_vertical
 from ..runs.runners import shared
 from ..runs.scaling import check_factors, name_at
 from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, Check, check_surface
-from ..surfaces.curves import PooledCurves
+from ..surfaces.curves import FIRM, PooledCurves
 from ..surfaces.domain import Domain, candidates, check_points, cut_check_points, design_weights, designed, normals
 from ..surfaces.evaluation import Curves
 from ..surfaces.rate_checks import STRATA, RateCheck, check_rates, rate_levels
@@ -32,13 +32,11 @@ from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave
 
-CHECKED_SHARE = 8
-"""A check takes an eighth of the motions of the surfaces, each under many more runs."""
+CHECKED_SHARE = 4
+"""A check takes a quarter of the motions of the surfaces."""
 RATE_KEY = (1, 5)
 """Key, under a seed and before the number of a motion, of the numbers that levels for its rate are drawn from."""
-GROWTH = 4
-"""A wave has a quarter of the motions so far at most: each takes a fit."""
-ALIKE, PARTS = 32, 16
+ALIKE, PARTS = 32, 8
 """Motions that share their blocks at least, and parts of a wave with blocks of their own at most: the many motions of a
 late wave would else weigh sixteen places of the region."""
 SHRUNK = 0.5
@@ -146,15 +144,8 @@ class PooledRuns:
         self._tell()
 
     def _next(self) -> int:
-        """Return how many motions to take now: a quarter of those so far, or fewer where the precision is near."""
-        least = next_wave(self._done)
-        going = [law for law in self.laws if not law.stopped]
-        confirmed = [law.confirmed_at for law in going]
-        if min(confirmed) > self._done:
-            return max(confirmed) - self._done
-        ratios = [law.ratios[-1][1] for law in going if law.ratios]
-        missing = self._done * (max(MARGIN * max(ratios), 1.0) ** 2 - 1.0) if ratios else math.inf
-        return max(least, math.ceil(min(missing, self._done // GROWTH)))
+        """Return how many motions to take now: until the first law that goes on has its next look."""
+        return min(law.next_wave for law in self.laws if not law.stopped)
 
     def _part(self, part: MotionWave, shares: Array, going: Sequence[int]) -> None:
         """Run blocks of their own under some motions of a wave."""
@@ -182,7 +173,7 @@ class PooledRuns:
         widest = max(going, key=lambda one: one.ratios[-1][1], default=None)
         if widest is not None:
             motions, ratio = widest.ratios[-1]
-            needed = min(self.plan.most, max(motions_needed(motions, ratio), motions))
+            needed = min(self.plan.most, max(motions_needed(motions, ratio, FIRM), motions))
             self._expected = math.ceil(self._runs * needed / max(self._done, 1)) + self._runs_of_checks(needed)
             reach = 100.0 * math.expm1(min(ratio * self.plan.until.room, 700.0))
             self.plan.request.runner.reached(
@@ -196,8 +187,12 @@ class PooledRuns:
         """Return the runs of one check of every law, and of its rates, after so many motions."""
         source = self.plan.source
         under = max(MOTIONS, motions // CHECKED_SHARE) if source.size is None else source.size
-        each = RUNS if self.plan.hazard is None else RUNS + STRATA
+        each = self._each(RUNS) + (0 if self.plan.hazard is None else self._each(STRATA))
         return len(self.laws) * len(self.check_points) * each * under
+
+    def _each(self, of_a_set: int) -> int:
+        """Return the runs of a checked block under each motion, given those under each motion of a set."""
+        return 1 if self.plan.source.size is None else of_a_set
 
     def _take(self, wave: MotionWave) -> None:
         """Check motions, and keep what is odd about them."""
@@ -280,8 +275,9 @@ class PooledRuns:
         unit = self._unit(blocks)[:, None, None]
         parts: list[tuple[Index, Array, Any]] = []
         for wave in self._others():
-            shares = np.broadcast_to(np.linspace(-1.0, 1.0, RUNS)[:, None, None], (RUNS, 1, len(wave.records)))
-            x = np.moveaxis(np.stack([law.near_medians(points, one) for one in shares]), 0, 1)
+            each, block = np.arange(self._each(RUNS))[:, None, None], np.arange(len(points))[:, None]
+            places = (each + block + wave.numbers) % RUNS
+            x = np.moveaxis(law.near_medians(points, np.linspace(-1.0, 1.0, RUNS)[places]), 0, 1)
             measured = plan.scaled.measured(wave, blocks)[0]
             parts.append((wave.numbers, x, self._fell(points, [k], wave, (x + unit)[None], measured)[0]))
             self._runs += x.size
@@ -289,21 +285,25 @@ class PooledRuns:
         motions, x, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
         return motions, x, fell
 
-    def rates(self, k: int, curves: Curves) -> RateCheck | None:
-        """Compare the rates of the curves of the blocks of a check with those of runs without a form."""
+    def rates(self, curves: Sequence[Curves]) -> list[RateCheck | None]:
+        """Compare, for each law, the rates of the curves of the blocks of a check with those of runs without a form."""
         plan = self.plan
         assert plan.hazard is not None
         blocks = blocks_at(plan.domain, self.check_points)
         parts: list[tuple[Index, Array, Any]] = []
         for wave in self._others():
-            drawn = [stream(plan.seed, *RATE_KEY, int(one)).random((2, STRATA)) for one in wave.numbers]
-            x, weights = rate_levels(plan.hazard, curves.log_curve_median, curves.dispersion, np.stack(drawn, axis=-1))
+            each = 2, self._each(STRATA)
+            drawn = np.stack([stream(plan.seed, *RATE_KEY, int(one)).random(each) for one in wave.numbers], axis=-1)
+            levels = [rate_levels(plan.hazard, one.log_curve_median, one.dispersion, drawn) for one in curves]
+            x, weights = (np.stack(one) for one in zip(*levels, strict=True))
             measured = plan.scaled.measured(wave, blocks)[0]
-            parts.append((wave.numbers, weights, self._fell(self.check_points, [k], wave, x[None], measured)[0]))
+            parts.append((wave.numbers, weights, self._fell(self.check_points, range(len(curves)), wave, x, measured)))
             self._runs += x.size
             self._tell()
         motions, weights, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
-        return check_rates(self.check_points, curves.rate, weights, fell, motions)
+        return [
+            check_rates(self.check_points, one.rate, weights[k], fell[k], motions) for k, one in enumerate(curves)
+        ]
 
     def _others(self) -> Iterator[MotionWave]:
         """Return motions of which the surfaces have no runs; all motions of a set."""

@@ -20,7 +20,7 @@ from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
 from ..runs.labels import law_coordinates
 from ..surfaces.checks import Check
-from ..surfaces.curves import PooledCurves
+from ..surfaces.curves import FIRM, PooledCurves
 from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
 from ..surfaces.gain import gain_words
@@ -172,7 +172,7 @@ def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Che
     text = f"±{100.0 * reach:.1f} % at most for the medians of {blocks} after {law.motions:,} motions, {asked} asked"
     if law.stopped != REACHED:
         motions, ratio = law.ratios[-1]
-        needed = motions_needed(motions, ratio)
+        needed = motions_needed(motions, ratio, FIRM)
         text += f"; {law.stopped}"
         # (what the check adds to the intervals does not fall with the number of motions)
         if needed > motions and not known.apart:

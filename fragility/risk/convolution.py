@@ -22,6 +22,7 @@ order.  (Both as in `hazard.HazardCurve`.)
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ import scipy
 
 from ...aliases import Array, Flags
 from ..curves.curve import LEAST, MOST, REFUSE, CurveArrays, LognormalCurves, TabulatedCurves
-from ..hazard.pieces import EXTEND, HOLD, Pieces
+from ..hazard.pieces import EXTEND, HOLD, NONE, Pieces
 from ..kernels import convolution as engine
 from .quadrature import event_integral, product_integral
 
@@ -68,8 +69,55 @@ def rates_of(curves: CurveArrays, hazard: Pieces, outside: str = REFUSE) -> Rate
     else:
         for first in range(0, found.shape[1], ROWS):
             part = slice(first, first + ROWS)
-            found[:, part] = _lognormal_rates(curves.rows(part), hazard)
+            own = curves.rows(part)
+            found[:, part] = _lognormal_rates(own, hazard, _stieltjes(own, hazard))
     return Rates(*found)
+
+
+@_QUIET
+def rates_and_slopes(curves: LognormalCurves, hazard: Pieces) -> tuple[Rates, Array]:
+    """Return the annual rates of curves (curve,) without uplift, and the slopes (2, curve) of ln rate.
+
+    The slopes are in ln median and in ln dispersion.
+
+    Notes
+    -----
+    With M1 and M2 the integrals of z H dP and of z² H dP over a piece, where z = (u - m)/beta, its part I of the rate
+    has the slopes M1/beta in m and M2 - I in ln beta.  Both follow from the slopes of H phi(z) and of z H phi(z),
+    integrated over the piece:
+
+        M1 = -([H phi] + k beta I)/r²,   M2 = (I - k beta M1 - [z H phi])/r²,
+
+    with k the slope of the piece's parabola at m and r as above.
+    """
+    found = np.empty((5, curves.shape[0]))
+    for first in range(0, found.shape[1], ROWS):
+        part = slice(first, first + ROWS)
+        own = curves.rows(part)
+        whole = _stieltjes(own, hazard)
+        found[:3, part] = _lognormal_rates(own, hazard, whole)
+        found[3:, part] = _slopes(own, hazard, whole) / found[0, part]
+    return Rates(*found[:3]), found[3:]
+
+
+def _slopes(curves: LognormalCurves, hazard: Pieces, whole: Array) -> Array:
+    """Return the slopes of rates in ln median and in ln dispersion, (2, curve)."""
+    median, beta = curves.log_median[:, None], curves.dispersion[:, None]
+    z, density = [], []
+    for end in (hazard.start, hazard.stop):
+        finite = np.where(np.isinf(end), 0.0, end)
+        z.append((finite - median) / beta)
+        own = np.exp(hazard.log_at(slice(None), finite) - 0.5 * z[-1] ** 2) / math.sqrt(2.0 * math.pi)
+        density.append(np.where(np.isinf(end), 0.0, own))
+    fall = hazard.slope_at(slice(None), median) * beta
+    bend = 1.0 + 2.0 * hazard.curvature * beta**2
+    once = -(density[1] - density[0] + fall * whole) / bend
+    twice = (whole - fall * once - (z[1] * density[1] - z[0] * density[0])) / bend
+    found = np.stack([(once / beta).sum(axis=1), (twice - whole).sum(axis=1)])
+    if hazard.above == NONE:  # (without the events above the highest level, P there times their rate)
+        last = density[1][:, -1]
+        found += np.stack([last / curves.dispersion, z[1][:, -1] * last])
+    return found
 
 
 @_QUIET
@@ -113,11 +161,10 @@ def _held(curves: CurveArrays, hazard: Pieces, outside: str) -> Array:
     return np.asarray(curves.probability(np.array([hazard.last]), outside)[:, 0] * np.exp(hazard.log_last))
 
 
-def _lognormal_rates(curves: LognormalCurves, hazard: Pieces) -> Array:
-    """Return rates and both shares, (3, curve)."""
+def _lognormal_rates(curves: LognormalCurves, hazard: Pieces, whole: Array) -> Array:
+    """Return rates and both shares, (3, curve); whole: the integrals of H dP over all pieces, without steps."""
     step = _step(curves)
     jump = np.where(np.isneginf(step), 0.0, _times(curves.probability(step[:, None])[:, 0], hazard.rate(step)))
-    whole = _stieltjes(curves, hazard)
     rate = whole.sum(axis=1) + jump
     below = _some_parts(curves, hazard, hazard.stop <= hazard.first, whole)
     above = np.zeros_like(rate)

@@ -12,8 +12,11 @@ from ..adaptive.probit import Observations, fit_probit
 from ..numerics.products import times
 from .surface import Surface
 
-BLOCKS, RUNS = 24, 3
-MOTIONS = 200
+BLOCKS = 24
+RUNS = 3
+"""Runs of each block under each motion of a set, which has no others; under those of a generator one: further motions
+tell more than further runs of the same ones."""
+MOTIONS = 300
 SAME = 1e-9
 LIKELY = 0.01
 """Probability below which differences are not there by chance."""
@@ -63,7 +66,7 @@ def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: 
     """
     numbers = np.broadcast_to(motions, x.shape[1:]).ravel()
     rows, _ = near.terms(points)
-    middle, _ = near.log_medians(points)
+    middle = near.log_medians(points)
     found, influences, used = [], [], []
     for block in range(len(points)):
         fitted, _ = fit_probit(Observations(x[block].ravel(), fell[block].ravel(), numbers))

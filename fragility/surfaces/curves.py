@@ -15,7 +15,7 @@ import numpy as np
 from ...aliases import Array, Flags, Index
 from ...streams import stream
 from ..adaptive.probit import Observations, student
-from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, StoppingRule
+from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, StoppingRule, margin, next_wave
 from ..adaptive.until import Until
 from ..numerics.products import times
 from .cuts import find_cut, settled
@@ -24,6 +24,11 @@ from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, fit_surface, 
 LEVELS = (1, 3)
 """Key, under a seed and before the number of a motion, of the random numbers that its levels are drawn from."""
 BAND_KEY = (1, 4)
+FIRM = 1024
+"""Number of motions beyond which looks have less room to spare (`stopping.margin`)."""
+EARLY, LATE = 4, 2
+"""A wave has a quarter of the motions so far at most, beyond `FIRM` half: each takes a fit, of which late ones teach
+little about where to run next."""
 STEP = math.log(8.0)
 FEW = 0.05
 """Share of falls, or of blocks that stand, below which levels move on: the curves lie beyond."""
@@ -86,7 +91,7 @@ class PooledCurves:
     def __init__(self, until: Until, points: Array, seed: int) -> None:
         self.until = until
         self._points, self._seed = points, seed
-        self._rule = StoppingRule(until)
+        self._rule = StoppingRule(until, FIRM)
         self._runs: Pool | None = None
         self._new: Pool | None = None
         self._shift = 0.0
@@ -112,7 +117,7 @@ class PooledCurves:
         """All runs so far, their ln levels less the ln medians of their blocks: runs as of one block."""
         assert self.curve is not None
         runs = self.runs
-        return Observations(runs.x - self.curve.log_medians(runs.points)[0], runs.fell, runs.motion)
+        return Observations(runs.x - self.curve.log_medians(runs.points), runs.fell, runs.motion)
 
     @property
     def motions(self) -> int:
@@ -120,9 +125,15 @@ class PooledCurves:
         return 0 if self._runs is None else int(np.unique(self._runs.motion).size)
 
     @property
-    def confirmed_at(self) -> int:
-        """Number of motions after which a precision that seems to be reached is confirmed, 0 while it does not."""
-        return self._rule.confirmed_at
+    def next_wave(self) -> int:
+        """Number of motions to take until the next look: as many as seem to be missing, in steps."""
+        done = self.motions
+        if self._rule.confirmed_at > done:
+            return self._rule.confirmed_at - done
+        missing = math.inf
+        if self.ratios:
+            missing = done * (max(margin(done, FIRM) * self.ratios[-1][1], 1.0) ** 2 - 1.0)
+        return max(next_wave(done), math.ceil(min(missing, done // (EARLY if done < FIRM else LATE))))
 
     def plan(self, points: Array, motions: Index, start: tuple[Array, Array]) -> Array:
         """Return the ln levels (block, motion) of blocks at points (block, axis) under motions of these numbers.
@@ -145,7 +156,7 @@ class PooledCurves:
 
     def _close(self, points: Array, uniform: Array) -> Array:
         assert self.near is not None
-        middle = self._seen(self.near.log_medians(points)[0])
+        middle = self._seen(self.near.log_medians(points))
         return np.asarray(middle[:, None] + self.distances(points)[:, None] * (2.0 * uniform - 1.0))
 
     def _seen(self, x: Array) -> Array:
@@ -162,8 +173,8 @@ class PooledCurves:
     def _rough(self, points: Array) -> tuple[Array, Array]:
         """Return ln medians and dispersions by the curve through all runs, confined to what can place levels."""
         assert self.curve is not None
-        middle = self._seen(self.curve.log_medians(points)[0])
-        return middle, np.clip(np.exp(self.curve.log_dispersions(points)[0]), *DISPERSIONS)
+        middle = self._seen(self.curve.log_medians(points))
+        return middle, np.clip(np.exp(self.curve.log_dispersions(points)), *DISPERSIONS)
 
     def distances(self, points: Array) -> Array:
         """Return the distance in ln level of the outer levels near the medians of points (point, axis) from these.
@@ -172,7 +183,7 @@ class PooledCurves:
         """
         assert self.near is not None
         _, scale = self._rough(points)
-        known = SURELY * self.near.log_medians(points)[1]
+        known = SURELY * self.near.median_errors(points)
         return np.minimum(LOCAL * scale, np.maximum(np.sqrt(CURVED * self.until.room * scale), known))
 
     def add(self, points: Array, motions: Index, x: Array, fell: Flags) -> None:
@@ -219,10 +230,10 @@ class PooledCurves:
             return None
         runs = self.runs
         found = self.near
+        window = WINDOW * self.distances(runs.points)
         for _ in range(2):  # (the window follows the medians)
             assert found is not None
-            middle, _ = found.log_medians(runs.points)
-            close = np.abs(runs.x - middle) <= WINDOW * self.distances(runs.points)
+            close = np.abs(runs.x - found.log_medians(runs.points)) <= window
             spread = min(LOCAL_SPREAD, degree)
             own = runs.some(close)
             if not self._enough((degree, spread), own):
@@ -235,13 +246,13 @@ class PooledCurves:
     def _plausible(self, near: Surface) -> bool:
         """Return whether a surface of levels near the medians stays near those of all runs, over the whole region."""
         middle, scale = self._rough(self._points)
-        own, _ = near.log_medians(self._points)
+        own = near.log_medians(self._points)
         return bool((np.abs(own - middle) <= FURTHEST * scale).all())
 
     def _inside(self, curve: Surface) -> bool:
         """Return whether medians of a surface lie about where there are runs, over the whole region."""
-        middle, _ = curve.log_medians(self._points)
-        spread, _ = curve.log_dispersions(self._points)
+        middle = curve.log_medians(self._points)
+        spread = curve.log_dispersions(self._points)
         low, high = self.runs.x.min() - STEP, self.runs.x.max() + STEP
         steep = (spread >= math.log(STEEPEST)) & (spread <= math.log(FLATTEST))
         return bool(((middle >= low) & (middle <= high) & steep).all())
@@ -294,7 +305,7 @@ class PooledCurves:
 
     def go_on(self) -> None:
         """Go on after a check that failed: the precision must be reached anew."""
-        self._rule = StoppingRule(self.until)
+        self._rule = StoppingRule(self.until, FIRM)
         self.stopped = ""
 
     def run_out(self, reason: str) -> None:

@@ -131,7 +131,7 @@ def log_likelihood(surface: Surface, runs: Pool) -> float:
 
 def _each(surface: Surface, runs: Pool) -> Array:
     """Return the ln likelihood of each run."""
-    middle, _ = surface.log_medians(runs.points)
-    spread, _ = surface.log_dispersions(runs.points)
+    middle = surface.log_medians(runs.points)
+    spread = surface.log_dispersions(runs.points)
     z = (runs.x - middle) * np.exp(-spread)
     return np.asarray(scipy.special.log_ndtr(np.where(runs.fell, z, -z)))

@@ -12,15 +12,13 @@ from ..adaptive.probit import student
 from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces
 from ..numerics.products import squares
-from ..risk.convolution import rates_of
+from ..risk.convolution import rates_and_slopes
 from ..runs.runners import shared
 from .rate_checks import RatePlane
 from .surface import Surface
 
 SLAB = 50_000
 """Blocks at a time."""
-STEP = 1e-5
-"""Relative change of medians and dispersions by which the slopes of rates are found."""
 
 
 class LawSurfaces(NamedTuple):
@@ -104,10 +102,10 @@ def _widen(
 
 
 def _slab(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | None) -> Curves:
-    middle, error = law.near.log_medians(points)
+    middle, error = law.near.log_medians(points), law.near.median_errors(points)
     reach = law.factor * error + law.apart
-    curve_middle, _ = law.curve.log_medians(points)
-    spread, spread_error = law.curve.log_dispersions(points)
+    curve_middle = law.curve.log_medians(points)
+    spread, spread_error = law.curve.log_dispersions(points), law.curve.dispersion_errors(points)
     t = student(law.curve.motions - len(law.curve.coefficients))
     ends = [np.exp(spread + sign * t * spread_error) for sign in (0.0, -1.0, 1.0)]
     rates = [np.full(len(points), math.nan)] * 5
@@ -125,16 +123,9 @@ def _rates(
     And the shares from below and above the levels of the hazard curve, of the curves.  The errors
     of curves and ratios are taken as independent, and those of ln rates of curves by the delta method.
     """
-    found = [
-        rates_of(
-            LognormalCurves(log_median + up, dispersion * wide, np.full(len(points), -np.inf), np.zeros(len(points))),
-            hazard,
-        )
-        for up, wide in ((0.0, 1.0), (STEP, 1.0), (0.0, math.exp(STEP)))
-    ]
-    rate, higher, wider = (one.rate for one in found)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        by_median, by_spread = (np.log(other / rate) / STEP for other in (higher, wider))
+    curves = LognormalCurves(log_median, dispersion, np.full(len(points), -np.inf), np.zeros(len(points)))
+    found, (by_median, by_spread) = rates_and_slopes(curves, hazard)
+    rate = found.rate
     middle, spread = law.curve.terms(points)
     rows = np.concatenate([by_median[:, None] * middle, by_spread[:, None] * spread], axis=1)
     variance = squares(rows, law.curve.covariance)
@@ -144,4 +135,4 @@ def _rates(
         rate, variance, apart = rate * np.exp(ratio), variance + error**2, apart + law.rates.apart
     reach = t * np.sqrt(variance) + apart
     ends = [rate * np.exp(-reach), rate * np.exp(np.minimum(reach, 700.0))]
-    return [rate, *ends, found[0].share_below, found[0].share_above]
+    return [rate, *ends, found.share_below, found.share_above]

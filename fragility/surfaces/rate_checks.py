@@ -19,7 +19,8 @@ from ..numerics.products import crossed, squares, times
 from .surface import basis
 
 STRATA = 6
-"""Runs of each block under each motion."""
+"""Runs of each block under each motion of a set; under those of a generator one, as for medians: blocks and levels of
+one motion fall together so often that 24 runs of it determine rates nearly as well as 144."""
 DEGREE = 1
 LIKELY = 0.01
 """Probability below which a ratio is not on the plane by chance."""

@@ -144,17 +144,27 @@ class Surface(NamedTuple):
         middle, spread = (terms_at(points, degree, self.cut) for degree in self.degrees)
         return middle, spread
 
-    def log_medians(self, points: Array) -> tuple[Array, Array]:
-        """Return ln medians at points (point, variable), and their standard errors."""
+    def log_medians(self, points: Array) -> Array:
+        """Return ln medians at points (point, variable)."""
+        rows = terms_at(points, self.degrees[0], self.cut)
+        return times(rows, self.coefficients[: rows.shape[1]])
+
+    def median_errors(self, points: Array) -> Array:
+        """Return the standard errors of ln medians at points (point, variable)."""
         rows = terms_at(points, self.degrees[0], self.cut)
         n = rows.shape[1]
-        return times(rows, self.coefficients[:n]), np.sqrt(squares(rows, self.covariance[:n, :n]))
+        return np.asarray(np.sqrt(squares(rows, self.covariance[:n, :n])))
 
-    def log_dispersions(self, points: Array) -> tuple[Array, Array]:
-        """Return ln dispersions at points (point, variable), and their standard errors."""
+    def log_dispersions(self, points: Array) -> Array:
+        """Return ln dispersions at points (point, variable)."""
+        rows = terms_at(points, self.degrees[1], self.cut)
+        return times(rows, self.coefficients[-rows.shape[1] :])
+
+    def dispersion_errors(self, points: Array) -> Array:
+        """Return the standard errors of ln dispersions at points (point, variable)."""
         rows = terms_at(points, self.degrees[1], self.cut)
         n = rows.shape[1]
-        return times(rows, self.coefficients[-n:]), np.sqrt(squares(rows, self.covariance[-n:, -n:]))
+        return np.asarray(np.sqrt(squares(rows, self.covariance[-n:, -n:])))
 
 
 class _Rows(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, field_validator, model_validator
 
 from ...aliases import Array
-from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
+from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.joint import SAMPLE
@@ -250,7 +250,7 @@ class UntilTable(Table):
         Field(
             ge=1,
             le=MOST_BLOCKS_A_MOTION,
-            description=f"Runs of a motion: of a block ({FEWEST_RUNS} to {MOST_RUNS}), once its curve is found "
+            description=f"Runs of a motion: of a block (1 to {MOST_RUNS}), once its curve is found "
             "roughly, or each of another block of the surface.",
         ),
     ] = None

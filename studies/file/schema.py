@@ -20,7 +20,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from ... import checks
 from ...aliases import Array
 from ...doubts import KINDS, Doubt, noted
-from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
+from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import MEDIAN, TARGETS
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION
@@ -374,7 +374,7 @@ class StudyFile(Table):
         if word == POOLED:
             self._check_pooled()
         elif self.until is not None and self.until.runs_per_motion is not None:
-            checks.number("until.runs_per_motion", self.until.runs_per_motion, at_least=FEWEST_RUNS, at_most=MOST_RUNS)
+            checks.number("until.runs_per_motion", self.until.runs_per_motion, at_least=1, at_most=MOST_RUNS)
         needing = ("uncertainty", "sensitivity", "measures", "branches", "motion_sets")
         for name in (*needing, *(("screen", "friction") if word == POOLED else ())):
             if getattr(self, name) is not None:

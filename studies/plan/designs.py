@@ -18,7 +18,7 @@ import xarray as xr
 from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
 from ...fragility import HazardCurve, cloud, ida, joint_falls, pooled, stripes
-from ...fragility.adaptive.curve import EXPLORING
+from ...fragility.adaptive.curve import exploring
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
 from ...fragility.analyses.adaptive import adaptive
@@ -262,12 +262,13 @@ class Sequential(OfRuns):
         The `first` motions, which look for the curve, have more runs.
         """
         each = 2 if self.both_ways else 1
-        return each * (motions * self.runs_per_motion + max(0, EXPLORING - self.runs_per_motion) * first)
+        more = exploring(self.runs_per_motion) - self.runs_per_motion
+        return each * (motions * self.runs_per_motion + more * first)
 
     @property
     def expected(self) -> tuple[int, int, int]:
         """About how many motions the precision takes: few, usual, many (`usual_motions`)."""
-        return usual_motions(self.until)
+        return usual_motions(self.until, self.runs_per_motion)
 
     @property
     def words(self) -> str:
@@ -357,7 +358,8 @@ class Pooled(Design):
         """Return the number of runs under one law and so many motions, those of one check and of its rates included."""
         every = sum(array.sizes["motion"] for array in self.arrays)
         checked = every if self.generator is None else max(of_checks.MOTIONS, motions // CHECKED_SHARE)
-        of_a_motion = of_checks.BLOCKS * (of_checks.RUNS + (0 if self.hazard is None else STRATA))
+        each = (of_checks.RUNS, STRATA) if self.generator is None else (1, 1)
+        of_a_motion = of_checks.BLOCKS * (each[0] + (0 if self.hazard is None else each[1]))
         return (2 if self.both_ways else 1) * (motions * self.blocks_per_motion + checked * of_a_motion)
 
     @property

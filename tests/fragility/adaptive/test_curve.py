@@ -15,9 +15,9 @@ from toppling.fragility.adaptive.until import until_of
 HAZARD = HazardCurve.power_law(1.0, 2.5, "pga")
 
 
-def analysed(truth, asked, seed=0, low=0.4, high=20.0, hazard=None, last=None):
+def analysed(truth, asked, seed=0, low=0.4, high=20.0, hazard=None, last=None, runs=3):
     """A finished analysis; `last`: the number of motions that there are."""
-    curve = SequentialCurve(until_of(asked), low, high, seed=seed, hazard=hazard)
+    curve = SequentialCurve(until_of(asked), low, high, runs, seed, hazard)
     random = np.random.default_rng(seed)
     done = 0
     while not curve.stopped:
@@ -28,25 +28,28 @@ def analysed(truth, asked, seed=0, low=0.4, high=20.0, hazard=None, last=None):
     return curve
 
 
+@pytest.mark.parametrize("runs", [3, 1])
 @pytest.mark.parametrize("truth", TRUTHS, ids=lambda one: one.name)
-def test_medians_are_as_near_as_promised(truth):
+def test_medians_are_as_near_as_promised(truth, runs):
     """40 analyses within ±10 % each; kept in 93 % of them at least (in benchmarks, of 500)."""
-    curves = [analysed(truth, {"median": 0.1}, seed) for seed in range(40)]
+    curves = [analysed(truth, {"median": 0.1}, seed, runs=runs) for seed in range(40)]
     gaps = np.array([one.looks[-1].value for one in curves]) - truth.log_median
     assert {one.stopped for one in curves} == {"precision reached"}
     assert np.mean(np.abs(gaps) <= math.log(1.1)) >= 0.93
     assert all(one.looks[-1].ratio <= 1.0 for one in curves)
 
 
-def test_dispersions_rates_and_probabilities_are_as_near_as_promised():
+@pytest.mark.parametrize("runs", [3, 1])
+def test_dispersions_rates_and_probabilities_are_as_near_as_promised(runs):
     truth = TRUTHS[1]
     x = np.array(math.log(1.5))
     kept = []
     for seed in range(12):
-        kept.append(abs(analysed(truth, {"dispersion": 0.15}, seed).looks[-1].value - math.log(0.4)) < math.log(1.15))
-        rate = analysed(truth, {"rate": 0.15}, seed, hazard=HAZARD).looks[-1].value
+        spread = analysed(truth, {"dispersion": 0.15}, seed, runs=runs).looks[-1].value
+        kept.append(abs(spread - math.log(0.4)) < math.log(1.15))
+        rate = analysed(truth, {"rate": 0.15}, seed, hazard=HAZARD, runs=runs).looks[-1].value
         kept.append(abs(rate / truth.rate(2.5) - 1.0) <= 0.15)
-        chance = analysed(truth, {"probability": {"level": 1.5, "within": 0.05}}, seed).looks[-1].value
+        chance = analysed(truth, {"probability": {"level": 1.5, "within": 0.05}}, seed, runs=runs).looks[-1].value
         kept.append(abs(chance - float(truth.probability(x))) <= 0.05)
     assert np.mean(kept) >= 0.93
 
@@ -60,6 +63,21 @@ def test_a_probability_of_nearly_nothing_is_bounded_by_the_number_of_motions():
     motions = round(math.log(0.025) / math.log1p(-look.upper))
     assert look.upper == pytest.approx(1.0 - 0.025 ** (1.0 / motions), rel=1e-9)
     assert motions <= look.motions
+
+
+@pytest.mark.parametrize("target", ["median", "dispersion"])
+def test_single_runs_take_the_levels_of_three_in_turns(target):
+    wave = np.arange(5000, 5090)
+    alone, three = (analysed(TRUTHS[1], {target: 0.2}, runs=runs) for runs in (1, 3))
+    assert alone.plan(wave).levels.shape == (1, 90)
+    z = [np.log(one.plan(wave).levels) for one in (alone, three)]
+    turns = np.array([z[0][0, wave % 3 == place].mean() for place in range(3)])
+    wide, narrow = (float(np.ptp(one)) for one in (turns, z[1].mean(axis=1)))
+    assert turns[0] < turns[1] < turns[2]
+    assert 0.5 < wide / narrow < 2.0
+    # (twice as many runs look for the curve)
+    assert SequentialCurve(until_of({}), 0.4, 20.0, 1).plan(wave).levels.shape == (2, 90)
+    assert SequentialCurve(until_of({}), 0.4, 20.0, 20).plan(wave).levels.shape == (20, 90)
 
 
 def test_levels_lie_where_the_target_needs_them():
@@ -147,7 +165,7 @@ def test_a_rate_without_a_form_and_one_with_it_are_compared():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"runs": 1}, "runs_per_motion must be at least 2"),
+        ({"runs": 0}, "runs_per_motion must be at least 1"),
         ({"runs": 21}, "runs_per_motion must be at most 20, got 21"),
         ({"low": 2.0, "high": 1.0}, "the last first level must be finite and > 2"),
         ({"until": until_of({"rate": 0.1})}, "until rate needs a hazard curve"),

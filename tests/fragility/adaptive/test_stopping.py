@@ -58,6 +58,16 @@ def test_ends_of_the_motions(motions, last, reason):
     assert followed([(64, 0.5, False), (80, 0.5, False), (motions, 0.9, last)], until) == ["", "", REACHED]
 
 
+def test_firm_errors_need_less_room():
+    """At four times the motions of firm errors the room is half as wide: 0.9 is a good look, 0.95 is none."""
+    for ratio, reasons in ((0.9, ["", "", REACHED]), (0.95, ["", "", ""])):
+        rule = StoppingRule(Until(most=10_000), 1024)
+        assert [rule.step(motions, ratio, False) for motions in (4096, 4608, 5530)] == reasons
+    rule = StoppingRule(Until(most=10_000), 1024)
+    assert [rule.step(motions, 0.9, False) for motions in (960, 1024, 1229)] == [""] * 3
+    assert motions_needed(4096, 2.0, 1024) == math.ceil(1.2 * 4096 * 2.2**2)
+
+
 def test_waves_grow_with_the_motions():
     assert [next_wave(n) for n in (0, 32, 511, 512, 4096)] == [32, 32, 32, 64, 512]
 

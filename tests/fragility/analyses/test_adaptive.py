@@ -341,7 +341,7 @@ class TestOtherStates:
             "hazard must be of the ground, as the levels are, got one of the floor",
         ),
         ({"ground": SHAKES.sample(2)}, "ground must be left out where motions come from a generator"),
-        ({"runs_per_motion": 1}, "runs_per_motion must be at least 2, got 1"),
+        ({"runs_per_motion": 0}, "runs_per_motion must be at least 1, got 0"),
     ],
 )
 def test_refusals(options, words):

@@ -21,7 +21,7 @@ from toppling.fragility.curves.curve import LognormalCurves, TabulatedCurves
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.hazard.pieces import pieces_of
 from toppling.fragility.numerics.quadrature import GAUSS, KRONROD, NODES, integrate
-from toppling.fragility.risk.convolution import rates_of
+from toppling.fragility.risk.convolution import rates_and_slopes, rates_of
 from toppling.fragility.risk.quadrature import event_integral
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -44,6 +44,33 @@ class TestOracles:
     def test_power_law_in_g(self):
         law = HazardCurve.power_law(1e-4, 2.5, "pga", units="g")
         assert annual_rate(curves(0.6 * G), law)["rate"].item() == pytest.approx(ORACLE, rel=1e-12, abs=0.0)
+
+    def test_slopes_of_a_power_law(self):
+        """Of ln(k0 median**-k exp(k² beta²/2)): -k, and k² beta² in ln beta."""
+        beta = np.array([0.1, 0.4, 1.1])
+        curve = LognormalCurves(np.log([0.3, 1.0, 8.0]), beta, np.full(3, -np.inf), np.zeros(3))
+        _, slopes = rates_and_slopes(curve, pieces_of(np.log([0.5, 2.0, 4.0]), np.log(1e-4) - 2.5 * np.log([0.5, 2, 4])))
+        assert slopes[0] == pytest.approx(-2.5, rel=1e-9)
+        assert slopes[1] == pytest.approx((2.5 * beta) ** 2, rel=1e-9)
+
+    @pytest.mark.parametrize("curvature", [0.0, 0.02])
+    @pytest.mark.parametrize("below", ["extend", "none"])
+    @pytest.mark.parametrize("above", ["extend", "none", "hold"])
+    def test_slopes_are_those_of_rates(self, curvature, below, above):
+        rates = np.log([6e-2, 2e-2, 7e-3, 2e-3, 4.5e-4, 7e-5, 7e-6])
+        pieces = pieces_of(np.log([0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0]), rates, curvature, below, above)
+        median, beta = np.meshgrid(np.linspace(-2.0, 3.0, 9), [0.1, 0.3, 0.7, 1.1])
+
+        def at(by_median, by_dispersion):
+            arrays = (median.ravel() + by_median, beta.ravel() * np.exp(by_dispersion))
+            return LognormalCurves(*arrays, np.full(median.size, -np.inf), np.zeros(median.size))
+
+        step = 1e-5
+        found, slopes = rates_and_slopes(at(0.0, 0.0), pieces)
+        assert np.array_equal(found.rate, rates_of(at(0.0, 0.0), pieces).rate)
+        for slope, of in zip(slopes, ((step, 0.0), (0.0, step)), strict=True):
+            up, down = (np.log(rates_of(at(*np.multiply(of, sign)), pieces).rate) for sign in (1.0, -1.0))
+            assert slope == pytest.approx((up - down) / (2.0 * step), rel=1e-6, abs=1e-7)
 
     @pytest.mark.parametrize(
         ("k1", "k2", "median", "beta"), [(2.5, 0.1, 0.6, 0.4), (2.0, 0.3, 3.0, 0.4), (3.0, 1e-9, 0.2, 0.3)]

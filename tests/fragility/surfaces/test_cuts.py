@@ -44,10 +44,10 @@ def test_a_jump_is_found_where_it_is():
     assert found.cut.low <= found.cut.place <= found.cut.high < found.cut.low + 0.1
     points = np.random.default_rng(2).uniform(-1.0, 1.0, (60, 2))
     points = points[~found.cut.open_at(points)]
-    middle, error = found.log_medians(points)
+    middle, error = found.log_medians(points), found.median_errors(points)
     assert np.abs((middle - jumping(points)) / error).max() < 4.0
     # (the surface without a cut is far from it next to the plane)
-    other, _ = fit_surface(pool(), (2, 1)).log_medians(points)
+    other = fit_surface(pool(), (2, 1)).log_medians(points)
     assert np.abs(other - jumping(points)).max() > 0.1
 
 
@@ -107,7 +107,7 @@ def test_likelihood_with_a_cut_is_greatest():
     each = [fit_surface(runs.some(side), (2, 1)) for side in (~far, far)]
     for one, side in zip(each, (~far, far), strict=True):
         np.testing.assert_allclose(
-            found.log_medians(runs.points[side])[0], one.log_medians(runs.points[side])[0], atol=2e-4
+            found.log_medians(runs.points[side]), one.log_medians(runs.points[side]), atol=2e-4
         )
     assert added_terms(fit_surface(runs, (2, 1)), found) < 1e-4
 

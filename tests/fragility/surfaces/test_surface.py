@@ -112,10 +112,10 @@ class TestSums:
 def test_medians_and_dispersions_are_those_of_the_truth():
     found = fit_surface(pool(motions=2000), (3, 1))
     points = np.random.default_rng(2).uniform(-1.0, 1.0, (50, 2))
-    middle, error = found.log_medians(points)
+    middle, error = found.log_medians(points), found.median_errors(points)
     assert np.abs((middle - truth(points)) / error).max() < 4.0
     assert np.sqrt(np.mean((middle - truth(points)) ** 2)) < 0.02
-    wide, error = found.log_dispersions(points)
+    wide, error = found.log_dispersions(points), found.dispersion_errors(points)
     assert np.abs((wide - np.log(spread(points))) / error).max() < 4.0
 
 
@@ -140,8 +140,8 @@ def test_errors_with_one_dispersion_are_those_of_another_library():
 def test_errors_are_those_of_repetitions():
     found = [fit_surface(pool(seed, motions=150), (2, 1)) for seed in range(150)]
     points = np.array([[-1.0, -1.0], [0.0, 0.0], [1.0, 0.5]])
-    middle = np.array([one.log_medians(points)[0] for one in found])
-    error = np.array([one.log_medians(points)[1] for one in found])
+    middle = np.array([one.log_medians(points) for one in found])
+    error = np.array([one.median_errors(points) for one in found])
     np.testing.assert_allclose(middle.std(axis=0), np.sqrt((error**2).mean(axis=0)), rtol=0.2)
 
 
