@@ -260,6 +260,32 @@ def over_sequential(text: str) -> list[str]:
     return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", order.index(one[1]))) for row in rows[key]]
 
 
+def single_runs(text: str) -> dict[str, str]:
+    """Return what the page says of single runs of motions, from a table as that of `over_sequential`.
+
+    For both databases: motions and runs over those of three runs a motion, and the engine's time for ±10 % over that of
+    common levels, of one block and with all lanes of the engine full.
+    """
+    more, fewer, alone, full = [], [], [], []
+    took: dict[str, list[float]] = {}
+    for line in text.splitlines():
+        if line.startswith("±10%"):
+            label, rest = line[7:35].strip(), line[35:].split()
+            took[label] = [float(rest[i].replace(",", "")) for i in (2, 3, 6)]
+        if line.startswith("CPU"):
+            one, three, common = took["1 run of each motion"], took["3 runs of each motion"], took["20 common levels"]
+            more.append(one[0] / three[0])
+            fewer.append(one[1] / three[1])
+            alone.append(one[2] / common[2])
+            full.append(1e-3 * one[1] * float(line.split(",")[-1].split()[0]) / common[2])
+    words = "they take {} and {} times as many motions and {} and {} times as many runs"
+    return {
+        "single_more": words.format(*(f"{one:.2g}" for one in (*more, *fewer))),
+        "single_alone": " and ".join(f"{one:.2f}" for one in alone),
+        "single_full": " and ".join(f"{one:.2f}" for one in full),
+    }
+
+
 class Way(NamedTuple):
     """A line of what `benchmarks.sequential.sizes` prints: error, motions, runs, those of a check, and time, s."""
 
@@ -346,6 +372,8 @@ def main() -> None:
         **pooled_numbers((folder / "sizes.txt").read_text(encoding="utf-8")),
         synthetic=(folder / "synthetic.txt").read_text(encoding="utf-8").rstrip(),
         databases=(folder / "databases.txt").read_text(encoding="utf-8").rstrip(),
+        single=(folder / "single.txt").read_text(encoding="utf-8").rstrip(),
+        **single_runs((folder / "single.txt").read_text(encoding="utf-8")),
     )
     (HERE / "runs.md").write_text(page.replace("| -", "| −"), encoding="utf-8")
 

@@ -27,6 +27,7 @@ from ...models.runs import OUTPUTS, TALLY, run_mixed
 from ...motions import CloughPenzien, SiteBasedScenario, records
 from ...motions.arrays import Record
 from ...streams import stream
+from ...wording import counted
 from .promises import GRID, MOST, Outcome, Row, common_levels, grid_levels, sequential, summary
 from .truths import MEDIAN
 
@@ -48,12 +49,14 @@ WIDTHS = (1.2, 0.25, 0.05)
 REPLICATES = 500
 PROCESSES = 2
 TOLERANCES = (0.10, MIDDLE, 0.02)
-EACH = (3, 2)
+EACH = (3, 2, 1)
 """Runs of each motion of the analyses that are compared; the first is what analyses take if nothing else is asked."""
 TOGETHER = 32
 """Motions of a wave, by which the runs are timed."""
 OF_ONE = 64
 """Levels of a motion that fill the lanes of the engine by themselves, about."""
+FULL = 512
+"""Motions whose single runs fill them: a wave of sixteen blocks or laws."""
 NEAR = 0.25
 """Half width, in ln, of the levels that are timed near the median."""
 CALLS = 60
@@ -140,7 +143,7 @@ class Analysis(NamedTuple):
     def label(self) -> str:
         """What it is called in a table."""
         if self.asked is None:
-            return f"{self.runs} runs of each motion"
+            return f"{counted(self.runs, 'run')} of each motion"
         asks = "" if self.asked == self.tolerance else f", ask ±{100.0 * self.asked:g}%"
         return f"{GRID} common levels{asks}{', local fit' if self.near else ''}"
 
@@ -150,7 +153,7 @@ def analyses(name: str) -> list[Analysis]:
     more = {MIDDLE: [Analysis(MIDDLE, asked=AS_OFTEN[name]), Analysis(MIDDLE, asked=MIDDLE, near=True)]}
     ways: list[Analysis] = []
     for one in TOLERANCES:
-        ways += [Analysis(one, runs) for runs in (EACH if one == MIDDLE else EACH[:1])]
+        ways += [Analysis(one, runs) for runs in (EACH if one >= MIDDLE else EACH[:1])]
         ways += [Analysis(one, asked=one), *more.get(one, [])]
     return ways
 
@@ -191,11 +194,12 @@ def line(way: Analysis, row: Row, spent: Spent) -> str:
 
 
 class Cost(NamedTuple):
-    """CPU time of a run, s: of common levels, and of levels near the median, three of each motion or many of one."""
+    """CPU time of a run, s: of common levels, and near the median three of each motion, many of one, or one of many."""
 
     common: float
     near: float
     near_of_one: float
+    one_of_many: float
 
 
 def cost(name: str) -> Cost:
@@ -205,7 +209,8 @@ def cost(name: str) -> Cost:
     spent: list[tuple[float, ...]] = []
     for _ in range(CALLS):
         one.spent.clear()
-        near = [MEDIAN * np.exp(NEAR * random.uniform(-1.0, 1.0, (n, TOGETHER))) for n in (3, OF_ONE)]
+        sizes = (3, TOGETHER), (OF_ONE, TOGETHER), (1, FULL)
+        near = [MEDIAN * np.exp(NEAR * random.uniform(-1.0, 1.0, size)) for size in sizes]
         every = (grid, *near)
         for levels in every:
             one.verdicts(levels, random)
@@ -215,8 +220,11 @@ def cost(name: str) -> Cost:
 
 def cost_text(found: Cost) -> str:
     """Return the cost of a run as a line."""
-    common, near, of_one = (f"{1e6 * one:.0f}" for one in found)
-    return f"CPU of a run, us: {common} ({GRID} common levels), {near} (3 near the median), {of_one} ({OF_ONE} near it)"
+    common, near, of_one, of_many = (f"{1e6 * one:.0f}" for one in found)
+    return (
+        f"CPU of a run, us: {common} ({GRID} common levels), {near} (3 near the median), {of_one} ({OF_ONE} near it), "
+        f"{of_many} (1 of each of {FULL} motions)"
+    )
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -32,8 +32,8 @@ from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave
 
-CHECKED_SHARE = 4
-"""A check takes a quarter of the motions of the surfaces."""
+CHECKED_SHARE = 6
+"""A check takes a sixth of the motions of the surfaces."""
 RATE_KEY = (1, 5)
 """Key, under a seed and before the number of a motion, of the numbers that levels for its rate are drawn from."""
 ALIKE, PARTS = 32, 8

@@ -11,7 +11,7 @@ import xarray as xr
 from real_processes import same_after_ten_kills
 
 import toppling as tp
-from toppling.fragility.surfaces.checks import BLOCKS, RUNS
+from toppling.fragility.surfaces.checks import BLOCKS, MOTIONS
 from toppling.models.columns import BlockArray
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
@@ -229,7 +229,7 @@ def test_the_forecast_has_a_range_that_holds_the_motions(study):
     # (730 motions were seen for three hundred shelves, 582 for two thousand)
     assert few < 582
     assert many > 730
-    assert one.design.runs_of(usual) == 16 * usual + BLOCKS * RUNS * max(200, usual // 8)
+    assert one.design.runs_of(usual) == 16 * usual + BLOCKS * max(MOTIONS, usual // 6)
     lines = forecast(one).lines()
     assert "at most" in lines[0]
     assert "of runs on" in lines[2]
