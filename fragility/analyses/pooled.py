@@ -171,9 +171,7 @@ def pooled(
         unit = found.unit(found.check_points)
         curves = [curves_at(one, found.check_points, unit, hazard.pieces()[0]) for one in known]
         rated = found.rates(curves)
-        known = [
-            one._replace(rates=None if own is None else own.plane) for one, own in zip(known, rated, strict=True)
-        ]
+        known = [one._replace(rates=None if own is None else own.plane) for one, own in zip(known, rated, strict=True)]
     surface = surface_dataset(plan, found, known, checked)
     described = {
         "design": POOLED,

@@ -23,11 +23,11 @@ from ..runs.axes import axes_of
 from ..runs.request import Request, check_vertical
 from ..runs.runners import shared
 from ..runs.scaling import check_factors, name_at
-from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, Check, check_surface
+from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, RUNS_OF_MANY, Check, check_surface
 from ..surfaces.curves import FIRM, PooledCurves
 from ..surfaces.domain import Domain, candidates, check_points, cut_check_points, design_weights, designed, normals
 from ..surfaces.evaluation import Curves
-from ..surfaces.rate_checks import STRATA, RateCheck, check_rates, rate_levels
+from ..surfaces.rate_checks import STRATA, STRATA_OF_MANY, RateCheck, check_rates, rate_levels
 from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave
@@ -87,6 +87,15 @@ def own_options(domain: Domain, points: Array, own: Sequence[str]) -> list[dict[
         # (rounding on the way from the axes must not put an e above 1)
         found[:, column] = np.exp(found[:, column]) if name == "delta" else np.minimum(found[:, column], 1.0)
     return [dict(zip(own, row, strict=True)) for row in found.tolist()]
+
+
+def checked_runs(made: bool, rated: bool) -> tuple[int, int]:
+    """Return the runs of a checked block under each motion, for its median and for its rate.
+
+    made: motions are those of a generator; rated: there is a hazard.
+    """
+    runs, strata = (RUNS_OF_MANY, STRATA_OF_MANY) if made else (RUNS, STRATA)
+    return runs, strata if rated else 0
 
 
 def with_own(law: Law, own: Mapping[str, float]) -> Law:
@@ -187,12 +196,8 @@ class PooledRuns:
         """Return the runs of one check of every law, and of its rates, after so many motions."""
         source = self.plan.source
         under = max(MOTIONS, motions // CHECKED_SHARE) if source.size is None else source.size
-        each = self._each(RUNS) + (0 if self.plan.hazard is None else self._each(STRATA))
-        return len(self.laws) * len(self.check_points) * each * under
-
-    def _each(self, of_a_set: int) -> int:
-        """Return the runs of a checked block under each motion, given those under each motion of a set."""
-        return 1 if self.plan.source.size is None else of_a_set
+        each = checked_runs(source.size is None, self.plan.hazard is not None)
+        return len(self.laws) * len(self.check_points) * sum(each) * under
 
     def _take(self, wave: MotionWave) -> None:
         """Check motions, and keep what is odd about them."""
@@ -273,9 +278,10 @@ class PooledRuns:
         plan = self.plan
         blocks = blocks_at(plan.domain, points)
         unit = self._unit(blocks)[:, None, None]
+        n, _ = checked_runs(plan.source.size is None, rated=False)
         parts: list[tuple[Index, Array, Any]] = []
         for wave in self._others():
-            each, block = np.arange(self._each(RUNS))[:, None, None], np.arange(len(points))[:, None]
+            each, block = np.arange(n)[:, None, None], np.arange(len(points))[:, None]
             places = (each + block + wave.numbers) % RUNS
             x = np.moveaxis(law.near_medians(points, np.linspace(-1.0, 1.0, RUNS)[places]), 0, 1)
             measured = plan.scaled.measured(wave, blocks)[0]
@@ -290,10 +296,11 @@ class PooledRuns:
         plan = self.plan
         assert plan.hazard is not None
         blocks = blocks_at(plan.domain, self.check_points)
+        _, strata = checked_runs(plan.source.size is None, rated=True)
         parts: list[tuple[Index, Array, Any]] = []
         for wave in self._others():
-            each = 2, self._each(STRATA)
-            drawn = np.stack([stream(plan.seed, *RATE_KEY, int(one)).random(each) for one in wave.numbers], axis=-1)
+            uniform = [stream(plan.seed, *RATE_KEY, int(one)).random((2, strata)) for one in wave.numbers]
+            drawn = np.stack(uniform, axis=-1)
             levels = [rate_levels(plan.hazard, one.log_curve_median, one.dispersion, drawn) for one in curves]
             x, weights = (np.stack(one) for one in zip(*levels, strict=True))
             measured = plan.scaled.measured(wave, blocks)[0]
@@ -301,9 +308,7 @@ class PooledRuns:
             self._runs += x.size
             self._tell()
         motions, weights, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
-        return [
-            check_rates(self.check_points, one.rate, weights[k], fell[k], motions) for k, one in enumerate(curves)
-        ]
+        return [check_rates(self.check_points, one.rate, weights[k], fell[k], motions) for k, one in enumerate(curves)]
 
     def _others(self) -> Iterator[MotionWave]:
         """Return motions of which the surfaces have no runs; all motions of a set."""

@@ -13,9 +13,9 @@ from ..numerics.products import times
 from .surface import Surface
 
 BLOCKS = 24
-RUNS = 3
-"""Runs of each block under each motion of a set, which has no others; under those of a generator one: further motions
-tell more than further runs of the same ones."""
+RUNS, RUNS_OF_MANY = 3, 1
+"""Runs of each block under each motion of a set, which has no others, and of a generator, whose further motions tell
+more than further runs of the same ones."""
 MOTIONS = 300
 SAME = 1e-9
 LIKELY = 0.01

@@ -18,9 +18,9 @@ from ..hazard.curve import HazardCurve
 from ..numerics.products import crossed, squares, times
 from .surface import basis
 
-STRATA = 6
-"""Runs of each block under each motion of a set; under those of a generator one, as for medians: blocks and levels of
-one motion fall together so often that 24 runs of it determine rates nearly as well as 144."""
+STRATA, STRATA_OF_MANY = 6, 2
+"""Runs of each block under each motion of a set, and of a generator: blocks and levels of one motion fall together so
+often that a third of its runs determine rates nearly as well."""
 DEGREE = 1
 LIKELY = 0.01
 """Probability below which a ratio is not on the plane by chance."""

@@ -22,13 +22,12 @@ from ...fragility.adaptive.curve import exploring
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
 from ...fragility.analyses.adaptive import adaptive
-from ...fragility.analyses.region_runs import CHECKED_SHARE
+from ...fragility.analyses.region_runs import CHECKED_SHARE, checked_runs
 from ...fragility.fitting.states import OVERTURNED, State
 from ...fragility.runs.axes import axes_of
 from ...fragility.runs.request import check_request
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.surfaces import checks as of_checks
-from ...fragility.surfaces.rate_checks import STRATA
 from ...fragility.validity.plausibility import level_doubts
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...models import Block, Law, Model
@@ -358,8 +357,7 @@ class Pooled(Design):
         """Return the number of runs under one law and so many motions, those of one check and of its rates included."""
         every = sum(array.sizes["motion"] for array in self.arrays)
         checked = every if self.generator is None else max(of_checks.MOTIONS, motions // CHECKED_SHARE)
-        each = (of_checks.RUNS, STRATA) if self.generator is None else (1, 1)
-        of_a_motion = of_checks.BLOCKS * (each[0] + (0 if self.hazard is None else each[1]))
+        of_a_motion = of_checks.BLOCKS * sum(checked_runs(self.generator is not None, self.hazard is not None))
         return (2 if self.both_ways else 1) * (motions * self.blocks_per_motion + checked * of_a_motion)
 
     @property

@@ -49,7 +49,8 @@ class TestOracles:
         """Of ln(k0 median**-k exp(k² beta²/2)): -k, and k² beta² in ln beta."""
         beta = np.array([0.1, 0.4, 1.1])
         curve = LognormalCurves(np.log([0.3, 1.0, 8.0]), beta, np.full(3, -np.inf), np.zeros(3))
-        _, slopes = rates_and_slopes(curve, pieces_of(np.log([0.5, 2.0, 4.0]), np.log(1e-4) - 2.5 * np.log([0.5, 2, 4])))
+        levels = np.log([0.5, 2.0, 4.0])
+        _, slopes = rates_and_slopes(curve, pieces_of(levels, np.log(1e-4) - 2.5 * levels))
         assert slopes[0] == pytest.approx(-2.5, rel=1e-9)
         assert slopes[1] == pytest.approx((2.5 * beta) ** 2, rel=1e-9)
 

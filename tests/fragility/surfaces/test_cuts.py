@@ -106,9 +106,7 @@ def test_likelihood_with_a_cut_is_greatest():
     far = runs.points[:, 0] >= PLACE
     each = [fit_surface(runs.some(side), (2, 1)) for side in (~far, far)]
     for one, side in zip(each, (~far, far), strict=True):
-        np.testing.assert_allclose(
-            found.log_medians(runs.points[side]), one.log_medians(runs.points[side]), atol=2e-4
-        )
+        np.testing.assert_allclose(found.log_medians(runs.points[side]), one.log_medians(runs.points[side]), atol=2e-4)
     assert added_terms(fit_surface(runs, (2, 1)), found) < 1e-4
 
 
