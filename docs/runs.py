@@ -307,9 +307,9 @@ def ways_to_sizes(text: str) -> dict[str, list[Way]]:
 
 
 def pooled_numbers(text: str) -> dict[str, str]:
-    """Return what the page says of the smallest surface and the common grid that has about its error."""
+    """Return what the page says of the largest common grid, and of the smallest surface with less error."""
     ways = ways_to_sizes(text)
-    surface, grid = ways["one surface"][0], ways["20 common levels, local fit"][-1]
+    surface, grid = ways["one surface"][1], ways["20 common levels, local fit"][-1]
     return {
         "surface_rms": f"{100.0 * surface.rms:.2f} %",
         "surface_runs": f"{surface.runs:,}",
