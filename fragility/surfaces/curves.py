@@ -19,7 +19,7 @@ from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, Stop
 from ..adaptive.until import Until
 from ..numerics.products import times
 from .cuts import find_cut, settled
-from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, fit_surface, number_of_terms, terms_at
+from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, fit_medians, fit_surface, number_of_terms, terms_at
 
 LEVELS = (1, 3)
 """Key, under a seed and before the number of a motion, of the random numbers that its levels are drawn from."""
@@ -45,8 +45,6 @@ WIDE = (-2.2, 1.6)
 """Range of these, in dispersions from the median: rates depend on the curve below it."""
 LOCAL, CURVED, WINDOW, SURELY = 0.5, 0.8, 1.5, 2.0
 """Of runs near the median, as of `adaptive.curve`: half width in dispersions at most, by tolerance, and of the fit."""
-LOCAL_SPREAD = 1
-"""Degree of ln dispersion near the medians."""
 FURTHEST = 1.0
 """Greatest difference of the two surfaces, in dispersions, that a curve of any form can bring about."""
 STEEPEST, FLATTEST = 1e-3, 10.0
@@ -228,17 +226,15 @@ class PooledCurves:
         """Fit the surface to runs near the medians alone; None where they do not determine it."""
         if degree > MOST_DEGREES[0]:
             return None
-        runs = self.runs
-        found = self.near
+        assert self.curve is not None
+        runs, found = self.runs, self.near
         window = WINDOW * self.distances(runs.points)
         for _ in range(2):  # (the window follows the medians)
             assert found is not None
-            close = np.abs(runs.x - found.log_medians(runs.points)) <= window
-            spread = min(LOCAL_SPREAD, degree)
-            own = runs.some(close)
-            if not self._enough((degree, spread), own):
+            own = runs.some(np.abs(runs.x - found.log_medians(runs.points)) <= window)
+            if not self._enough((degree, 0), own):
                 return None
-            found = fit_surface(own, (degree, spread), found, self.cut)
+            found = fit_medians(own, degree, self.curve, found)
             if found is None or not self._plausible(found):
                 return None
         return found

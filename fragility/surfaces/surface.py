@@ -204,10 +204,70 @@ def fit_surface(
     13-22.
     """
     rows = _Rows(*(terms_at(runs.points, degree, cut) for degree in degrees))
-    n = rows.middle.shape[1]
-    if runs.x.size <= n + rows.spread.shape[1] or runs.fell.all() or not runs.fell.any():
+    found = _likeliest(_begin(runs, degrees, start, cut), runs, rows)
+    return None if found is None else Surface(runs.points.shape[1], degrees, *found, cut)
+
+
+def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surface | None:
+    """Fit medians alone to runs near them: dispersions are those of a curve, times one factor for all blocks.
+
+    Levels near the medians tell little of dispersions.  Polynomials of their own were found up to 1.6 times too wide
+    at the corners of a region, and the errors of its medians with them.
+
+    Parameters
+    ----------
+    runs : Pool
+    degree : int
+        Of the polynomial of ln median.
+    curve : Surface
+        Of all runs; its cut is that of the medians.
+    start : Surface
+        From whose medians the search begins.
+
+    Returns
+    -------
+    Surface or None
+        Of the dispersions of the curve, times the factor; only the factor's error is in the covariance.  None as
+        `fit_surface`.
+    """
+    narrow = np.exp(-curve.log_dispersions(runs.points))
+    # (in dispersions of the curve there is a single number to find)
+    rows = _Rows(narrow[:, None] * terms_at(runs.points, degree, curve.cut), np.ones((runs.x.size, 1)))
+    c = _begin(runs, (degree, 0), start, curve.cut)[: rows.middle.shape[1] + 1]
+    c[-1] = 0.0
+    found = _likeliest(c, runs._replace(x=narrow * runs.x), rows)
+    if found is None:
         return None
-    c = _begin(runs, degrees, start, cut)
+    n = c.size - 1
+    own, beyond = n + 1, len(curve.coefficients) - sum(curve.sizes[1]) + 1
+    spread = curve.coefficients[beyond - 1 :].copy()
+    spread[0] += found.coefficients[n]
+    terms = len(spread) - 1
+    return Surface(
+        curve.variables,
+        (degree, curve.degrees[1]),
+        np.concatenate([found.coefficients[:n], spread]),
+        np.pad(found.covariance, (0, terms)),
+        found.motions,
+        np.pad(found.influence, ((0, 0), (0, terms))),
+        curve.cut,
+    )
+
+
+class _Likeliest(NamedTuple):
+    """Coefficients of the greatest likelihood, and the rest as of `Surface`."""
+
+    coefficients: Array
+    covariance: Array
+    motions: int
+    influence: Array
+
+
+def _likeliest(c: Array, runs: Pool, rows: _Rows) -> _Likeliest | None:
+    """Search from coefficients c for those of the greatest likelihood; None where there are none."""
+    n = rows.middle.shape[1]
+    if runs.x.size <= c.size or runs.fell.all() or not runs.fell.any():
+        return None
     now = _sums(c, runs, rows)
     if now.likelihood == -math.inf:
         return None
@@ -235,8 +295,8 @@ def fit_surface(
     k = np.unique(runs.motion).size
     # (each coefficient takes a motion's worth of scatter away)
     influence = times(now.scores, inverse) * math.sqrt(k / max(k - c.size, 1))
-    found = Surface(runs.points.shape[1], degrees, c, crossed(influence, influence), k, influence, cut)
-    return found if np.isfinite(found.covariance).all() else None
+    covariance = crossed(influence, influence)
+    return _Likeliest(c, covariance, k, influence) if np.isfinite(covariance).all() else None
 
 
 def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None, cut: Cut | None) -> Array:
