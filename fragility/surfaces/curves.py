@@ -18,7 +18,7 @@ from ..adaptive.probit import Observations, student
 from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, StoppingRule, margin, next_wave
 from ..adaptive.until import Until
 from ..numerics.products import times
-from .cuts import find_cut, settled
+from .cuts import find_cut, log_likelihood, settled
 from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, fit_medians, fit_surface, number_of_terms, terms_at
 
 LEVELS = (1, 3)
@@ -267,15 +267,17 @@ class PooledCurves:
         self.degrees, self.curve, self.near = degrees, curve, near
         return True
 
-    def cut_region(self, normals: Array) -> bool:
+    def cut_region(self, normals: Array, agreed: bool) -> bool:
         """Cut the region at a plane across one of some normals (plane, axis), with the first degrees on both sides.
 
-        Return whether the runs ask for that.
+        Return whether the runs ask for that, where a check agreed with the surface more than for its further degrees.
         """
         if self.cut is not None or self.curve is None or not len(normals):
             return False
         found = find_cut(self.runs, normals, self._first_degrees, self.curve)
         if found is None or not self._inside(found):
+            return False
+        if agreed and log_likelihood(found, self.runs) <= log_likelihood(self.curve, self.runs):
             return False
         self._smooth = self._surfaces()
         self.degrees, self.cut, self.curve, self.near = self._first_degrees, found.cut, found, found

@@ -13,7 +13,7 @@ import scipy
 
 from ...aliases import Array
 from ..numerics.products import times
-from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, fit_surface, number_of_terms
+from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, cut_score, fit_surface, number_of_terms
 
 SHARES = np.linspace(0.1, 0.9, 9)
 """Shares of the runs on the near side of the cuts that are tried first, for each variable."""
@@ -26,6 +26,8 @@ HELD = 2.0
 for the size of a jump, 9 % of the places were outside without this factor."""
 LIKELY = 1e-3
 """Probability, of the best of all cuts that are tried, below which a jump is not there by chance."""
+PROMISING = 1000.0
+"""Times as likely may a jump be at a place beside it, of the nine, for its own place to be searched."""
 ROUNDS = 20
 
 
@@ -49,26 +51,25 @@ def find_cut(runs: Pool, normals: Array, degrees: tuple[int, int], start: Surfac
 
     Notes
     -----
-    From the likeliest of nine places a variable, place and coefficients are found in turns.  Wald's test of the jump of
-    ln median with the motions as clusters, times the number of places that were tried (Bonferroni).
+    From the likeliest of nine places a variable, by Rao's score of the jump there, place and coefficients are found in
+    turns.  Wald's test of the jump of ln median with the motions as clusters, times the number of places that were
+    tried (Bonferroni).
     """
     smooth = fit_surface(runs, degrees, start)
     if smooth is None:
         return None
     some = runs.some(np.arange(runs.x.size) % max(1, runs.x.size // SEARCHED) == 0)
     tried = [
-        (log_likelihood(one, some), one)
+        Cut(normal, place, place, place)
         for normal in normals
         for place in np.quantile(times(some.points, normal), SHARES).tolist()
-        if (one := fit_surface(some, degrees, smooth, Cut(normal, place, place, place))) is not None
     ]
-    if not tried:
+    best = max(tried, key=lambda cut: cut_score(some, smooth, cut))
+    found = fit_surface(runs, degrees, smooth, best)
+    if found is None or added_terms(smooth, found) * len(tried) > PROMISING * LIKELY:
         return None
-    best = max(tried, key=lambda pair: pair[0])[1]
-    found = settled(fit_surface(runs, degrees, best, best.cut), runs)
-    if found is None or added_terms(smooth, found) * len(normals) * len(SHARES) > LIKELY:
-        return None
-    return found
+    found = settled(found, runs)
+    return None if found is None or added_terms(smooth, found) * len(tried) > LIKELY else found
 
 
 def settled(surface: Surface | None, runs: Pool) -> Surface | None:

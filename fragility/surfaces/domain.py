@@ -8,6 +8,7 @@ the inertia factor, and in e and ln delta where blocks have their own, turned to
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ NEXT = 4
 """Blocks next to a cut are drawn from so many times as many of the nearest ones."""
 EVEN = 0.2
 POWER, DAMPED = 6, 0.25
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 OUTSIDE = 1e-7
 """Distance, in half widths of the region, by which rounding may put a block of it outside."""
 CANDIDATE_KEY, DESIGN_KEY, CHECK_KEY = (1, 0), (1, 1), (1, 2)
@@ -121,7 +123,7 @@ def _hull(points: Array) -> tuple[Array, Array]:
 
 
 def candidates(domain: Domain, seed: int) -> Array:
-    """Return points (point, axis) all over the region: its vertices, and others even in its volume."""
+    """Return points (point, axis) all over the region, neighbours after each other: vertices, and others even in it."""
     if domain.size == 0:
         return np.zeros((1, 0))
     if domain.size == 1:
@@ -135,10 +137,13 @@ def candidates(domain: Domain, seed: int) -> Array:
     shares = random.dirichlet(np.ones(domain.size + 1), CANDIDATES)
     inside = np.einsum("ij,ijk->ik", shares, corners[which])
     found = np.concatenate([domain.vertices, inside])
-    return np.asarray(found[np.lexsort(found.T)])
+    # (neighbours in the order of the tree's leaves are neighbours in the region)
+    return np.asarray(found[scipy.spatial.cKDTree(found, leafsize=1).indices])
 
 
-def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | None = None) -> Array:
+def design_weights(
+    points: Array, degree: int, dispersions: Array, cut: Cut | None = None, rounds: int = ROUNDS
+) -> Array:
     """Return shares of runs (point,) that determine a polynomial of a degree, or two, best, a fifth of them even.
 
     Four fifths are the design of the least mean seventh power of the variance of ln medians over the points, near that
@@ -154,7 +159,7 @@ def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | No
     worth = dispersions**-2
     even = np.full(len(points), 1.0 / len(points))
     weights = even
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         inverse: Array = np.asarray(np.linalg.inv(crossed(rows, (weights * worth)[:, None] * rows)), dtype=np.float64)
         variance = squares(rows, inverse)
         slope = crossed(rows, (variance / variance.max())[:, None] ** POWER * rows)
@@ -163,13 +168,14 @@ def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | No
     return (1.0 - EVEN) * weights + EVEN * even
 
 
-def designed(points: Array, weights: Array, number: int, seed: int, wave: int) -> Array:
-    """Return points of `number` blocks of a wave, drawn by their shares in even steps from a random start."""
-    random = stream(seed, *DESIGN_KEY, wave)
-    order = random.permutation(len(points))
-    steps = (np.arange(number) + random.random()) / number
-    where = np.searchsorted(np.cumsum(weights[order]), steps * weights.sum() * (1.0 - 1e-12))
-    return np.asarray(points[order[where]])
+def designed(points: Array, weights: Array, number: int, seed: int, part: int) -> Array:
+    """Return points of the `number` blocks of a part of the motions, by their shares in even steps along the points.
+
+    From part to part the steps move on by the golden section, which leaves no place out for long (Weyl's sequence).
+    """
+    start = (stream(seed, *DESIGN_KEY).random() + part * GOLDEN) % 1.0
+    steps = (np.arange(number) + start) / number
+    return np.asarray(points[np.searchsorted(np.cumsum(weights), steps * weights.sum() * (1.0 - 1e-12))])
 
 
 def check_points(domain: Domain, given: Array, number: int, seed: int) -> Array:

@@ -238,18 +238,16 @@ def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surf
     found = _likeliest(c, runs._replace(x=narrow * runs.x), rows)
     if found is None:
         return None
-    n = c.size - 1
-    own, beyond = n + 1, len(curve.coefficients) - sum(curve.sizes[1]) + 1
-    spread = curve.coefficients[beyond - 1 :].copy()
+    n, terms = c.size - 1, sum(curve.sizes[1])
+    spread = curve.coefficients[-terms:].copy()
     spread[0] += found.coefficients[n]
-    terms = len(spread) - 1
     return Surface(
         curve.variables,
         (degree, curve.degrees[1]),
         np.concatenate([found.coefficients[:n], spread]),
-        np.pad(found.covariance, (0, terms)),
+        np.pad(found.covariance, (0, terms - 1)),
         found.motions,
-        np.pad(found.influence, ((0, 0), (0, terms))),
+        np.pad(found.influence, ((0, 0), (0, terms - 1))),
         curve.cut,
     )
 
@@ -338,6 +336,18 @@ def _solved(information: Array, score: Array) -> Array | None:
     if np.linalg.cond(correlation) > 1e12:
         return None
     return np.asarray(np.linalg.solve(correlation, score / scale) / scale)
+
+
+def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
+    """Return Rao's score statistic of a cut: twice the ln likelihood, about, that a surface gains by jumping there.
+
+    0 where the runs do not determine the jump.
+    """
+    rows = _Rows(*(terms_at(runs.points, degree, cut) for degree in smooth.degrees))
+    sums = _sums(_begin(runs, smooth.degrees, smooth, cut), runs, rows)
+    gradient = sums.scores.sum(axis=0)
+    step = _solved(sums.information, gradient)
+    return 0.0 if step is None else float(step @ gradient)
 
 
 def added_terms(one: Surface, other: Surface) -> float:

@@ -9,7 +9,16 @@ import scipy
 from toppling.fragility.surfaces.cuts import HELD, find_cut, log_likelihood, placed, settled
 from toppling.fragility.surfaces.domain import check_points, cut_check_points, design_weights, domain_of, normals
 from toppling.fragility.surfaces.evaluation import LawSurfaces, curves_at
-from toppling.fragility.surfaces.surface import Cut, Pool, added_terms, basis, fit_surface, number_of_terms, terms_at
+from toppling.fragility.surfaces.surface import (
+    Cut,
+    Pool,
+    added_terms,
+    basis,
+    cut_score,
+    fit_surface,
+    number_of_terms,
+    terms_at,
+)
 
 PLACE = 0.3
 PLANES = np.eye(2)
@@ -53,6 +62,17 @@ def test_a_jump_is_found_where_it_is():
 
 def test_no_jump_is_found_where_there_is_none():
     assert [found_in(pool(seed, of=smooth)) for seed in range(10)] == [None] * 10
+
+
+def test_the_score_of_a_cut_is_twice_the_likelihood_that_it_gains():
+    for of, places in ((smooth, (-0.5, 0.0, 0.5)), (jumping, (PLACE,))):
+        runs = pool(of=of)
+        without = fit_surface(runs, (2, 1))
+        for place in places:
+            cut = Cut(PLANES[0], place, place, place)
+            gain = log_likelihood(fit_surface(runs, (2, 1), without, cut), runs) - log_likelihood(without, runs)
+            assert cut_score(runs, without, cut) == pytest.approx(2.0 * gain, rel=0.15)
+    assert cut_score(runs, without, Cut(PLANES[0], 2.0, 2.0, 2.0)) == 0.0
 
 
 @pytest.mark.slow

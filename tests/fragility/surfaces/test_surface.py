@@ -8,7 +8,7 @@ import scipy
 import statsmodels.api as sm
 
 from toppling.fragility.kernels.surfaces import add_scores
-from toppling.fragility.surfaces.surface import Pool, added_terms, basis, exponents, fit_surface
+from toppling.fragility.surfaces.surface import Pool, added_terms, basis, exponents, fit_medians, fit_surface
 
 
 def pool(seed=0, motions=200, each=8, variables=2, together=0.5):
@@ -143,6 +143,53 @@ def test_errors_are_those_of_repetitions():
     middle = np.array([one.log_medians(points) for one in found])
     error = np.array([one.median_errors(points) for one in found])
     np.testing.assert_allclose(middle.std(axis=0), np.sqrt((error**2).mean(axis=0)), rtol=0.2)
+
+
+def medians_of(runs):
+    """The curve of all runs, and medians from those near them."""
+    curve = fit_surface(runs, (3, 1))
+    close = runs.some(np.abs(runs.x - curve.log_medians(runs.points)) < 0.3)
+    return curve, close, fit_medians(close, 3, curve, curve)
+
+
+def test_medians_alone_are_the_likeliest_with_dispersions_a_constant_times_the_curves():
+    """Against BFGS on the likelihood written down plainly."""
+    curve, close, found = medians_of(pool())
+    middle, narrow = basis(close.points, 3), np.exp(-curve.log_dispersions(close.points))
+
+    def loss(c):
+        z = (close.x - middle @ c[:10]) * narrow * np.exp(-c[10])
+        return -scipy.special.log_ndtr(np.where(close.fell, z, -z)).sum()
+
+    other = scipy.optimize.minimize(
+        loss, np.r_[curve.coefficients[:10], 0.05], method="BFGS", options={"gtol": 1e-6, "maxiter": 2000}
+    )
+    points = np.random.default_rng(1).uniform(-1.0, 1.0, (20, 2))
+    np.testing.assert_allclose(found.log_medians(points), basis(points, 3) @ other.x[:10], atol=2e-4)
+    factors = found.log_dispersions(points) - curve.log_dispersions(points)
+    np.testing.assert_allclose(factors, other.x[10], atol=2e-4)
+    assert found.degrees == (3, 1)
+    assert found.covariance.shape == (13, 13)
+    # (the errors of the curve's slopes are not its own)
+    assert not found.covariance[11:].any()
+    assert not found.influence[:, 11:].any()
+    assert (np.diag(found.covariance)[:11] > 0.0).all()
+
+
+def test_medians_alone_are_none_where_the_runs_do_not_determine_them():
+    curve, close, _ = medians_of(pool())
+    assert fit_medians(close._replace(fell=np.ones_like(close.fell)), 3, curve, curve) is None
+    assert fit_medians(close.some(np.arange(close.x.size) < 8), 3, curve, curve) is None
+
+
+def test_errors_of_medians_alone_are_those_of_repetitions():
+    """Although dispersions come from the same motions, and are taken as known."""
+    found = [medians_of(pool(seed, motions=200))[2] for seed in range(150)]
+    points = np.array([[-1.0, -1.0], [0.0, 0.0], [1.0, 0.5], [1.0, 1.0]])
+    middle = np.array([one.log_medians(points) for one in found])
+    error = np.array([one.median_errors(points) for one in found])
+    np.testing.assert_allclose(middle.std(axis=0), np.sqrt((error**2).mean(axis=0)), rtol=0.2)
+    assert np.abs((middle.mean(axis=0) - truth(points)) / middle.std(axis=0) * math.sqrt(150)).max() < 4.0
 
 
 def test_terms_that_are_not_there_are_rarely_found_and_those_that_are_always():
