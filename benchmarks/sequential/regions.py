@@ -230,22 +230,39 @@ def _print_kink() -> None:
     print(f"kink: {account}; {100.0 * held:.1f} % of 200 blocks in their intervals, 95 % differ by {gap:.4f} at most")
 
 
-def rates(slope: float, motions: int = 4000) -> Array:
-    """Return rates from a surface over those of direct runs, less 1, for eight blocks under a power-law hazard."""
+class Rates(NamedTuple):
+    """Rates of surfaces (surface, block) over those of direct runs, less 1, and half widths of their intervals."""
+
+    errors: Array
+    reach: Array
+
+
+def rates(slopes: Sequence[float], motions: int = 4000) -> list[Rates]:
+    """Return rates of eight blocks by surfaces, beside those of direct runs, under a power-law hazard of each slope."""
     columns = region(20_000, 1)
     tested = _inside(columns, region(8, 3))
-    hazard = HazardCurve.power_law(1e-3, slope, "pga")
-    surface = pooled(columns, LAWS[0], MOTIONS, until={"median": 0.03}, hazard=hazard, seed=1)
-    curves = surface_curves(surface, tested, hazard)
-    found = []
-    for block, median in zip(blocks_of(tested), curves["median"].values[:, 0], strict=True):
+    hazards = [HazardCurve.power_law(1e-3, slope, "pga") for slope in slopes]
+    found = [[_rates(columns, tested, hazard, 1 + k) for k in range(SURFACES)] for hazard in hazards]
+    direct = np.empty((len(slopes), len(tested)))
+    for i, block in enumerate(blocks_of(tested)):
+        median = float(found[0][0]["median"][i, 0])
         levels = np.geomspace(0.3 * median, 5.0 * median, 60)
         shares = _shares(block, LAWS[0], levels, motions)
-        # (the integral of P over the rate between levels so close that P is linear between them)
-        mass = -np.diff(hazard.rate_at(levels))
-        direct = float((0.5 * (shares[:-1] + shares[1:]) * mass).sum() + hazard.rate_at(levels[-1:])[0])
-        found.append(direct)
-    return np.asarray(curves["rate"].values[:, 0] / np.array(found) - 1.0)
+        for k, hazard in enumerate(hazards):
+            # (the integral of P over the rate between levels so close that P is linear between them)
+            mass = -np.diff(hazard.rate_at(levels))
+            direct[k, i] = (0.5 * (shares[:-1] + shares[1:]) * mass).sum() + hazard.rate_at(levels[-1:])[0]
+    return [_compared(own, one) for own, one in zip(found, direct, strict=True)]
+
+
+def _rates(columns: BlockArray, tested: BlockArray, hazard: HazardCurve, seed: int) -> xr.Dataset:
+    surface = pooled(columns, LAWS[0], MOTIONS, until={"median": 0.03}, hazard=hazard, seed=seed)
+    return surface_curves(surface, tested, hazard)
+
+
+def _compared(found: Sequence[xr.Dataset], direct: Array) -> Rates:
+    rate, upper = (np.stack([one[name].values[:, 0] for one in found]) for name in ("rate", "rate_upper"))
+    return Rates(rate / direct - 1.0, upper / rate - 1.0)
 
 
 def _shares(block: Block, law: Law, levels: Array, motions: int) -> Array:
@@ -286,11 +303,23 @@ def _print_million(generator: Generator = MOTIONS, im: str = "pga") -> None:
     print("\n".join(found["account"].values.tolist()))
 
 
+def _print_rates() -> None:
+    slopes = (2.0, 3.0)
+    for slope, one in zip(slopes, rates(slopes), strict=True):
+        errors, reach = 100.0 * one.errors, 100.0 * one.reach
+        held = float((np.abs(np.log1p(one.errors)) <= np.log1p(one.reach)).mean())
+        print(
+            f"k = {slope:g}: {errors.min():+.1f} to {errors.max():+.1f} %, rms {np.sqrt(np.mean(errors**2)):.1f} %, "
+            f"mean {errors.mean():+.1f} %; half widths {reach.min():.1f} to {reach.max():.1f} %, median "
+            f"{np.median(reach):.1f} %; {100.0 * held:.0f} % of {errors.size} in their intervals"
+        )
+
+
 _PARTS: dict[str, Callable[[], Any]] = {
     "plane": lambda: print("\n".join(f"{law}, {_text(one)}" for law, one in plane())),
     "band": lambda: print(band()),
     "kink": _print_kink,
-    "rates": lambda: print("\n".join(f"k = {k:g}: {np.round(100.0 * rates(k), 1).tolist()} %" for k in (2.0, 3.0))),
+    "rates": _print_rates,
     "million": _print_million,
     "site": lambda: _print_million(SITE_BASED, "pgv"),
 }

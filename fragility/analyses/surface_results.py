@@ -116,9 +116,10 @@ def surface_dataset(
             n = len(one.coefficients)
             coefficients[i, :n], covariance[i, :n, :n] = one.coefficients, one.covariance
         term = f"{kind}_term"
-        which = "runs near the medians" if kind == "near" else "all runs"
+        near = kind == "near"
+        which, spread = ("runs near the medians", " (of all runs, times a factor)") if near else ("all runs", "")
         for name, own, on, text in (
-            ("coefficients", coefficients, ("model", term), "of ln median, then of ln dispersion"),
+            ("coefficients", coefficients, ("model", term), f"of ln median, then of ln dispersion{spread}"),
             ("covariance", covariance, ("model", term, f"{term}_too"), "of the coefficients"),
             ("degrees", [one.degrees for one in surfaces], ("model", "degree_of"), "of ln median, of ln dispersion"),
             ("motions", [one.motions for one in surfaces], ("model",), "number of motions"),

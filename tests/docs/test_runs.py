@@ -144,4 +144,7 @@ def test_pooled_surfaces_beside_grids(runs):
     assert surface[1].rms <= local[-1].rms < surface[0].rms
     assert surface[0].rms < 0.6 * local[1].rms
     assert surface[0].seconds < 1.1 * local[1].seconds
+    # (in the same time about a third of the error)
+    assert surface[2].rms < 0.35 * local[1].rms
+    assert surface[2].seconds < 1.1 * local[1].seconds
     assert ways["20 common levels, curve through all"][-1].rms > 2.0 * surface[0].rms
