@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
 Motions = tuple[xr.DataArray, ...]
-POOLED_RUNS = 95.0
+POOLED_RUNS = 60.0
 """Runs under one law that a surface takes, times the square of the half width, as seen (docs/adaptive.md)."""
 MOST_CHECKS = 3
 """Most checks of a surface as a rule: a degree more or an aim that is missed takes another one."""
