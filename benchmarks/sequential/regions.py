@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...aliases import Array, Flags
 from ...fragility.adaptive.probit import Observations, fit_probit
 from ...fragility.analyses.pooled import pooled
 from ...fragility.analyses.surface_results import surface_curves
@@ -231,10 +231,14 @@ def _print_kink() -> None:
 
 
 class Rates(NamedTuple):
-    """Rates of surfaces (surface, block) over those of direct runs, less 1, and half widths of their intervals."""
+    """Rates of surfaces (surface, block) over those of direct runs, less 1, and half widths of their intervals.
+
+    apart: of which surfaces (surface,) single checked blocks are off the plane of ratios, which widens all intervals.
+    """
 
     errors: Array
     reach: Array
+    apart: Flags
 
 
 def rates(slopes: Sequence[float], motions: int = 4000) -> list[Rates]:
@@ -257,12 +261,13 @@ def rates(slopes: Sequence[float], motions: int = 4000) -> list[Rates]:
 
 def _rates(columns: BlockArray, tested: BlockArray, hazard: HazardCurve, seed: int) -> xr.Dataset:
     surface = pooled(columns, LAWS[0], MOTIONS, until={"median": 0.03}, hazard=hazard, seed=seed)
-    return surface_curves(surface, tested, hazard)
+    return surface_curves(surface, tested, hazard).assign(rate_apart=surface["rate_apart"])
 
 
 def _compared(found: Sequence[xr.Dataset], direct: Array) -> Rates:
     rate, upper = (np.stack([one[name].values[:, 0] for one in found]) for name in ("rate", "rate_upper"))
-    return Rates(rate / direct - 1.0, upper / rate - 1.0)
+    apart = np.array([float(one["rate_apart"][0]) > 0.0 for one in found])
+    return Rates(rate / direct - 1.0, upper / rate - 1.0, apart)
 
 
 def _shares(block: Block, law: Law, levels: Array, motions: int) -> Array:
@@ -306,13 +311,19 @@ def _print_million(generator: Generator = MOTIONS, im: str = "pga") -> None:
 def _print_rates() -> None:
     slopes = (2.0, 3.0)
     for slope, one in zip(slopes, rates(slopes), strict=True):
-        errors, reach = 100.0 * one.errors, 100.0 * one.reach
+        gaps = 100.0 * one.errors
+        widths = [f"{own.min():.1f} to {own.max():.1f} %" for own in _halves(one)]
         held = float((np.abs(np.log1p(one.errors)) <= np.log1p(one.reach)).mean())
         print(
-            f"k = {slope:g}: {errors.min():+.1f} to {errors.max():+.1f} %, rms {np.sqrt(np.mean(errors**2)):.1f} %, "
-            f"mean {errors.mean():+.1f} %; half widths {reach.min():.1f} to {reach.max():.1f} %, median "
-            f"{np.median(reach):.1f} %; {100.0 * held:.0f} % of {errors.size} in their intervals"
+            f"k = {slope:g}: {gaps.min():+.1f} to {gaps.max():+.1f} %, rms {np.sqrt(np.mean(gaps**2)):.1f} %, "
+            f"mean {gaps.mean():+.1f} %; {100.0 * held:.0f} % of {gaps.size} in their intervals; half widths "
+            f"{', and where checked blocks are off the plane '.join(widths)} ({one.apart.sum()} of {one.apart.size})"
         )
+
+
+def _halves(one: Rates) -> list[Array]:
+    """Return half widths (%) of surfaces on whose plane of ratios all checked blocks lie, and of the others, if any."""
+    return [100.0 * one.reach[which] for which in (~one.apart, one.apart) if which.any()]
 
 
 _PARTS: dict[str, Callable[[], Any]] = {

@@ -120,10 +120,10 @@ def pooled(
     the motions as clusters asks for it, and where the check does.  Blocks are near D-optimal in the convex hull of
     those given.  Medians are fitted to runs near them alone, with the dispersions of the curve through all runs times
     one factor.  The check runs 24 blocks under fresh motions (of a set: under the same).  Where further degrees do not
-    remove a difference beyond chance, or one surface of the first degrees and a jump is likelier than one of more
-    degrees, the region is cut across one of the variables, at the place of the greatest likelihood, if Wald's test
-    finds a jump of the medians there, and the cut stays if 24 other blocks under further motions, half of them next to
-    it, differ less from the surface with it than from one without.  Intervals of blocks of which the runs do not tell
+    remove a difference beyond chance, or where the runs are likelier with a jump than without, the region is cut across
+    one of the variables, at the place of the greatest likelihood, if Wald's test finds a jump of the medians there, and
+    the cut stays if 24 other blocks under further motions, half of them next to it, differ less from the surface with
+    it than from one without.  Intervals of blocks of which the runs do not tell
     the side hold those of both sides.  What remains of the difference is added to every interval and is named in
     `account`.  Blocks that are close to each other fall together more often than their curves say: the number that fall
     in one event cannot be found from this result, but from runs of a sample of them under common motions

@@ -112,8 +112,8 @@ class PooledRuns:
         self._candidates = candidates(plan.domain, plan.seed)
         self._given = given
         self.check_points = check_points(plan.domain, given, BLOCKS, plan.seed)
-        self._cut: set[int] = set()
-        self._before: dict[int, float] = {}
+        self._tried_cuts: set[int] = set()
+        self._worst_before_cut: dict[int, float] = {}
         self._cut_checks: dict[int, int] = {}
         self.others = OtherMeasures(plan.scaled)
         self._doubts: list[Doubt] = []
@@ -127,7 +127,13 @@ class PooledRuns:
         open_laws = set(range(len(self.laws)))
         while open_laws:
             while any(not law.stopped for law in self.laws):
-                self._wave()
+                if self._done < self.plan.most:
+                    self._wave()
+                    continue
+                # (the checks of other laws took the last motions)
+                for law in self.laws:
+                    if not law.stopped:
+                        law.run_out(MOST_MOTIONS)
             for k in sorted(open_laws):
                 law = self.laws[k]
                 if law.near is not None:
@@ -151,6 +157,11 @@ class PooledRuns:
         # (each law's fits are its own, and spend their time in products of matrices)
         for _ in shared(lambda k: self.laws[k].look(last=last), going):
             pass
+        if plan.source.size is None:
+            # (of a generator's motions, checks have taken some: it is the number allowed that ends them)
+            for k in going:
+                if self.laws[k].stopped == NO_MORE:
+                    self.laws[k].stopped = MOST_MOTIONS
         self._tell()
 
     def _next(self) -> int:
@@ -238,21 +249,20 @@ class PooledRuns:
         return run_wave(plan.request, specimens, None, wave.records, factors)["overturned"].reshape(x.shape)
 
     def _checked(self, k: int, law: PooledCurves) -> Check:
-        """Check a law at blocks of their own; raise its degree, or cut the region, and go on, where that helps."""
+        """Check a law at blocks of their own; raise its degree, or cut the region, and go on, where that helps.
+
+        A cut is tried once, where the check fails or the runs show a jump although it does not.
+        """
         points = self._check_points(k, law)
         runs = self._check_runs(k, law, points)
-        while True:
-            assert law.near is not None
-            found = check_surface(law.near, points, *runs)
-            if found.passed or not law.raise_degree():
-                break
-        before = self._before.pop(k, None)
+        found = _raised(law, points, runs)
+        before = self._worst_before_cut.pop(k, None)
         if before is not None:
             found = _better(law, found, points, runs, before)
         # (a few blocks may miss a jump that all runs together show)
-        elif k not in self._cut and law.cut_region(normals(self.plan.domain), found.passed):
-            self._cut.add(k)
-            self._before[k] = found.worst
+        elif k not in self._tried_cuts and law.cut_region(normals(self.plan.domain), found.passed):
+            self._tried_cuts.add(k)
+            self._worst_before_cut[k] = found.worst
             if not self._goes_on(law):
                 return self._checked(k, law)
             return found
@@ -328,17 +338,26 @@ class PooledRuns:
             first = int(wave.numbers[-1]) + 1
 
 
+def _raised(law: PooledCurves, points: Array, runs: tuple[Index, Array, Flags]) -> Check:
+    """Check a law, with a degree more and again where it fails, and return the last check."""
+    while True:
+        assert law.near is not None
+        found = check_surface(law.near, points, *runs)
+        if found.passed or not law.raise_degree():
+            return found
+
+
 def _better(law: PooledCurves, found: Check, points: Array, runs: tuple[Index, Array, Flags], before: float) -> Check:
     """Decide whether a cut stays, by the first check with it, and return the check of the surface that does.
 
-    It stays where the blocks differ from it by half as much, at most, as from one surface through the same runs.
-    before: ln median by which the check differed that asked for the cut.
+    It stays where the blocks differ from it by half as much, at most, as from one surface through the same runs, whose
+    degree is raised where that helps, as that of the surface with the cut was.
+    before: largest difference at the check before the cut, 0 where that check had passed.
     """
-    smooth = law.smooth()
-    assert smooth.near is not None
-    other = check_surface(smooth.near, points, *runs)
+    cut = law.without_cut()
+    other = _raised(law, points, runs)
     if found.worst < SHRUNK * other.worst:
+        law.take(cut)
         return found
-    law.take(smooth)
     # (that these blocks differ less does not take back what the others said)
     return other._replace(worst=max(other.worst, before))

@@ -1,8 +1,8 @@
 """Pooled analysis of one law: levels for the next runs, what they say of all blocks, and whether to go on.
 
 It knows nothing of blocks and motions: whoever runs them asks for levels and returns outcomes.  Two surfaces are
-fitted: one near the medians alone, where hardly any curve differs from a lognormal one, for medians; and one through
-all runs, for curves.
+fitted: one through all runs, for curves; and one near the medians alone, where hardly any curve differs from a
+lognormal one, for medians, with the dispersions of the first times one factor.
 """
 
 from __future__ import annotations
@@ -222,11 +222,15 @@ class PooledCurves:
             if more is not None and added_terms(self.near, more) < LIKELY:
                 self.raise_degree()
 
-    def _fit_near(self, degree: int) -> Surface | None:
-        """Fit the surface to runs near the medians alone; None where they do not determine it."""
+    def _fit_near(self, degree: int, curve: Surface | None = None) -> Surface | None:
+        """Fit the surface to runs near the medians alone; None where they do not determine it.
+
+        curve: whose dispersions are taken, that of now where it is None.
+        """
         if degree > MOST_DEGREES[0]:
             return None
-        assert self.curve is not None
+        spread = curve or self.curve
+        assert spread is not None
         runs, found = self.runs, self.near
         window = WINDOW * self.distances(runs.points)
         for _ in range(2):  # (the window follows the medians)
@@ -234,7 +238,7 @@ class PooledCurves:
             own = runs.some(np.abs(runs.x - found.log_medians(runs.points)) <= window)
             if not self._enough((degree, 0), own):
                 return None
-            found = fit_medians(own, degree, self.curve, found)
+            found = fit_medians(own, degree, spread, found)
             if found is None or not self._plausible(found):
                 return None
         return found
@@ -261,16 +265,27 @@ class PooledCurves:
         degrees = self.degrees[0] + 1, min(self.degrees[1] + 1, MOST_DEGREES[1])
         if degrees[0] > MOST_DEGREES[0] or not self._points.shape[1] or not self._enough(degrees, self.runs):
             return False
-        curve, near = fit_surface(self.runs, degrees, self.curve, self.cut), self._fit_near(degrees[0])
-        if curve is None or near is None or not self._inside(curve):
+        curve = fit_surface(self.runs, degrees, self.curve, self.cut)
+        if curve is None or not self._inside(curve):
+            return False
+        near = self._fit_near(degrees[0], curve)
+        if near is None:
             return False
         self.degrees, self.curve, self.near = degrees, curve, near
         return True
 
     def cut_region(self, normals: Array, agreed: bool) -> bool:
-        """Cut the region at a plane across one of some normals (plane, axis), with the first degrees on both sides.
+        """Cut the region at a plane where the runs ask for that; return whether they do.
 
-        Return whether the runs ask for that, where a check agreed with the surface more than for its further degrees.
+        Both sides have the first degrees, and a jump between them.
+
+        Parameters
+        ----------
+        normals : array (plane, axis)
+            Directions across which a plane may lie.
+        agreed : bool
+            True where the check found no difference.  Of a surface whose degree was raised, which can follow a jump in
+            part, the surface with the cut must then be the likelier one.
         """
         if self.cut is not None or self.curve is None or not len(normals):
             return False
@@ -284,15 +299,13 @@ class PooledCurves:
         self.near = self._fit_near(self.degrees[0]) or found
         return True
 
-    def smooth(self) -> Surfaces:
-        """Return the surfaces without the cut, of the degrees before it, through the runs of now."""
+    def without_cut(self) -> Surfaces:
+        """Put those without the cut, through the runs of now, in the place of the surfaces; return the ones with it."""
         assert self._smooth is not None
         own = self._surfaces()
         self.take(self._smooth)
         self._fit()
-        found = self._surfaces()
-        self.take(own)
-        return found
+        return own
 
     def take(self, surfaces: Surfaces) -> None:
         """Put other surfaces in the place of these."""

@@ -27,7 +27,7 @@ for the size of a jump, 9 % of the places were outside without this factor."""
 LIKELY = 1e-3
 """Probability, of the best of all cuts that are tried, below which a jump is not there by chance."""
 PROMISING = 1000.0
-"""Times as likely may a jump be at a place beside it, of the nine, for its own place to be searched."""
+"""Times `LIKELY`: probability at the best of the first places beyond which the place itself is not searched."""
 ROUNDS = 20
 
 

@@ -29,6 +29,7 @@ NEXT = 4
 EVEN = 0.2
 POWER, DAMPED = 6, 0.25
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Share of a step by which designs move on from part to part: the places of any number of parts lie evenly."""
 OUTSIDE = 1e-7
 """Distance, in half widths of the region, by which rounding may put a block of it outside."""
 CANDIDATE_KEY, DESIGN_KEY, CHECK_KEY = (1, 0), (1, 1), (1, 2)

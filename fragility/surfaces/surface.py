@@ -211,8 +211,8 @@ def fit_surface(
 def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surface | None:
     """Fit medians alone to runs near them: dispersions are those of a curve, times one factor for all blocks.
 
-    Levels near the medians tell little of dispersions.  Polynomials of their own were found up to 1.6 times too wide
-    at the corners of a region, and the errors of its medians with them.
+    Levels near the medians tell little of dispersions.  Those of a polynomial of their own were up to 1.6 times too
+    wide at the corners of a region, and errors of medians there are in proportion.
 
     Parameters
     ----------

@@ -71,6 +71,9 @@ def test_a_degree_is_raised_where_the_truth_asks_for_it():
         {"median": 0.05, "motions": {"most": 20000}}, of=lambda one: middle(one) + 0.15 * np.cos(4.0 * one[:, 0])
     )
     assert law.degrees[0] >= 4
+    # (and medians have the dispersions of the curve of this degree, times one factor)
+    assert law.near.degrees == law.curve.degrees == law.degrees
+    assert np.ptp(law.near.log_dispersions(POINTS) - law.curve.log_dispersions(POINTS)) < 1e-12
     assert np.abs(law.near.log_medians(POINTS) - middle(POINTS) - 0.15 * np.cos(4.0 * POINTS[:, 0])).max() < 0.06
 
 

@@ -8,7 +8,7 @@ import scipy
 import statsmodels.api as sm
 
 from toppling.fragility.kernels.surfaces import add_scores
-from toppling.fragility.surfaces.surface import Pool, added_terms, basis, exponents, fit_medians, fit_surface
+from toppling.fragility.surfaces.surface import Cut, Pool, added_terms, basis, exponents, fit_medians, fit_surface
 
 
 def pool(seed=0, motions=200, each=8, variables=2, together=0.5):
@@ -174,6 +174,36 @@ def test_medians_alone_are_the_likeliest_with_dispersions_a_constant_times_the_c
     assert not found.covariance[11:].any()
     assert not found.influence[:, 11:].any()
     assert (np.diag(found.covariance)[:11] > 0.0).all()
+
+
+@pytest.mark.parametrize("variables", [0, 1])
+def test_medians_alone_in_fewer_variables(variables):
+    random = np.random.default_rng(3)
+    points, motion = random.uniform(-1.0, 1.0, (1600, variables)), np.repeat(np.arange(200), 8)
+    x = random.uniform(-0.5, 0.5, 1600)
+    runs = Pool(points, x, 0.3 * random.standard_normal(1600) < x - 0.1 * points.sum(axis=1), motion)
+    curve = fit_surface(runs, (2, 1))
+    found = fit_medians(runs.some(np.abs(x) < 0.2), 2, curve, curve)
+    tested = np.linspace(-1.0, 1.0, 5)[:, None][:, :variables]
+    assert (np.abs(found.log_medians(tested) - 0.1 * tested.sum(axis=1)) < 4.0 * found.median_errors(tested)).all()
+    assert np.ptp(found.log_dispersions(tested) - curve.log_dispersions(tested)) < 1e-12
+
+
+def test_medians_alone_with_a_cut_have_its_dispersions_on_both_sides():
+    runs = pool(motions=400)
+    far = runs.points[:, 0] >= 0.2
+    runs = runs._replace(x=runs.x + 0.3 * far)
+    cut = Cut(np.array([1.0, 0.0]), 0.2, 0.2, 0.2)
+    curve = fit_surface(runs, (3, 1), cut=cut)
+    close = runs.some(np.abs(runs.x - curve.log_medians(runs.points)) < 0.3)
+    found = fit_medians(close, 3, curve, curve)
+    assert found.sizes == curve.sizes
+    assert found.coefficients.shape == curve.coefficients.shape
+    points = np.random.default_rng(4).uniform(-1.0, 1.0, (50, 2))
+    factors = found.log_dispersions(points) - curve.log_dispersions(points)
+    np.testing.assert_allclose(factors, factors[0], atol=1e-12)
+    middle = truth(points) + 0.3 * (points[:, 0] >= 0.2)
+    assert np.abs((found.log_medians(points) - middle) / found.median_errors(points)).max() < 4.0
 
 
 def test_medians_alone_are_none_where_the_runs_do_not_determine_them():
