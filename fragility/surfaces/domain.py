@@ -124,7 +124,7 @@ def _hull(points: Array) -> tuple[Array, Array]:
 
 
 def candidates(domain: Domain, seed: int) -> Array:
-    """Return points (point, axis) all over the region, neighbours after each other: vertices, and others even in it."""
+    """Return points (point, axis) all over the region, in the order of neighbours: vertices, and others at random."""
     if domain.size == 0:
         return np.zeros((1, 0))
     if domain.size == 1:
@@ -142,9 +142,7 @@ def candidates(domain: Domain, seed: int) -> Array:
     return np.asarray(found[scipy.spatial.cKDTree(found, leafsize=1).indices])
 
 
-def design_weights(
-    points: Array, degree: int, dispersions: Array, cut: Cut | None = None, rounds: int = ROUNDS
-) -> Array:
+def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | None = None) -> Array:
     """Return shares of runs (point,) that determine a polynomial of a degree, or two, best, a fifth of them even.
 
     Four fifths are the design of the least mean seventh power of the variance of ln medians over the points, near that
@@ -160,7 +158,7 @@ def design_weights(
     worth = dispersions**-2
     even = np.full(len(points), 1.0 / len(points))
     weights = even
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         inverse: Array = np.asarray(np.linalg.inv(crossed(rows, (weights * worth)[:, None] * rows)), dtype=np.float64)
         variance = squares(rows, inverse)
         slope = crossed(rows, (variance / variance.max())[:, None] ** POWER * rows)
