@@ -6,7 +6,7 @@ OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
 .PHONY: help study docs validation validate-experiments scenarios drawing schema gallery film p58 paper sensitivity walls kits directions runs consistency sliding-map scaling examples lint test test-slow test-all \
-        test-exchange environments lock benchmark clean
+        coverage engine-truth test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -139,6 +139,18 @@ test-slow: $(VENV)/installed-dev
 # test and test-slow (half an hour)
 test-all: test test-slow
 
+# (which tests reach a line stays in $(VENV)/covered; limits on time may fail while lines are counted: the table is made
+# all the same)
+# tests/coverage.csv: the lines and branches that all tests reach, room by room (an hour)
+coverage: $(VENV)/installed-dev
+	-COVERAGE_FILE=$(abspath $(VENV))/covered $(BIN)/python -m pytest $(SHARED) -q --cov --cov-config=tests/coverage.ini \
+	  --cov-context=test --cov-report=json:$(VENV)/coverage.json tests
+	$(BIN)/python tests/support/coverage_table.py $(VENV)/coverage.json tests/coverage.csv
+
+# the engine's errors against the 40-digit truth, and a hash of all its numbers: the same before and after a rebuilding
+engine-truth: $(VENV)/installed-dev
+	$(BIN)/python tests/golden/engine_truth.py
+
 # the lowest and the newest versions, other Pythons, the sdist beside other programs, the wheel (a quarter of an hour)
 environments: | $(BIN)/python
 	PYTHON=$(abspath $(BIN)/python) .ci/environments
@@ -148,6 +160,11 @@ lock: $(VENV)/installed-dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	$(BIN)/uv pip compile --quiet --upgrade --universal --generate-hashes --no-annotate --python-version 3.11 \
 	  --custom-compile-command 'make lock' --output-file requirements.lock pyproject.toml
+
+# what differs between an old commit and the working tree: make golden OLD=COMMIT, and ONLY=PATTERN or PAIRS=1 (ten minutes)
+golden: $(VENV)/installed-dev
+	@test -n "$(OLD)" || { echo "make golden OLD=COMMIT: the commit to compare with is missing" >&2; exit 2; }
+	$(BIN)/python tests/golden/run.py --old $(OLD) $(if $(ONLY),--only "$(ONLY)") $(if $(PAIRS),--pairs)
 
 # Exported curves, read by the programs they are for: pelicun, and OpenQuake's own reader of NRML, each in an environment
 # of its own (both ask for older libraries than ours). OpenQuake without what its reader does not need, GDAL above all.

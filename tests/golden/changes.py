@@ -1,0 +1,72 @@
+"""Intended differences: the entries of CHANGES.md."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from typing import NamedTuple
+
+from compare import Difference
+
+
+class Change(NamedTuple):
+    """An intended difference, an entry of CHANGES.md.
+
+    after, before: last commit without the change; first commit that has it no longer, empty if there is none.
+    studies, items: patterns of cases and of items.
+    largest: largest relative difference allowed of numbers; infinity for texts, variables and files.
+    text: a regular expression that the words of the difference contain.
+    """
+
+    issue: str
+    after: str
+    studies: str
+    items: Sequence[str]
+    reason: str
+    largest: float = math.inf
+    text: str = ""
+    before: str = ""
+
+    def allows(self, difference: Difference) -> bool:
+        """True if the change explains a difference."""
+        return (
+            fnmatchcase(difference.case, self.studies)
+            and any(fnmatchcase(difference.item, item) for item in self.items)
+            and difference.size <= self.largest
+            and re.search(self.text, difference.what) is not None
+        )
+
+
+def read_changes(text: str) -> list[Change]:
+    """Return the entries of CHANGES.md, which stand in its blocks of TOML.
+
+    Raises
+    ------
+    ValueError
+        An entry allows every difference of every case.
+    """
+    blocks = re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    changes = [Change(**entry) for block in blocks for entry in tomllib.loads(block).get("change", [])]
+    for change in changes:
+        if change.allows(Difference("any/case", "any.file:item", math.inf, "any words")):
+            raise ValueError(f"CHANGES.md: {change.issue}: {change.reason}: an entry must not allow everything")
+    return changes
+
+
+def sort_out(
+    differences: Iterable[Difference], changes: Sequence[Change], whole: bool
+) -> tuple[list[Difference], list[Change]]:
+    """Return the differences that no change allows, and the changes that allow none.
+
+    whole: True if the whole corpus was compared, so that every change must explain something.
+    """
+    unlisted, idle = [], list(changes)
+    for difference in differences:
+        allowing = [change for change in changes if change.allows(difference)]
+        idle = [change for change in idle if change not in allowing]
+        if not allowing:
+            unlisted.append(difference)
+    return unlisted, idle if whole else []

@@ -1,0 +1,51 @@
+"""Refused files: the exit code, and a sentence that names what is wrong, for each of them."""
+
+import pytest
+import refused_cases
+
+from toppling.studies.command import cli
+
+CASES = refused_cases.cases()
+TABLES = list(dict.fromkeys(case.name.split("/")[1] for case in CASES))
+EVERY = 3
+"""One case in so many is tested by `make test`, the others by `make test-slow`."""
+
+
+def problems(case, folder, monkeypatch, capsys):
+    """What is wrong with the refusals of a case: of its last command, or of all after those that run studies."""
+    case.write(folder)
+    monkeypatch.chdir(folder)
+    told = ""
+    for number, command in enumerate(case.commands, start=1):
+        code = cli.main(list(command))
+        last = capsys.readouterr().err
+        if command[0] == "run" and number < len(case.commands):
+            if code:
+                yield f"toppling {' '.join(command)} ended with {code}: {last}"
+            continue
+        told += last
+        sentences = [line for line in last.splitlines() if line.startswith("toppling:")]
+        if code != cli.EXIT_INPUT or len(sentences) != 1 or "Traceback" in last:
+            yield f"toppling {' '.join(command)} ended with {code}: {last}"
+    for name in case.names:
+        if name not in told:
+            yield f"{name!r} is not named: {told}"
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("quick", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["some", "others"])
+def test_refused(tmp_path, monkeypatch, capsys, table, quick):
+    chosen = [case for case in CASES if case.name.split("/")[1] == table]
+    wrong = [
+        f"{case.name}: {problem}"
+        for number, case in enumerate(chosen)
+        if (number % EVERY == 0) == quick
+        for problem in problems(case, tmp_path / case.name, monkeypatch, capsys)
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_names_are_unique():
+    names = [case.name for case in CASES]
+    assert len(set(names)) == len(names) > 300
+    assert all(case.names for case in CASES)

@@ -1,0 +1,20 @@
+"""Every study of the corpus has the numbers that are expected of it."""
+
+import pytest
+from expect import compute, differences, read, tolerances
+from study_cases import cases, folders, settings
+
+STUDIES = [
+    pytest.param(folder, id=folder.name, marks=() if settings(folder).get("fast") else pytest.mark.slow)
+    for folder in folders()
+]
+
+
+@pytest.mark.parametrize("folder", STUDIES)
+def test_numbers_of_a_study(folder, tmp_path):
+    assert not list(differences(read(folder), compute(folder, tmp_path / "study"), tolerances(folder)))
+
+
+def test_a_third_is_fast_and_every_study_is_a_case():
+    assert len(cases()) == len(STUDIES) >= 60
+    assert 0.25 < sum(bool(settings(folder).get("fast")) for folder in folders()) / len(STUDIES) < 0.4
