@@ -15,6 +15,8 @@ import toppling as tp
 from toppling import fragility, models, motions, studies
 from toppling.models import runs
 
+pytestmark = pytest.mark.repository
+
 ROOT = Path(__file__).resolve().parents[1]
 ALLOWED = {
     ("fragility", "models"),
@@ -153,6 +155,7 @@ class TestImports:
         declared = enumerate(FLOORS.strip().split("\n\n"), start=1)
         assert floors == {room: floor for floor, text in declared for room in text.split()}
 
+    @pytest.mark.slow
     def test_files_form_no_circle(self):
         """Not even within a room, imports inside functions among them."""
         files = drawing.modules()
@@ -202,6 +205,7 @@ class TestImports:
         assert set().union(*used.values()) <= set(drawing.BELOW)
         drawing.floors(used)  # no circle
 
+    @pytest.mark.slow
     def test_imports_inside_the_package_are_relative_and_lead_somewhere(self):
         for path in CODE.values():
             assert "toppling" not in from_elsewhere(path), path
@@ -253,10 +257,12 @@ class TestKernels:
         assert {room for room, used in uses().items() if "compiled" in used} == KERNEL_FOLDERS
         assert {folder for folder in FOLDERS if folder.endswith("/kernels")} <= KERNEL_FOLDERS
 
+    @pytest.mark.slow
     def test_numba_is_imported_by_what_compiles_alone(self):
         found = {str(path.relative_to(ROOT)) for path in CODE.values() if "numba" in from_elsewhere(path)}
         assert found == NUMBA
 
+    @pytest.mark.slow
     def test_kernels_use_no_arithmetic_of_numba_s_own(self):
         """numba compiles `x**2` as a function for whichever kernel asks first, with that one's fused operations."""
         for room in KERNEL_FOLDERS:

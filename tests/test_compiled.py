@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from numba.core.caching import UserProvidedCacheLocator
 
 import toppling
 from toppling import machine_code
@@ -58,8 +59,9 @@ print(json.dumps(compiled))
 """
 BITS = """
 import hashlib
-import re
 import numpy as np
+from llvmlite.binding import ObjectFileRef
+from numba.core.registry import cpu_target
 import toppling as tp
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
@@ -76,11 +78,13 @@ for oscillator in oscillators:
     results += trace(oscillator, record, 0.02)
 print(hashlib.sha256(b"".join(one.tobytes() for one in results)).hexdigest())
 for entry in (begin_runs, run_lanes, run_exact):
-    if sum(entry.dispatcher.stats.cache_misses.values()):
-        # (names hold numbers that count what was compiled before)
-        code = re.sub(r"_ZN\\w+|\\.?L\\w+", "_", "".join(entry.dispatcher.inspect_asm().values()))
-        instructions = [line for line in code.splitlines() if line.startswith("\\t") and not line.startswith("\\t.")]
-        print(entry.py_func.__name__, len(instructions), hashlib.sha256("".join(instructions).encode()).hexdigest())
+    cache, compiled = entry.dispatcher._cache, sum(entry.dispatcher.stats.cache_misses.values())
+    for signature in entry.dispatcher.signatures:
+        stored = cache._cache_file.load(cache._index_key(signature, cpu_target.target_context.codegen()))
+        _, _, (file, _) = stored[0]
+        # (instructions alone: names hold numbers that count what was compiled before)
+        code = b"".join(section.data() for section in ObjectFileRef.from_data(file).sections() if section.is_text())
+        print(entry.py_func.__name__, compiled, len(code), hashlib.sha256(code).hexdigest())
 """
 THREADS = """
 import threading
@@ -155,6 +159,7 @@ def check(place, *before, **environment):
     assert use(place, *before, **environment) == [21.0, 0, 1]
 
 
+@pytest.mark.slow
 def test_an_edited_callee_compiles_its_caller_again(folder):
     check(folder)
     assert [one.name.split(".")[0] for one in (folder / "__pycache__").glob("*.nbi")] == ["caller"]
@@ -223,26 +228,35 @@ def test_what_the_engine_keeps():
 
 
 @pytest.mark.slow
+@pytest.mark.longest
 def test_bits_do_not_depend_on_who_compiled(tmp_path):
-    """The process that compiles the engine, one that loads it, and one that loads a part have the same instructions."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    """The code that other processes stored, and that of one which loads a part of it and compiles the rest, are one.
 
-    def used():
+    In a fresh checkout, as in `.ci/run`, the stored code is of processes that compiled the whole of what they needed.
+    """
+
+    def used(**environment):
         command = [sys.executable, "-c", BITS]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        digest, *compiled = done.stdout.splitlines()
-        return digest, {name: code for name, *code in map(str.split, compiled)}
+        done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=True)
+        digest, *lines = done.stdout.splitlines()
+        names, compiled, sizes, codes = zip(*map(str.split, lines), strict=True)
+        assert min(map(int, sizes)) > 1000
+        return digest, dict(zip(names, codes, strict=True)), dict(zip(names, map(int, compiled), strict=True))
 
-    digest, whole = used()
-    assert [*whole] == ["begin_runs", "run_lanes", "run_exact"]
-    assert min(int(number) for number, _ in whole.values()) > 1000
-    assert used() == (digest, {})
-    for file in tmp_path.rglob("*.nb?"):
-        if "begin_runs" not in file.name:
-            file.unlink()
-    assert used() == (digest, {name: whole[name] for name in ("run_lanes", "run_exact")})
+    used()  # (compiles what is not stored)
+    digest, whole, compiled = used()
+    assert compiled == {"begin_runs": 0, "run_lanes": 0, "run_exact": 0}
+    cache = begin_runs.dispatcher._cache
+    place = tmp_path / UserProvidedCacheLocator.get_suitable_cache_subpath(begin_runs.py_func.__code__.co_filename)
+    place.mkdir()
+    for file in Path(cache.cache_path).glob(f"{cache._impl.filename_base}.*"):
+        shutil.copy(file, place)
+    part = used(NUMBA_CACHE_DIR=str(tmp_path))
+    assert part == (digest, whole, {"begin_runs": 0, "run_lanes": 1, "run_exact": 1})
+    assert used(NUMBA_CACHE_DIR=str(tmp_path)) == (digest, whole, compiled)
 
 
+@pytest.mark.slow
 def test_first_calls_in_several_threads(folder):
     """The kernels of a folder are made known to each other before any thread compiles one of them."""
     paths = os.pathsep.join([str(folder.parent), str(Path(toppling.__file__).parents[1])])
@@ -281,6 +295,7 @@ else:
 """
 
 
+@pytest.mark.slow
 def test_an_interrupted_first_call_can_be_made_again(folder):
     """Nothing is lost where making the kernels of a folder is interrupted; and a kernel is pickled by its name."""
     paths = os.pathsep.join([str(folder.parent), str(Path(toppling.__file__).parents[1])])
@@ -298,6 +313,7 @@ def test_a_callee_runs_by_itself():
     assert step_grade(0.1) == step_grade.py_func(0.1)
 
 
+@pytest.mark.slow
 def test_only_what_a_study_needs_is_compiled():
     """`prepare` leaves nothing to compile to the first run, and linear laws leave exact geometry alone."""
     done = subprocess.run([sys.executable, "-c", PREPARE], capture_output=True, text=True, check=True)

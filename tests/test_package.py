@@ -62,19 +62,6 @@ def built(tmp_path_factory):
     return folder, wheel, sdist
 
 
-def test_the_list_of_slow_tests_names_tests():
-    """What is no longer there would hide that its successor is slow."""
-    names = (ROOT / "tests" / "slow.txt").read_text().splitlines()
-    assert names == sorted(set(names))
-    for name in names:
-        file, *within = name.split("::")
-        body = ast.parse((ROOT / "tests" / file).read_text()).body
-        for one in within:
-            found = [node for node in body if getattr(node, "name", None) == one]
-            assert found, name
-            body = getattr(found[0], "body", [])
-
-
 class TestWheel:
     def test_holds_every_module_and_data_file_and_nothing_else(self, built):
         _, wheel, _ = built
@@ -175,6 +162,7 @@ def test_importing_is_light():
     assert loaded("import toppling; toppling.plot; toppling.Study") != []  # (the measure can see them)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "further"),
     [
@@ -196,6 +184,7 @@ def test_commands_that_compute_nothing_are_light(arguments, further, tmp_path):
     assert loaded(code, (*HEAVY, *further)) == []
 
 
+@pytest.mark.slow
 def test_a_simulation_loads_what_it_needs():
     """What labelled arrays and the compiler load by themselves, and nothing else."""
     code = (
@@ -237,6 +226,7 @@ def test_a_study_and_its_report_load_what_they_need(tmp_path):
     assert loaded(report, (*PARTS, *others)) == ["pydantic", "netCDF4", "scipy", "matplotlib"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["KanaiTajimi", "CloughPenzien", "SiteBased", "NearFault"])
 def test_simulated_motions_load_no_signal_processing(name):
     """`scipy.signal` takes half a second, longer than hundreds of motions."""
@@ -291,6 +281,7 @@ def test_public_names():
         _ = tp.nothing
 
 
+@pytest.mark.slow
 def test_without_the_compiler():
     """NUMBA_DISABLE_JIT=1 gives the same runs from plain Python."""
     code = (

@@ -75,6 +75,7 @@ def test_every_command_runs(tmp_path):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_what_needs_no_kernel_loads_none(tmp_path):
     """Help, version, schema, catalogue, status, report and export load nothing of the compiler."""
     (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")

@@ -122,6 +122,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_command_writes_through_a_link(results, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)

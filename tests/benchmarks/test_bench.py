@@ -73,6 +73,7 @@ class TestTruth:
         assert np.all(highest <= data["peak_rotation"].values * (1.0 + 1e-14))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.label)
 def test_the_engine_is_right(law):
     """All flags, and peaks and rotations as near as rounding and the motion's own sensitivity let them be.
@@ -170,6 +171,7 @@ def results():
 
 
 class TestParts:
+    @pytest.mark.slow
     def test_speed(self, results):
         rows = results["speed"]["rows"]
         assert [(row["law"], row["case"]) for row in rows] == [(a.label, c) for a in (*FEW, LAWS[9]) for c in "KB"]
@@ -189,6 +191,7 @@ class TestParts:
         rows = speed.speed((FEW[1], LAWS[9]), cases, repeats=3)
         assert all(ratio > 1.0 for ratio in speed.exact_over_linear(rows).values())  # (2.1 to 3.3)
 
+    @pytest.mark.slow
     def test_mixing(self, results):
         rows = results["mixing"]
         assert [row["law"] for row in rows] == [law.label for law in FEW]
@@ -197,6 +200,7 @@ class TestParts:
         assert all(0.0 < row["before"] < row["mixed"] * 2.0 for row in rows)  # (a part, but for noise)
         assert [len(row) for row in tables.mixing_table(rows).rows] == [7] * len(rows)
 
+    @pytest.mark.slow
     def test_scenes(self, results):
         rows = results["scenes"]
         assert all(row["cost"] > 0.0 for row in rows)
@@ -209,6 +213,7 @@ class TestParts:
         assert [row[0] for row in table.rows] == linear
         assert table.rows[linear.index("strap")][3:5] == ("–", "–")
 
+    @pytest.mark.slow
     def test_sliding(self, results):
         rows = results["sliding"]["cost"]
         assert [row["case"] for row in rows] == list(SHAKING)
@@ -225,10 +230,12 @@ class TestParts:
             assert coarse["largest"] < 0.01 + creep
             assert fine["median"] < 0.1 * coarse["median"] + creep
 
+    @pytest.mark.slow
     def test_skipping(self, results):
         for row in results["skipping"]:
             assert 0.0 < row["left_out_peaks"] <= row["left_out_flags"] < 1.0 - row["after_overturning"]
 
+    @pytest.mark.slow
     def test_scale(self, results):
         assert [point["runs"] for point in results["scale"]["points"]] == [1_000]
         for point in results["scale"]["points"]:

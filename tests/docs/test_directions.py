@@ -148,6 +148,7 @@ class TestPaired:
 
 
 class TestControls:
+    @pytest.mark.slow
     def test_the_same_motions_twice_change_nothing(self, directions, shelf, shakes, tables):
         part = shakes.full.isel(motion=slice(10))
         one, again = (directions.rocked(shelf.block, part, "h1")[0] for _ in range(2))
@@ -217,6 +218,7 @@ class TestMotions:
         np.testing.assert_array_equal(directions.triples(2).values, shakes.full.values[:2])
 
 
+@pytest.mark.slow
 class TestPlainLoops:
     """Numbers of the page by loops that have nothing in common with the engine."""
 
@@ -260,6 +262,7 @@ class TestPage:
     def test_its_table_of_pieces_is_of_today(self, directions, tables):
         assert tables.item_table() in TEXT
 
+    @pytest.mark.slow
     def test_falls_are_computed_again(self, directions, shelf, shakes):
         """A piece at all levels and in all cases under the first motions (other processors flip some outcomes)."""
         header = (DOCS / "directions/falls.csv").read_text("utf-8").splitlines()[0]

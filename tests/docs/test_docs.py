@@ -21,6 +21,8 @@ import pytest
 from toppling.studies.command.cli import main as command
 from toppling.studies.film import frames
 
+pytestmark = pytest.mark.repository
+
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 BUILT = DOCS / "_build" / "html"
@@ -183,6 +185,7 @@ def small_results(tmp_path_factory):
     return copy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] if page in SLOW else []) for page in PAGES if code_of(page)],
@@ -221,6 +224,7 @@ QUICK_WORDS = {"new", "catalogue", "studies/examples/office.toml"}
 RUN_COMMANDS = [one for one in ALL_COMMANDS if " ".join(one) not in COMMANDS_NOT_RUN]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [pytest.param(one, marks=[] if set(one) & QUICK_WORDS else [pytest.mark.slow]) for one in RUN_COMMANDS],

@@ -82,6 +82,7 @@ def test_the_first_sentence_counts(kept):
     assert f"{predicted} of them with a prediction" in TEXT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["M-1.215-tile", "T-100-wedge", "KM-plain"])
 def test_predictions_are_computed_again(kept, name):
     """The last digits of motions depend on the processor, and with them single runs of some 400: one in a hundred."""

@@ -59,6 +59,7 @@ class TestPage:
         assert set(shares) == {"chest", "cupboard"}
         assert all(row[1] > 50 and row[3] > 50 for row in shares.values())
 
+    @pytest.mark.slow
     def test_rows_of_the_least_strength(self, kits):
         """A row of the page again: the tall bookcase behind a gap at the strongest shaking, soft straps."""
         shakes = kits.design_motions(20)

@@ -109,6 +109,7 @@ class TestClosedForms:
 
 
 class TestFreeRocking:
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", REFERENCE_LAWS)
     def test_peaks_and_times_are_those_of_an_integration(self, numbers, errors, name):
         block = numbers.CONCRETE
@@ -319,6 +320,7 @@ class TestPage:
         assert found["discrete"].detected > 0.9 * found["discrete"].fallen
         assert found["Makris–Konstantinidis"].detected < 0.7 * found["Makris–Konstantinidis"].fallen
 
+    @pytest.mark.slow
     @needs_shared
     def test_forced_tables_are_those_of_the_records(self, docs):
         paper, numbers = docs

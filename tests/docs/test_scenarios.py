@@ -25,6 +25,7 @@ def test_its_text_is_that_of_the_source(scenarios):
     )
 
 
+@pytest.mark.slow
 def test_its_figures_are_computed_again(scenarios):
     """Those of the quickest generator, for every scenario."""
     for at in scenarios.SCENARIOS:

@@ -46,6 +46,7 @@ class TestDriftingWall:
             rebound or self.rebound, gap, 1.8, u, du, scale,
         )  # fmt: skip
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("sign", [1.0, -1.0])
     @pytest.mark.parametrize("gap", [0.0, 0.005, 0.05])
     def test_without_drift_it_is_the_engine(self, modules, gap, sign):

@@ -15,6 +15,8 @@ from toppling.models.laws import Law
 from toppling.motions import HalfSine, KanaiTajimi, OneCycleCosine, OneCycleSine, RectangularPulse, scale_to_mean
 from toppling.units import STANDARD_GRAVITY as G
 
+pytestmark = [pytest.mark.lowest, pytest.mark.newest]
+
 FINE = 20_000  # samples per pulse: the chords of a sine then err by 1e-8
 
 
@@ -213,6 +215,7 @@ class TestYimChopraPenzien:
     LEVELS = np.array([0.30, 0.35, 0.40, 0.45, 0.50, 0.55, 0.60]) * G
     PUBLISHED = {5: (0.0, 0.10, 0.15, 0.40, 0.55, 0.75, 0.80), 6: (0.10, 0.40, 0.50, 0.65, 0.75, 0.80, 1.0)}
 
+    @pytest.mark.slow
     def test_every_count_lies_in_the_binomial_interval(self):
         generator = KanaiTajimi(omega_g=5.0 * math.pi, xi_g=0.6, duration=30.0, dt=0.02, baseline="parabolic")
         motions = scale_to_mean(generator.sample(500, seed=1980), 1.0)

@@ -10,7 +10,7 @@ import xarray as xr
 import toppling as tp
 from toppling.studies.store.content import ATTRIBUTE, content_digest
 
-pytestmark = pytest.mark.slow  # (every kind of study is run, once, for all of these tests)
+pytestmark = [pytest.mark.slow, pytest.mark.longest]  # (every kind of study is run, once, for all of these tests)
 
 ROOT = Path(tp.__file__).parent
 EXAMPLES = ROOT / "studies/examples"

@@ -27,7 +27,7 @@ TURN, IMPACT, BOUNCE, RUPTURED, REST, REST_WALL, LEAVE, FALL, FREE = range(1, 10
  O_TAUT_B, O_END_RATE, O_LOG, O_STEPS) = range(17)  # fmt: skip
 
 
-@njit
+@njit(cache=True)
 def _push(x, row):
     """F = -u'' at time x of a segment (start, length, c0, c1, amplitude, frequency, phase)."""
     value = row[2] + row[3] * x
@@ -36,7 +36,7 @@ def _push(x, row):
     return -value
 
 
-@njit
+@njit(cache=True)
 def _rate(z, v, push, side, piece, intact, drag, par, zone, exact, origin):
     """Outward acceleration at y = origin + z. piece 0: slack or free, 1: taut, 2: elastic zone (side = +1 there)."""
     y = origin + z
@@ -55,7 +55,7 @@ def _rate(z, v, push, side, piece, intact, drag, par, zone, exact, origin):
     return out
 
 
-@njit
+@njit(cache=True)
 def _advance(y, v, x, h, row, side, piece, intact, drag, par, zone, exact, origin, atol, vtol, tol):
     """One step of length h; the new state and the norm of the error over the tolerance."""
     ky = np.empty(N)
@@ -87,7 +87,7 @@ def _advance(y, v, x, h, row, side, piece, intact, drag, par, zone, exact, origi
     return y1, v1, error
 
 
-@njit
+@njit(cache=True)
 def _root(kind, target, a, b, sign_b, y, v, x, row, side, piece, intact, drag, par, zone, exact, origin):
     """Step length in (a, b) where the rotation (0), velocity (1) or acceleration (2) minus target takes sign_b."""
     low, high = a, b
@@ -116,7 +116,7 @@ def _root(kind, target, a, b, sign_b, y, v, x, row, side, piece, intact, drag, p
     return h, y1, v1
 
 
-@njit
+@njit(cache=True)
 def _zone_exit(drag, y, v, par, zone):
     """Speed with which the unforced zone is left on the other side; -1: it is not."""
     row = np.zeros(7)
@@ -139,7 +139,7 @@ def _zone_exit(drag, y, v, par, zone):
     return -1.0
 
 
-@njit
+@njit(cache=True)
 def zone_drag(y, v, par, zone):
     """Damping rate of a crossing that enters at y with v (zone units): discrete, or the energy-consistent root."""
     if zone[Z_LAW] == 1.0:
@@ -166,7 +166,7 @@ def zone_drag(y, v, par, zone):
     return 0.5 * (low + high)
 
 
-@njit
+@njit(cache=True)
 def _restoring(y, side, intact, par, zone, exact):
     """Whether the unforced block is driven back to its base from everywhere up to y on a side."""
     for i in range(101):
@@ -181,7 +181,7 @@ def _restoring(y, side, intact, par, zone, exact):
     )
 
 
-@njit
+@njit(cache=True)
 def _crossing(x0, x1, row, where, y, side, piece, intact, par, zone, exact, origin, way):
     """First time in (x0, x1] at which the sign of the acceleration times way is positive; monotone there."""
     low, high = x0, x1
@@ -196,7 +196,7 @@ def _crossing(x0, x1, row, where, y, side, piece, intact, par, zone, exact, orig
             low = middle
 
 
-@njit
+@njit(cache=True)
 def _hops(v, other, product, d0, d1):
     """Time of all later hops: the next with v against d0, then `other` against d1; both speeds then times product."""
     if product >= 1.0 or min(d0, d1) <= 0.0:
@@ -204,7 +204,7 @@ def _hops(v, other, product, d0, d1):
     return 2.0 * (v / d0 + other / d1) / (1.0 - product)
 
 
-@njit
+@njit(cache=True)
 def run(par, zone, segments, exact, intact, rigid_held, theta, omega, tol, follow, log):
     """The whole motion; intact: 1 while a restraint holds, rigid_held: it is rigid. See Result."""
     out = np.zeros(17)

@@ -16,7 +16,7 @@ FORWARD, BACKWARD, RESIDUAL, PATH, SPEED, SLIPS, FIRST, AFTER, GIVEN, TAKEN, MAR
 BISECTIONS = 80
 
 
-@njit(nogil=True)
+@njit(nogil=True, cache=True)
 def first_zero(v, c, d, length):
     """First zero of v + c t + d t²/2 in (0, length]; length + 1 without one.  The sign of v (or of what follows) leads.
 
@@ -42,7 +42,7 @@ def first_zero(v, c, d, length):
     return length + 1.0
 
 
-@njit(nogil=True)
+@njit(nogil=True, cache=True)
 def breaks_away(now, after, length):
     """First instant after which a line is above zero; length + 1 without one."""
     if now > 0.0:
@@ -59,7 +59,7 @@ def breaks_away(now, after, length):
     return low
 
 
-@njit(nogil=True)
+@njit(nogil=True, cache=True)
 def run(record, vertical, dt, friction, factor, out):
     """One run; friction: static front, back, kinetic front, back.  The record is factor times `record`."""
     out[:] = 0.0
@@ -143,7 +143,7 @@ def run(record, vertical, dt, friction, factor, out):
     out[RESIDUAL] = s
 
 
-@njit(nogil=True)
+@njit(nogil=True, cache=True)
 def runs(record, vertical, dt, friction, factors):
     """Results (n, 11) of runs with friction (n, 4) and factors (n,)."""
     out = np.empty((factors.size, 11))

@@ -35,6 +35,7 @@ def test_rates_are_those_of_draws(two_ruptures):
     assert two_ruptures.rate == pytest.approx(falls, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_rate_is_the_integral_of_the_sites_own_motions_over_its_hazard(two_ruptures):
     """P(fall | level) from motions drawn at each level, times the hazard's decrease: the law of total probability."""
     levels = np.geomspace(0.02, 30.0, 61)

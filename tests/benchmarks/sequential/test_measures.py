@@ -6,6 +6,7 @@ import toppling as tp
 from toppling.benchmarks.sequential.measures import OTHERS, savings
 
 
+@pytest.mark.slow
 def test_savings_are_of_both_analyses():
     shakes = tp.motions.CloughPenzien(duration=8.0, dt=0.02)
     found = savings(shakes, 0.2)

@@ -39,6 +39,7 @@ def test_medians_are_as_near_as_promised(truth, runs):
     assert all(one.looks[-1].ratio <= 1.0 for one in curves)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [3, 1])
 def test_dispersions_rates_and_probabilities_are_as_near_as_promised(runs):
     truth = TRUTHS[1]

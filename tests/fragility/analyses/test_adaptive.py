@@ -22,6 +22,8 @@ from toppling.fragility import (
 from toppling.motions import both_axes
 from toppling.motions.polarity import both_polarities
 
+pytestmark = pytest.mark.lowest
+
 SHAKES = tp.motions.CloughPenzien(duration=8.0, dt=0.01)
 BLOCK = tp.Block(0.4, 1.6, name="narrow", depth=0.5)
 WIDE = tp.Block(0.8, 2.4, name="wide", depth=0.9)
@@ -266,6 +268,7 @@ class TestOtherStates:
         with pytest.raises(ValueError, match=r"levels were chosen for .*, and tell nothing sure of overturning: give"):
             tp.fit_fragility(found)
 
+    @pytest.mark.slow
     def test_pairs_slide_in_the_plane(self):
         (pairs,) = both_axes(SHAKES.sample_pairs(64))
         until = {"median": 0.4, "motions": {"least": 32}}

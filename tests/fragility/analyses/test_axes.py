@@ -340,6 +340,7 @@ class TestSliding:
             run(SQUARE, motions.both_axes(pairs), ["mode"], tp.Sliding(0.2))
 
 
+@pytest.mark.slow
 class TestBoxInSpace:
     """A box on four penalty corners with friction of 1.5, which shares no code with the engine."""
 
@@ -353,7 +354,6 @@ class TestBoxInSpace:
         assert math.isnan(shaken_box(0.3, 0.3, 1.4, wave, 0.0 * wave, dt)[1])
         assert not math.isnan(shaken_box(0.3, 0.3, 1.4, 1.5 * wave, 0.0 * wave, dt)[1])
 
-    @pytest.mark.slow
     @pytest.mark.parametrize(("depth", "highest"), [(0.3, 0.07), (0.5, 0.03)])
     def test_the_union_falls_as_often_as_the_box(self, depth, highest):
         """The difference of paired outcomes; without what is faster than the springs of the corners.

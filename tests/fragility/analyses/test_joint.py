@@ -27,6 +27,7 @@ def fell():
     return runs["overturned"].transpose("model", "level", "block", "motion").values
 
 
+@pytest.mark.slow
 def test_all_blocks_are_those_of_a_direct_analysis(fell):
     found = joint_falls(region(300), LAWS, SHAKES, LEVELS)
     shares = fell.mean(axis=2)

@@ -222,6 +222,7 @@ class TestIntervals:
         for name in ("probability", "lower", "upper"):
             assert np.array_equal(both[name].values, one[name].values)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("interval", ["wilson", "clopper-pearson", "jeffreys"])
     def test_their_coverage_however_the_two_depend(self, interval):
         """The mean of two trials of one motion varies no more than one trial of the same mean."""
@@ -262,6 +263,7 @@ class TestReadersOfRuns:
             goodness_of_fit(free)
         assert goodness_of_fit(free.isel(motion=free["polarity"].values == 1), replicates=20)["p_value"].item() > 0.0
 
+    @pytest.mark.slow
     def test_ranking_draws_motions(self, free, motions):
         plain = run(FREE, motions, "as recorded")
         both, one = (rank_measures(runs, motions, replicates=50) for runs in (free, plain))

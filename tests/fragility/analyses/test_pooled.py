@@ -59,6 +59,7 @@ def test_layout(found):
         assert one.attrs["long_name"]
 
 
+@pytest.mark.slow
 def test_medians_are_those_of_runs_of_the_blocks_themselves(found):
     tested = region(12, seed=5, narrow=0.9)
     curves = surface_curves(found, tested)
@@ -215,6 +216,7 @@ def test_cuts_are_kept_in_files_and_hold_for_one_law_alone(cut, tmp_path):
     assert ["cut at a size R" in one for one in both["account"].values] == [False, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("worst", [0.1, 0.0])
 def test_a_cut_that_fresh_blocks_do_not_confirm_is_given_up(worst, monkeypatch):
     """The first check is made to fail although nothing is amiss, or it passes, and any jump is taken: fresh blocks
@@ -345,6 +347,7 @@ def own_region(n=300, seed=4):
     return BlockArray(height / slenderness, height, **own)
 
 
+@pytest.mark.slow
 def test_medians_of_blocks_with_their_own_e_and_delta_are_those_of_their_runs():
     """Four numbers a block: medians are those of sequential analyses of blocks under laws with their options."""
     region = own_region()
@@ -368,6 +371,7 @@ def test_medians_of_blocks_with_their_own_e_and_delta_are_those_of_their_runs():
     assert lossy > 1.1 * bouncy
 
 
+@pytest.mark.slow
 def test_own_e_that_is_that_of_the_law_gives_its_curves():
     """With one e for all blocks the surface has no further axis, and its runs are those of a law with this e."""
     plain = own_region(40)

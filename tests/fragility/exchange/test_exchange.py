@@ -329,6 +329,7 @@ class TestIds:
         ]
         assert all(map(is_id, made.values()))
 
+    @pytest.mark.slow
     @given(st.lists(st.tuples(st.text(max_size=90), st.text(max_size=20)), unique=True, max_size=12))
     @settings(max_examples=300, **REPEATABLE)
     def test_unique_legal_and_independent_of_order(self, labels):

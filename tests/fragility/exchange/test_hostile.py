@@ -355,6 +355,7 @@ WORDS += ['"', ",", "\n", "\r", "\0", "'", "=", "(", " ", "\ufeff", "1" * 400, "
 PIECES = [word.encode() for word in WORDS] + [b"\xff\xfe"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["pelicun", "pelicun-levels", "metadata", "nrml", "nrml-discrete", "csv", "csv-levels"]
 )

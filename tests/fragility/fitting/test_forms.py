@@ -331,6 +331,7 @@ class TestIsotonic:
         assert nothing["status"].item() == "no runs"
         assert np.isnan(nothing["probability"].values).all()
 
+    @pytest.mark.slow
     def test_the_band_holds_the_truth(self):
         """Pointwise, on clustered runs: 93-97 % where the curve is between 0.1 and 0.9, more at its ends."""
         levels = np.geomspace(0.4, 2.5, 9)

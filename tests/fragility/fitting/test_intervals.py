@@ -34,6 +34,7 @@ class TestSeparated:
 
     LEVELS = (1.0, 1.4, 2.0, 2.2, 4.0)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("form", "intervals"),
         [(form, kind) for form in LINKS for kind in ("wald", "profile", "bootstrap")] + [("isotonic", "bootstrap")],

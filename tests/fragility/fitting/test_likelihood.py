@@ -14,6 +14,8 @@ from toppling.fragility import fit_fragility, fit_lognormal
 from toppling.fragility.fitting.links import LINKS
 from toppling.fragility.kernels import binomial as engine
 
+pytestmark = pytest.mark.lowest
+
 DIGITS = 50
 
 
@@ -145,6 +147,7 @@ class TestMaximum:
         assert (direct.median, direct.dispersion) == (fit["median"].item(), fit["dispersion"].item())
         assert direct.log_median_se == pytest.approx(fit["median_se"].item() / fit["median"].item(), rel=1e-14)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("form", ["lognormal", "log-logistic", "weibull"])
     def test_against_statsmodels(self, form):
         """Estimates, observed-information errors and likelihoods of 40 random sets of stripes."""

@@ -194,6 +194,7 @@ class TestExactness:
         broad = annual_rate(curves(medians, 1.5), SITE, below="none")["rate"].values
         assert np.all(broad < SITE.rates[0])
 
+    @pytest.mark.slow
     def test_random_cases_to_fifty_digits(self):
         """Relative error below 1e-12, from rates of 1e-290 to 1e30: no cancellation, no overflow."""
         rng = np.random.default_rng(5)

@@ -202,6 +202,7 @@ class TestWhatIsSent:
         together = {record.label for parcel in parcels for record in parcel if isinstance(record, Record)}
         assert together == {record.label for record in work.motions}
 
+    @pytest.mark.slow
     def test_motions_that_can_be_made_are_not_sent(self, study):
         plan = tp.Study.from_toml(study)
         runner = cluster(None, plan.configuration, plan._digests, bool)
@@ -214,6 +215,7 @@ class TestWhatIsSent:
         for one, other in zip(again, work.motions, strict=True):
             np.testing.assert_array_equal(one.acceleration, other.acceleration)
 
+    @pytest.mark.slow
     def test_a_performance_study_is_made_again_too(self):
         """With its hazard, whose defaults stand in its configuration, and on its floors."""
         plan = tp.Study.from_toml(Path(tp.__file__).parent / "studies" / "examples" / "clinic.toml")

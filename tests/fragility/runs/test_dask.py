@@ -24,6 +24,8 @@ from toppling.motions.arrays import records
 from toppling.studies.command.cli import main
 from toppling.studies.kinds import study as studies
 
+pytestmark = pytest.mark.lowest
+
 BLOCKS = [tp.Block(0.3 + 0.02 * i, 1.8, name=f"block {i}") for i in range(9)]
 LAWS = [tp.HousnerImpact(), tp.DiscreteDamping(e=0.9), tp.HousnerImpact(geometry="linear")]
 LEVELS = np.geomspace(1.0, 12.0, 5)
@@ -143,6 +145,7 @@ class TestLater:
             for name in ("overturned", "peak_rotation", "verdict"):
                 np.testing.assert_array_equal(stored[name], later[name])
 
+    @pytest.mark.slow
     def test_statistics_take_it(self, shakes):
         later, now = (tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=one) for one in (False, True))
         np.testing.assert_array_equal(later["overturned"].mean("motion"), now["overturned"].mean("motion"))

@@ -279,6 +279,7 @@ class TestAmplitude:
         }
         assert not any(one.own_amplitude for one in motions.PULSES.values())
 
+    @pytest.mark.slow
     def test_it_goes_with_the_motions(self):
         """Through scaling, corrections, buildings, matching and files; what says nothing has one."""
         record = motions.from_array(np.sin(np.arange(400) / 8.0), 0.02, ["KanaiTajimi of the name"])

@@ -99,6 +99,7 @@ def test_checks_agree_with_the_truth_and_find_a_kink():
     assert 0.08 < found.worst < 0.5
 
 
+@pytest.mark.slow
 def test_too_few_motions_and_levels_at_which_nothing_falls():
     assert analysed({"median": 0.01, "motions": {"least": 64, "most": 128}}).stopped == MOST_MOTIONS
     law = analysed({"median": 0.1}, low=-60.0, high=-59.0)
@@ -106,6 +107,7 @@ def test_too_few_motions_and_levels_at_which_nothing_falls():
     assert analysed({"median": 0.2}, low=-8.0, high=-6.0).stopped == REACHED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_an_analysis_is_a_function_of_its_seed(seed):
     one, other = analysed({"median": 0.2}, seed), analysed({"median": 0.2}, seed)

@@ -108,6 +108,7 @@ def test_a_plain_factor_is_worse_than_any_measure():
     assert "levels in " in found["account"].item()
 
 
+@pytest.mark.slow
 def test_surfaces_say_so_for_their_region():
     random = np.random.default_rng(1)
     height, slenderness = random.uniform(1.2, 2.0, 50), random.uniform(3.0, 5.0, 50)

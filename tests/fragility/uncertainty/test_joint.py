@@ -164,6 +164,7 @@ class TestLevelWeights:
 
 
 class TestMeans:
+    @pytest.mark.slow
     def test_against_scipys_bca(self):
         """scipy resamples by itself: ends agree within what 100,000 resamples leave open."""
         values = np.random.default_rng(3).lognormal(0.0, 0.8, 40)

@@ -36,6 +36,7 @@ def number_of(runs, i):
     return tuple(int(runs[f"run_{dim}"][i]) for dim in ("block", "model", "motion"))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the highest level")
 def test_every_run_has_what_a_screen_of_it_alone_has(found, screened):
     """40 runs, each by an analysis at one level and a screen of its own: friction is the other of the two kinds."""
@@ -67,6 +68,7 @@ def test_the_shares_are_those_of_the_runs_near_a_curve(screened):
     assert (shares.sel(model=LAWS[1].label, reason="elastic_mode") > 0.5).all()
 
 
+@pytest.mark.slow
 def test_outcomes_are_undecided_where_a_run_alone_has_them_so(found, screened):
     """All runs of one curve, motion by motion, against the perturbations of runs at common levels."""
     own = np.flatnonzero((found["run_block"].values == 0) & (found["run_model"].values == 0))
@@ -164,6 +166,7 @@ def test_motions_both_ways_and_levels_that_depend_on_the_block():
     assert int(one["verdict"][0, 0, 0, 1]) == int(found["verdict"][i])
 
 
+@pytest.mark.slow
 def test_pairs_are_tested_about_both_axes():
     (pairs,) = both_axes(SHAKES.sample_pairs(40, 3))  # (one of whose outcomes is undecided)
     found = tp.ida(BLOCKS[0], LAWS[0], pairs, "adaptive", "RotD50(pgv)", until=COARSE)
@@ -182,6 +185,7 @@ def test_pairs_are_tested_about_both_axes():
     assert "the component along the width" in found["pga"].attrs["long_name"]
 
 
+@pytest.mark.slow
 def test_floors_that_fall_faster_than_the_block_are_a_reason():
     one, two, up = SHAKES.sample(40), SHAKES.sample(40, 1), SHAKES.sample(40, 2)
     lifted = tp.motions.as_recorded(tp.motions.join(one, two, 0.7 * up.assign_attrs(one.attrs)), "h1", vertical=True)

@@ -258,6 +258,7 @@ class TestThreshold:
                 assert one[PEAK] == pytest.approx(run.results[PEAK], rel=1e-12)
                 assert run.results[PEAK] > 0.0
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("e", [0.999, 0.999999, 1.0 - 1e-12, 1.0])
     @pytest.mark.parametrize("model", [tp.DiscreteDamping, tp.EnergyConsistent, tp.HousnerImpact])
     def test_bounces_without_loss_end(self, model, e):
@@ -432,6 +433,7 @@ class TestZone:
         bound = 1e-11 if zeta == 0.0 else 2e-12
         np.testing.assert_allclose(run.history[:2, at] / scale, exact / scale, rtol=0.0, atol=bound)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("law", "options"), ELASTIC_CASES, ids=label)
     def test_resonance_beyond_the_edge(self, law, options):
         """10^4 cycles at the zone's frequency, strong enough to uplift within the first hundred."""

@@ -14,6 +14,7 @@ from stress_cases import (
 from toppling.models.engine import tables
 
 
+@pytest.mark.slow
 def test_plain_python():
     """NUMBA_DISABLE_JIT=1: the same flags and peaks for every law, and no function of the engine left unused."""
     plain, unused = without_compiler(plain_selection, Path(tables.__file__).parent)

@@ -159,6 +159,7 @@ def random_models(rng):
     return block, models
 
 
+@pytest.mark.slow
 def test_skipping_changes_nothing_in_100_000_runs():
     """skip=True: equal flags, peaks within max(1e-12, 100 x the change of a twin perturbed by 1e-13).
 
@@ -254,6 +255,7 @@ class TestBatches:
 class TestStiffness:
     """Ordinary lengths of record where the zone is as stiff as allowed: a few seconds at most, whatever the law."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("alpha", [0.01, 0.2, 1.2])
     @pytest.mark.parametrize(
         "model",

@@ -54,6 +54,7 @@ def draws(seed, runs, n=300):
         yield {"alpha": alpha, "R": size, "inertia_factor": inertia, "e": e, "dt": dt}, across, up
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("start", "across", "up", "expected"),
     [

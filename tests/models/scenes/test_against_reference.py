@@ -121,6 +121,7 @@ def compare(scene, record, dt):
     return Comparison(wrong, sensitive, run.final_state, run.ruptured)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [*((1, j) for j in range(60)), *FOUND])
 def test_scenes(seed):
     assert not compare(*scene_of(seed)).wrong

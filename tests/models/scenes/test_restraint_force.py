@@ -33,6 +33,7 @@ def force_of(case):
     return runs[FORCE].item()
 
 
+@pytest.mark.slow
 def test_against_the_independent_integration():
     """Of straps, brackets and adhesives with walls, offsets and leans; most of them hold in some runs."""
     held = broken = rigid = 0

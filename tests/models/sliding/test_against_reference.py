@@ -88,6 +88,7 @@ class TestFortyDigits:
 
 
 class TestManyRuns:
+    @pytest.mark.slow
     @pytest.mark.parametrize("part", range(4))
     def test_results_and_energy_are_those_of_a_second_engine(self, part):
         """What the floor gives, -u'' v, is what friction takes, run by run; and that engine has the same slips."""
@@ -189,6 +190,7 @@ class TestTies:
             for name in ("forward", "residual", "path", "velocity", "after"):
                 np.testing.assert_allclose(found[COLUMNS[name]], float(exact[name]), rtol=1e-14)
 
+    @pytest.mark.slow
     def test_accelerations_on_the_thresholds(self):
         """Random multiples of the acceleration that just starts the block, by powers of two: stops lie on samples.
 
@@ -220,6 +222,7 @@ class TestTies:
                 assert run_sliders(friction, np.ones((1, 1)), record, None, 0.013, skip)[0, 0, SLIPS] == slips
 
 
+@pytest.mark.slow
 def test_a_sample_has_four_events_at_most(monkeypatch):
     """The bound of the engine's loop is never reached: slides and stops of 20,000 random samples."""
     follow, move = getattr(sample.follow_sample, "py_func", sample.follow_sample), sample.move
@@ -246,6 +249,7 @@ def test_a_sample_has_four_events_at_most(monkeypatch):
     assert 3 <= most <= 4 < tables.EVENTS
 
 
+@pytest.mark.slow
 def test_plain_python():
     """NUMBA_DISABLE_JIT=1: the same results to the last bit, and no function of the engine left unused."""
     plain, unused = without_compiler(plain_slides, Path(tables.__file__).parent)

@@ -58,6 +58,7 @@ class TestClosedForms:
 
 
 class TestFortyDigits:
+    @pytest.mark.slow
     def test_against_the_reference(self):
         """Short runs of every kind, the obstacle at a third and nine tenths of the greatest slip."""
         rows = [

@@ -49,6 +49,7 @@ class TestModes:
         expected = 4.0 / (odd[:, None] * math.pi) * np.sin(0.5 * math.pi * odd[:, None] * heights)
         np.testing.assert_allclose(found.shares, expected, atol=2e-3)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("alpha0", [0.0, 2.0, 5.0, 30.0, 120.0])
     def test_against_finite_elements(self, alpha0):
         """Cubic beam elements in bending, with the geometric stiffness of a unit tension for the shear beam."""

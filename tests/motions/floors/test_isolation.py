@@ -20,6 +20,7 @@ def shaking(number=2, factor=1.0):
     return factor * tp.motions.CloughPenzien(duration=6.0, dt=0.01).sample(number, seed=8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("isolator", [LEAD, SOFT])
 def test_a_building_without_mass_leaves_the_isolator_alone(isolator):
     """The slab moves as the platform of the same isolator, to rounding; so do its isolators."""

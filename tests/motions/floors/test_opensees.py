@@ -13,6 +13,8 @@ import pytest
 import toppling as tp
 from toppling.motions import Building
 
+pytestmark = pytest.mark.opensees
+
 ops = pytest.importorskip("openseespy.opensees")
 
 G = 9.80665

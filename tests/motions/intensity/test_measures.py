@@ -278,6 +278,7 @@ class TestEqsig:
             eqsig.im.calc_sig_dur_vals(fine, step, end=end), abs=2.5 * step
         )
 
+    @pytest.mark.slow
     def test_spectra(self, case):
         from eqsig import sdof
 

@@ -57,6 +57,7 @@ class TestNature:
 
 
 class TestGenerators:
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "generator",
         [
@@ -86,6 +87,7 @@ class TestGenerators:
     def test_many_spectra(self, generator):
         assert not of(generator).narrow
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("kind", [mo.KanaiTajimi, mo.CloughPenzien])
     def test_random_ground(self, kind):
         """The dispersion that the docstring names."""

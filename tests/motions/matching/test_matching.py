@@ -184,6 +184,7 @@ def fifty():
 
 
 class TestSpectrumCompatible:
+    @pytest.mark.slow
     def test_every_motion_has_the_spectrum(self, fifty):
         """Mean misfit over the matched periods, found exactly between samples: 3 % is asked for."""
         report = mo.matching_report(fifty, PLATEAU)
@@ -198,6 +199,7 @@ class TestSpectrumCompatible:
         sa = mo.response_spectrum(fifty[:10], axis).sa
         assert float(abs(sa / PLATEAU.at(axis) - 1.0).mean("period").max()) < 0.05
 
+    @pytest.mark.slow
     def test_velocity_and_displacement_stay_in_bounds(self, fifty):
         report = mo.matching_report(fifty, PLATEAU)
         assert bool(fifty.bounds_held.all())
@@ -215,11 +217,13 @@ class TestSpectrumCompatible:
         # the reference is their own mean: 0.2/sqrt(32) + 0.2/sqrt(50), twice
         assert math.exp(np.log(ratio).mean()) == pytest.approx(1.0, abs=0.1)
 
+    @pytest.mark.slow
     def test_ends_at_rest(self, fifty):
         values, dt = fifty.values, float(fifty.dt[0])
         assert np.abs(velocity(values, dt)[:, -1]).max() < 1e-12
         assert np.abs(displacement(values, dt)[:, -1]).max() < 1e-11
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "generator",
         [mo.SpectrumCompatible(PLATEAU, duration=8.0, dt=0.02), mo.AC156(0.8, duration=10.0, dt=0.01)],

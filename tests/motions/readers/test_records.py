@@ -186,6 +186,7 @@ def test_missing_and_unreadable_files(tmp_path):
         mo.read(locked)
 
 
+@pytest.mark.slow
 def test_mutated_files_give_only_the_readers_error(tmp_path):
     """Damaged copies of the example record are read, or refused by a RecordError of one line, in short time."""
     with open(mo.example_path(), encoding="ascii") as file:

@@ -27,6 +27,8 @@ from openquake.hazardlib.cross_correlation import BakerJayaram2008, Bradley2012 
 from openquake.hazardlib.gsim.boore_2014 import BooreEtAl2014  # noqa: E402
 from openquake.hazardlib.tom import PoissonTOM  # noqa: E402
 
+pytestmark = pytest.mark.openquake
+
 PERIODS = (0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
 YEARS = 50.0
 RUPTURES = (mo.Scenario(6.5, 20e3, 400.0), mo.Scenario(7.0, 10e3, 400.0, "reverse"))

@@ -49,6 +49,7 @@ GENERATORS = [
 OUT_OF = {type(g).__name__: g for g in GENERATORS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("generator", GENERATORS, ids=list(OUT_OF))
 class TestEveryGenerator:
     def test_seed_and_index_alone_decide_a_motion(self, generator, monkeypatch):
@@ -285,6 +286,7 @@ class TestSiteBasedScenario:
 
 
 class TestFit:
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "true",
         [

@@ -617,6 +617,7 @@ class TestTablesAndFigures:
     def test_figures_as_text(self, value, text):
         assert short_digits(value) == text
 
+    @pytest.mark.slow
     def test_figures(self, found, drawn, tmp_path):
         ranked = anchoring(found, "blocks-exit")
         for i, figure in enumerate(

@@ -462,6 +462,7 @@ class TestSliding:
                     )
         return peak, front, back, slides
 
+    @pytest.mark.slow
     def test_lines_slide_in_the_plane(self):
         rows = Inventory((self.SLIDES, LINES[1]))
         options = {"building": FRAME, "polarity": "as recorded", "slipping": Slipping((0.01, 0.04))}
@@ -487,6 +488,7 @@ class TestSliding:
         assert "distances in the plane of the floor" in said
         assert "of either axis" in said
 
+    @pytest.mark.slow
     def test_both_ways_front_and_back_change_places(self):
         found = assess(Inventory((self.SLIDES,)), LAW, TURNED, LEVELS, "RotD50(pga)", building=FRAME)
         off = []

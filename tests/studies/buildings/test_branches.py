@@ -70,6 +70,7 @@ def test_three_hazards_by_hand(known):
     assert found["branch_share_beyond"].max() < 1e-3
 
 
+@pytest.mark.slow
 def test_branches_are_assessments_of_their_own():
     """Under each law, set of motions and hazard curve the values are those that `assess` gives."""
     laws = (LAW, tp.HousnerImpact())
@@ -105,6 +106,7 @@ def of_all_kinds(e=0.4):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beta", [0.0, 0.3])
 def test_events_downtime_and_injuries_are_those_of_assessments(beta):
     """Of each branch they are those that `assess` gives, also where they are means over the modelling uncertainty."""
@@ -152,6 +154,7 @@ class TestModelling:
         ):
             np.testing.assert_allclose(found[name], factor * plain[name], rtol=1e-10)
 
+    @pytest.mark.slow
     def test_sums_and_any_fall_against_a_plain_simulation(self, known):
         """20,000 buildings: bootstrapped motions, one of two sets of motions, and a factor for each class."""
         found = spread(known, Sampling(1000, 0, 0.3, True), motions={"motions": 0.7, "stiff": 0.3}).isel(place=0)
@@ -169,6 +172,7 @@ class TestModelling:
         assert float(found["epistemic_annual_number"]) == pytest.approx(np.mean(number), rel=0.02)
         assert float(found["epistemic_any_rate"]) == pytest.approx(np.mean(fallen), rel=0.02)
 
+    @pytest.mark.slow
     def test_downtime_and_consequences_against_a_plain_simulation(self, known):
         """20,000 buildings: the shelf is out of use for 1 day, the case for 3, and only the case releases anything."""
         inventory = of_all_kinds(0.0)

@@ -64,6 +64,7 @@ class TestAnnualValues:
         for name in names:
             np.testing.assert_allclose(found[name], factor * plain[name], rtol=1e-9, err_msg=str(name))
 
+    @pytest.mark.slow
     def test_classes_against_plain_loops(self, monkeypatch):
         """120,000 buildings with a capacity factor for each class, each added up by itself: any fall, and how many."""
         k, k0 = 2.0, 1e-3

@@ -204,6 +204,7 @@ class TestIntervals:
             assert_array_equal(both["number_quantile_lower"].values[0, 0, :, q], lower)
             assert_array_equal(both["number_quantile_upper"].values[0, 0, :, q], upper)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "options",
         [
@@ -298,6 +299,7 @@ class TestAnchoring:
             assert saving == pytest.approx(value(both) - value(without), rel=1e-9, abs=1e-15)
             assert not ranked["saving_lower"].values[0, i] > saving
 
+    @pytest.mark.slow
     def test_equal_outcomes_are_one(self):
         for objective in ("number", "any", "blocks-exit"):
             twice, once = (
@@ -323,6 +325,7 @@ class TestBranches:
         each = [branch(weight, curve, str(weight)) for weight, curve in zip((0.4, 0.6), self.CURVES, strict=True)]
         return rates_over_branches(each, {"motions": assessment}, inventory, Sampling(200, 0, **options))
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("options", [{}, {"beta": 0.3}, {"beta": 0.3, "spread": True}], ids=str)
     def test_means_are_those_of_both_polarities(self, options):
         one, plus, minus = (
@@ -335,6 +338,7 @@ class TestBranches:
             expected = 0.5 * (plus[name].values + minus[name].values)
             assert_allclose(one[name].values, expected, rtol=1e-11, atol=1e-16, err_msg=str(name))
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("options", [{}, {"beta": 0.3}, {"beta": 0.3, "spread": True}], ids=str)
     def test_equal_outcomes_are_one(self, options):
         twice, once = (self.rates(found(SYMMETRIC, way), SYMMETRIC, **options) for way in ("both", "as recorded"))
@@ -370,6 +374,7 @@ def histories(own, scale=1.0, elastic=False):
 
 
 class TestHistories:
+    @pytest.mark.slow
     @pytest.mark.parametrize("own", [True, False])
     def test_mean_of_both_polarities(self, own):
         at = LEVELS[[1, 3, 5]]

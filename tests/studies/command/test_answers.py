@@ -36,6 +36,7 @@ def printed(capsys, study, *more):
     return " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 class TestBuilding:
     def test_the_answer_and_what_changed_keys_decide(self, building, capsys):
         text = printed(capsys, building)
@@ -71,6 +72,7 @@ class TestBuilding:
         assert "chance_in_50_years (1)" in heads
 
 
+@pytest.mark.slow
 def test_statements_of_a_sensitivity_study(tmp_path, capsys):
     text = 'title = "δ"\n[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[[models]]\nlaw = "discrete"\n'
     more = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05, 0.1]\nreplicates = 100\n'

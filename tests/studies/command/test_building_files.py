@@ -209,6 +209,7 @@ class TestDistributions:
         with pytest.raises(KeyError, match="cost_distribution"):
             export(found)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("greatest", [False, True])
     @pytest.mark.parametrize("pieces", [1, 2, 40])
     @pytest.mark.parametrize("one", [Consequence(5.0, 0.0), Consequence(5.0, 0.8), Consequence(5.0, 0.5, "normal")])

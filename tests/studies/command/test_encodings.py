@@ -78,6 +78,7 @@ def of_each(said):
 SLOW = [pytest.param(one, marks=[] if one == ["catalogue"] else [pytest.mark.slow]) for one in commands()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", SLOW, ids=" ".join)
 def test_redirected(folder, arguments):
     command = [sys.executable, "-c", EACH, ",".join(ENCODINGS), *arguments]
@@ -90,6 +91,7 @@ def test_redirected(folder, arguments):
     assert len(of_each(done.stderr)) == len(ENCODINGS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", SLOW, ids=" ".join)
 def test_on_a_terminal(folder, arguments):
     command = [sys.executable, "-c", EACH, ",".join(ENCODINGS), *arguments]
@@ -99,6 +101,7 @@ def test_on_a_terminal(folder, arguments):
     assert said.count(b"\0") == 2 * len(ENCODINGS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ENCODINGS)
 def test_as_the_environment_says(folder, encoding):
     """By Python's own variable, redirected and on a terminal."""
@@ -139,6 +142,7 @@ def test_replacements():
     assert readable("⠋ Ж\udc80") == "* ??"
 
 
+@pytest.mark.slow
 def test_a_name_that_is_no_text(folder):
     """A file whose name is no UTF-8 is named nonetheless."""
     done = subprocess.run(

@@ -18,6 +18,7 @@ def study(tmp_path):
     return tmp_path / "study.toml"
 
 
+@pytest.mark.slow
 def test_an_answer_in_a_few_lines(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out")]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -32,6 +33,7 @@ def test_an_answer_in_a_few_lines(study, capsys):
     assert "note: vertical shaking" not in text
 
 
+@pytest.mark.slow
 def test_everything_with_verbose(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out"), "--verbose"]) == 0
     text = capsys.readouterr().out

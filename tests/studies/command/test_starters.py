@@ -57,6 +57,7 @@ class TestEach:
         assert main(["new", kind, str(tmp_path)]) == 0
         assert contents(tmp_path) == contents(written / kind)
 
+    @pytest.mark.slow
     def test_runs_as_it_is(self, kind, written, tmp_path, capsys):
         """Unchanged but for fewer motions: the study finishes, its results are valid and its notes expected."""
         folder = shutil.copytree(written / kind, tmp_path / kind)
@@ -73,6 +74,7 @@ class TestEach:
                 assert word not in results.attrs["notes"]
         assert main(["report", str(folder / "results"), "--format", "md"]) == 0
 
+    @pytest.mark.slow
     def test_as_it_is_with_all_of_its_motions(self, kind, written):
         plan = tp.Study.from_toml(written / kind / "study.toml")
         # (the model of a wall and a kit has limits of its own)
@@ -184,6 +186,7 @@ def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
     assert "--model" in text
 
 
+@pytest.mark.slow
 def test_the_bookcase_is_compared_with_and_without_its_kit(written, tmp_path, capsys):
     """What an owner asks is answered in the terminal: the gain of wall and kit, and how often the kit breaks."""
     study = tmp_path / "study.toml"

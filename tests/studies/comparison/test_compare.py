@@ -127,6 +127,7 @@ def rate(median, dispersion, k0):
 
 
 class TestCurves:
+    @pytest.mark.slow
     @pytest.mark.parametrize("law", ["housner", "discrete"])
     @pytest.mark.parametrize("block", ["narrow", "wide"])
     def test_ratios_of_both_files(self, folder, block, law):
@@ -178,6 +179,7 @@ class TestCurves:
         assert line.ratio.value == pytest.approx(values[0] / values[1], rel=1e-12)
         assert line.ratio.lower < line.ratio.value < line.ratio.upper
 
+    @pytest.mark.slow
     def test_what_only_one_has(self, folder, tmp_path):
         said = "\n".join(compare(folder / "base", folder / "deeper", tmp_path).head)
         assert "blocks only in A, not compared: wide" in said
@@ -185,6 +187,7 @@ class TestCurves:
         assert "width: narrow 0.35 m in A, 0.45 m in B" in said
         assert "motions: the same 16 motions in both" in said
 
+    @pytest.mark.slow
     def test_what_differs(self, folder, tmp_path):
         said = compare(folder / "base", folder / "motions", tmp_path).head
         assert "  motions: seed 1 in A, 2 in B" in said
@@ -217,6 +220,7 @@ class TestMediansAboveTheLevels:
         assert math.isnan(line.ratio.value)
         assert line.said_a == "not reached"
 
+    @pytest.mark.slow
     def test_in_the_file(self, folder, low, tmp_path):
         compare(low, folder / "base", tmp_path)
         rows = list(csv.DictReader((tmp_path / "comparison.csv").open(encoding="utf-8")))
@@ -275,6 +279,7 @@ class TestPieces:
                 assert getattr(shaken, quantity).mean() == pytest.approx(held, rel=1e-12)
             assert shaken.chance.mean(axis=1) == pytest.approx(a.results["item_rate"].values[0], rel=1e-12)
 
+    @pytest.mark.slow
     def test_anchored(self, folder, tmp_path):
         line = one(lines_of(folder, "free", "held"), "chance", "rack")
         assert (line.verdict, line.said_b) == ("anchored in B", "anchored")
@@ -288,6 +293,7 @@ class TestPieces:
         assert "1 piece is anchored in B and cannot fall there; the other one is higher in B" in tail
 
 
+@pytest.mark.slow
 class TestCommand:
     def test_what_it_prints_and_writes(self, folder, tmp_path, capsys):
         assert main(["compare", str(folder / "free"), str(folder / "held"), "--output", str(tmp_path / "out")]) == 0

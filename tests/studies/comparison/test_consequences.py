@@ -73,6 +73,7 @@ def drawn(replicates, motions):
     return np.array(found) / motions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("quantity", "name"), [("loss", "loss"), ("downtime", "downtime"), ("injuries", "injuries")])
 def test_in_a_year(folder, quantity, name):
     """Values are those of the files; intervals are of motions drawn again, the same for both sides."""

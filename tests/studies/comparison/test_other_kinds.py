@@ -38,6 +38,7 @@ def folder(tmp_path_factory):
     return here
 
 
+@pytest.mark.slow
 def test_two_measures_have_their_rates_in_common(folder, tmp_path):
     found = compare(folder / "pga", folder / "pgv", tmp_path)
     assert [rows.title.split(" with")[0] for rows in found.tables] == ["Chance of overturning in 50 years"]
@@ -45,6 +46,7 @@ def test_two_measures_have_their_rates_in_common(folder, tmp_path):
     assert [path.name for path in found.written] == ["comparison.csv", "chances.png", "comparison.html"]
 
 
+@pytest.mark.slow
 def test_a_hazard_curve_in_a_file(folder, tmp_path):
     """The file is not in the results: the ratio has no interval, and that is said."""
     with sides.two_sides(folder / "pga", folder / "file") as (a, b):
@@ -68,6 +70,7 @@ def test_uncertain_blocks(folder):
     assert line.ratio.lower < line.ratio.value < line.ratio.upper
 
 
+@pytest.mark.slow
 def test_a_hazard_file_that_has_changed(folder, tmp_path):
     """Results hold a digest of the curve, so that a comparison knows whether the file has changed."""
     for name, factor in (("again", 1.0), ("doubled", 2.0)):

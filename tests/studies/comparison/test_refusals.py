@@ -53,6 +53,7 @@ def folder(tmp_path_factory):
     return here
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "second", "said"),
     [
@@ -81,6 +82,7 @@ def test_one_sentence(folder, tmp_path, capsys, first, second, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_edited_by_hand(folder, tmp_path, capsys):
     """As the other commands: a warning, and with --verify an error."""
     command = ["compare", str(folder / "velocity"), str(folder / "edited"), "--out", str(tmp_path / "out")]
@@ -105,6 +107,7 @@ def test_laws(folder, tmp_path, capsys, more, said):
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_law_of_each(folder, tmp_path, capsys):
     command = ["compare", str(folder / "base"), str(folder / "other_law"), "--out", str(tmp_path / "out")]
     assert main([*command, "--laws", "housner", "discrete"]) == 0
@@ -134,6 +137,7 @@ class TestStudyFiles:
         tp.Study.from_toml("seed.toml").run("results/seed")
         return tmp_path
 
+    @pytest.mark.slow
     def test_their_results(self, place, capsys):
         assert main(["compare", "base.toml", "seed.toml", "--out", "out"]) == 0
         said = capsys.readouterr().out
@@ -165,6 +169,7 @@ class TestStudyFiles:
         assert len(text.splitlines()) == 1
         assert not (place / "out").exists()
 
+    @pytest.mark.slow
     def test_unfinished(self, folder, place, capsys):
         shutil.copytree(folder / "unfinished", place / "results" / "uplift")
         assert main(["compare", "base.toml", "uplift.toml", "--out", "out"]) == 2

@@ -185,6 +185,7 @@ class TestStudies:
         within = tp.Study.from_toml(written(tmp_path, table, inside)).run()
         xr.testing.assert_equal(beside, within)
 
+    @pytest.mark.slow
     def test_another_table_is_another_study(self, tmp_path, capsys):
         path = written(tmp_path, many(3))
         out = str(tmp_path / "out")
@@ -213,6 +214,7 @@ rates = [0.2, 0.1, 0.03, 0.005, 0.0004]
 unit = "m/s2"
 """
 
+    @pytest.mark.slow
     def test_same_results(self, tmp_path, monkeypatch):
         path = written(tmp_path, many(11))
         text = path.read_text().replace('outputs = ["overturned"]', 'outputs = ["overturned", "peak_rotation"]')
@@ -333,6 +335,7 @@ class TestManyBlocks:
         place = places(results.assign(rate=rate.where(rate != 7.0), status=status), RATE).values
         assert place[7] == np.isfinite(np.delete(rate.isel(model=1).values, 7)).sum() > 50
 
+    @pytest.mark.slow
     def test_titles_say_that_they_are_not_all(self, results):
         (table,) = show.tables(results)
         assert "; the 100 of 120 blocks that fall first" in str(table.title)
@@ -413,6 +416,7 @@ class TestOscillatorsMadeWhenWanted:
         with pytest.raises(IndexError):
             made[15]
 
+    @pytest.mark.slow
     def test_they_take_no_memory(self):
         blocks = [tp.Block(0.3, 1.5, name=f"b{i}") for i in range(2000)]
         made = OscillatorGrid(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
@@ -541,6 +545,7 @@ def folder(tmp_path_factory):
 
 
 class TestCommands:
+    @pytest.mark.slow
     def test_rates_stand_beside_the_curves(self, folder, capsys):
         assert main(["export", str(folder / "out"), "--format", "csv"]) == 0
         printed = capsys.readouterr().out

@@ -231,6 +231,7 @@ class TestCorrections:
             tp.Study.from_toml(path)
 
 
+@pytest.mark.slow
 class TestCommands:
     def test_motions_names_them(self, tmp_path, capsys):
         write(tmp_path)
@@ -345,6 +346,7 @@ class TestSpectra:
     def test_single_motions_are_not_compared(self, tmp_path):
         assert self.check(tp.Study.from_toml(write(tmp_path))).word == UNKNOWN
 
+    @pytest.mark.slow
     def test_few_motions_may_be_far_by_chance(self, tmp_path):
         """Matched to the model, eight motions of one in six seeds have a median beyond 1.5 times: that is no doubt."""
         keys = (

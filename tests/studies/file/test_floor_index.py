@@ -90,6 +90,7 @@ def test_units_of_levels(folder, column):
     assert f"level ({found.unit})" == column
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "said"),
     [

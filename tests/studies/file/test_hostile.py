@@ -75,6 +75,7 @@ class TestTheFuzzerItself:
         assert fuzz_studies.outcome(files, tmp_path / "mutant").kind == "not of the schema"
 
 
+@pytest.mark.slow
 def test_mutants(tmp_path):
     """400 here, as many in the slow one; more with ``python tests/support/fuzz_studies.py FIRST NUMBER``."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -118,6 +119,7 @@ def test_twenty_through_the_command(tmp_path, capsys, monkeypatch):
         assert sorted(tmp_path.iterdir()) == here
 
 
+@pytest.mark.slow
 def test_one_as_a_process(tmp_path):
     (tmp_path / "study.toml").write_bytes(b'title = "\xff"')
     command = [sys.executable, "-m", "toppling", "run", "study.toml", "--out", "out"]

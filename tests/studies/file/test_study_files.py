@@ -510,6 +510,7 @@ class TestFiles:
             expand("**/**/*.AT2", tmp_path)
         assert len(expand("3/deep/*.AT2", tmp_path)) == 1
 
+    @pytest.mark.slow
     def test_a_loop_of_links_ends(self, tmp_path):
         write(tmp_path, "x", "in/r.AT2")
         for name in ("a", "b"):

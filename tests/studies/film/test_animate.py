@@ -387,6 +387,7 @@ class TestFiles:
         assert np.sign(x - upright) == np.sign(theta0)
 
 
+@pytest.mark.slow
 def test_lazy():
     """The drawing of films loads slowly, so that it is imported only when a film is asked for."""
     import sys

@@ -126,6 +126,7 @@ class TestLeanAndOffset:
         assert y[1] == pytest.approx(x[0] * math.tan(math.radians(2.0)))
         assert x[0] == pytest.approx(0.05 * math.cos(math.radians(2.0)) - 0.9 * math.sin(math.radians(2.0)))
 
+    @pytest.mark.slow
     def test_balance_is_that_of_the_side(self):
         run, frames, scene = filmed(self.BLOCK, tp.HousnerImpact(), sine(6.0))
         (_, front), _ = self.BLOCK.corners

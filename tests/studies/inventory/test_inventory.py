@@ -223,6 +223,7 @@ BAD_FILES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "message"), BAD_FILES, ids=range(len(BAD_FILES)))
 def test_bad_files(tmp_path, text, message):
     with pytest.raises(InventoryError, match=message) as caught:
@@ -267,6 +268,7 @@ class TestWorkbooks:
         for text in (SMALL, "width_m,height_m,floor\n0.4,2,1\n"):
             assert read_inventory(book_of(rows_of(text), tmp_path / "i.XLSX")) == read(tmp_path, text)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("text", "message"), PLAIN_FILES, ids=range(len(PLAIN_FILES)))
     def test_bad_files(self, tmp_path, text, message):
         """Word by word the sentence of the CSV, with a row in the place of a line."""
@@ -419,6 +421,7 @@ class TestWorkbooks:
         with pytest.raises(InventoryError, match=r"a workbook or archive, no text; name a workbook .xlsx, or save its"):
             read_inventory(tmp_path / "i.csv")
 
+    @pytest.mark.slow
     def test_any_mutation_is_an_inventory_or_an_inventory_error(self, tmp_path):
         """Damage to the sheet itself, which the archive's checksums do not see."""
         path = book_of(rows_of(Path(example_path()).read_text(encoding="utf-8")), tmp_path / "i.xlsx")
@@ -440,6 +443,7 @@ class TestWorkbooks:
                 assert "\n" not in str(error)
         assert 50 < refused < 100
 
+    @pytest.mark.slow
     def test_a_study_has_the_same_results(self, tmp_path):
         """Every variable, byte by byte; the study's own text names another file, and with it the identity differs."""
         text = Path(example_path()).with_name("clinic.toml").read_text(encoding="utf-8")
@@ -472,6 +476,7 @@ def replaced(book, parts):
     return held.getvalue()
 
 
+@pytest.mark.slow
 def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):
     """2,000 damaged files: bytes changed, cut out, doubled, put in from a list of nasty ones."""
     whole = Path(example_path()).read_bytes()

@@ -128,6 +128,7 @@ def test_blocks_of_a_file_have_depths(tmp_path):
     assert [one.round for one in blocks] == [False, False, True]
 
 
+@pytest.mark.slow
 def test_uncertain_blocks(tmp_path):
     """Samples keep their plan ratio; every figure is of the runs about both axes."""
     changes = ([("[[models]]", UNCERTAIN)], [("replicates = 100", 'replicates = 100\nform = "lognormal"')])
@@ -204,6 +205,7 @@ stiffness_n_per_mm = 20
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("uncertain", [False, True])
 def test_a_block_at_a_wall_stands_free_along_its_depth(tmp_path, uncertain):
     changes = [('law = "housner"', 'law = "housner"\ngeometry = "linear"')]

@@ -134,6 +134,7 @@ class TestAsking:
 
 
 class TestResults:
+    @pytest.mark.slow
     def test_what_they_say(self, folder):
         with xr.open_dataset(folder / "both/out/results.nc") as results:
             assert number_of_motions(results) == 9

@@ -96,6 +96,7 @@ class TestBranches:
         assert SLIPS_WITHOUT_BRANCHES in notes
         assert SLIPS_WITHOUT_BRANCHES not in found.attrs["notes"]
 
+    @pytest.mark.slow
     def test_the_report(self, found, tmp_path):
         (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
         assert "This 90 % range covers 8 weighted combinations" in sentence
@@ -150,6 +151,7 @@ class TestModelling:
         assert "Each of these rates is the mean over a modelling uncertainty of 0.4." in said
         assert "with a modelling uncertainty" not in said
 
+    @pytest.mark.slow
     def test_exported_dispersions_say_what_they_hold(self, tmp_path, capsys):
         more = "modelling_dispersion = 0.4\n"
         found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
@@ -206,6 +208,7 @@ def building(tmp_path_factory):
 
 
 class TestInventories:
+    @pytest.mark.slow
     def test_each_branch_is_a_study_of_its_own(self, building, tmp_path):
         found, _ = building
         at = {}
@@ -233,6 +236,7 @@ class TestInventories:
         assert SLIPS_WITHOUT_BRANCHES in inventory_study(tmp_path, *parts).run().attrs["notes"].splitlines()
         assert SLIPS_WITHOUT_BRANCHES not in building[0].attrs["notes"]
 
+    @pytest.mark.slow
     def test_what_a_reader_sees(self, building):
         found, folder = building
         said = " ".join(plain_answer(found))
@@ -276,6 +280,7 @@ class TestInventories:
         made = {digest(record) for record in motions_again(json.dumps(one.configuration))}
         assert made == {digest(record) for array in one.arrays for record in records(array)}
 
+    @pytest.mark.slow
     def test_modelling_in_the_fractiles(self, building, tmp_path):
         """Rates of the study hold none of it, means over branches all of it: with power laws a factor for pieces."""
         found, _ = building

@@ -162,6 +162,7 @@ class TestResults:
         assert (found["fall_off_probability"][0] == 0.0).all()
         np.testing.assert_array_equal(found["falls_probability"][0], found["probability"][0])
 
+    @pytest.mark.slow
     def test_floors(self, folder):
         building = '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.4\nfloors = [0, 3]\n'
         found = study(folder, FRICTION + YEAR + building, polarity='im_at = "ground"', name="floors").run()
@@ -204,6 +205,7 @@ class TestOwnFriction:
         known = study(folder, blocks=BENCH + "friction = 0.4\n", name="known")
         assert known.slides.ratio_of(known.blocks[0]) == 0.85
 
+    @pytest.mark.slow
     def test_the_screen_knows_it(self, folder):
         found = study(folder, FRICTION, self.OWN, name="screened").run()
         plain = study(folder, FRICTION, name="screened").run()
@@ -255,6 +257,7 @@ class TestNotes:
 
 
 class TestPages:
+    @pytest.mark.slow
     def test_report(self, results, folder):
         (page, *_) = write_report(folder / "out" / "results.nc", folder, "md")
         text = page.read_text().replace("\u00a0", " ")
@@ -275,6 +278,7 @@ class TestPages:
         words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
         assert f"; {words} (judgement)" in slide_rows(results).title
 
+    @pytest.mark.slow
     def test_without_a_hazard_they_are_of_a_level(self, folder, capsys):
         study(folder, FRICTION, name="level")
         assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
@@ -345,6 +349,7 @@ class TestKeys:
                 read_blocks(file)
 
 
+@pytest.mark.slow
 def test_a_block_that_never_overturns_may_fall_off(folder):
     """Its curve of overturning has no rate, which counts as 0."""
     found = study(folder, blocks=BENCH.replace("0.2", "0.4"), name="squat").run()

@@ -15,6 +15,8 @@ from toppling.studies.plan.estimates import ranking_of_measures
 from toppling.studies.plan.risk import risk_of
 from toppling.studies.report.actions import next_steps
 
+pytestmark = [pytest.mark.lowest, pytest.mark.newest]
+
 MODELS = """
 [[models]]
 law = "energy-consistent"
@@ -45,6 +47,7 @@ def run(folder, *parts):
         return results.load()
 
 
+@pytest.mark.slow
 class TestFits:
     def test_states_forms_and_outputs(self, tmp_path):
         fit = '[fit]\nform = "uplift-lognormal"\nstate = 0.5\nfractiles = [0.1]\nreplicates = 100\nconfidence = 0.9\n'
@@ -77,6 +80,7 @@ class TestFits:
 
 
 class TestDesigns:
+    @pytest.mark.slow
     def test_stripes(self, tmp_path):
         stripes = """
 [stripes]
@@ -108,6 +112,7 @@ motions = { seed = 8 }
         assert found.overturned.dims == ("block", "model", "motion")
         assert "peak ground velocity (m/s)" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_several_buildings(self, tmp_path):
         buildings = """
 [[buildings]]
@@ -128,6 +133,7 @@ floors = [1, 3]
         np.testing.assert_array_equal(at.peak_rotation, plain.peak_rotation)
 
 
+@pytest.mark.slow
 class TestRisk:
     def test_rates_and_the_size_that_meets_the_target(self, tmp_path, capsys):
         asked = HAZARD + 'years = 20\nprobability = 0.05\nalong = "width"\n'
@@ -172,6 +178,7 @@ e = { distribution = "uniform", lower = 0.85, upper = 1.0 }
 R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower = 0.7, upper = 1.4 }
 """
 
+    @pytest.mark.slow
     def test_runs_shares_and_indices(self, tmp_path, capsys):
         found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, self.TABLE)
         from toppling.fragility import Lognormal, RandomInputs, Uniform
@@ -230,6 +237,7 @@ class TestPerformance:
     def _inventory(self, tmp_path):
         (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
 
+    @pytest.mark.slow
     def test_in_a_year(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE, HAZARD)
         building = tp.motions.Building.flexural_shear(period=0.5, storeys=2)
@@ -251,6 +259,7 @@ class TestPerformance:
             "anchoring.png", "exceedance.png", "loss.png", "number.png",
         ]  # fmt: skip
 
+    @pytest.mark.slow
     def test_a_code_and_a_budget(self, tmp_path, capsys):
         """The shelf is a matter of safety, on the ground: α S/2 by EN 1998-1; the cabinet names no risk to persons."""
         columns = ",code_class,mass_kg,anchoring_cost,anchored,anchor_strength_n\n"
@@ -270,6 +279,7 @@ class TestPerformance:
         (sentence,) = (one for one in next_steps(found, []) if one.startswith("With a budget of 100 EUR"))
         assert "anchor “cabinet” (floor 2), at a cost of 10 EUR; this saves " in sentence
 
+    @pytest.mark.slow
     def test_a_piece_that_does_not_fit_is_named(self, tmp_path):
         """The code requires the rack; the museum case would pay, and the rest of the budget is not enough for it."""
         columns = "item,width_m,height_m,floor,count,value,currency,consequence,code_class,mass_kg,anchoring_cost\n"
@@ -283,6 +293,7 @@ class TestPerformance:
         start = "“museum case” (ground, 350 EUR) is beyond this budget, of which 10 EUR would be left over after"
         assert sentence.startswith(start)
 
+    @pytest.mark.slow
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')
         assert found.attrs["basis"] == "intensity"
@@ -372,6 +383,7 @@ def test_mistakes(tmp_path, parts, message):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["log-logistic", "weibull", "isotonic", "uplift-lognormal"])
 def test_every_form_of_curve_is_drawn_and_exported(tmp_path, form):
     """As the fit itself: P by the form's own formula at its median, and the plain table of another program."""
@@ -402,6 +414,7 @@ def test_files_beside_the_study_decide_its_results(tmp_path):
         assert tp.Study.from_toml(path).identity != before
 
 
+@pytest.mark.slow
 def test_an_uncertain_law_and_a_single_one(tmp_path):
     """A choice of laws as an input; with one law the shares are of motion and parameters alone."""
     table = """
@@ -416,6 +429,7 @@ law = { distribution = "choice", values = ["discrete", "housner"], weights = [1,
     assert found.factor.values.tolist() == ["motion", "sample"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "hazard",
     ["k0 = 1e-4\nk = 2.5\n", "k0 = 1e-4\nk1 = 2.5\nk2 = 0.2\n", "levels = [0.15, 0.4]\nrates = [1e-2, 1e-3]\n"],

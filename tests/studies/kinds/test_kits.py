@@ -231,6 +231,7 @@ class TestResults:
         assert any("except for those held by a kit" in one for one in basis(results))
         assert "1 of 7 pieces is held by a kit that can break: 1 × strapped (strap)" in results.attrs["notes"]
 
+    @pytest.mark.slow
     def test_files(self, tmp_path):
         made = study(tmp_path, f"{KITS}budget = 100\n")
         made.run(tmp_path / "out")
@@ -243,6 +244,7 @@ class TestResults:
         assert [cell.value for cell in sheet[1]] == [*rows[0]]
         assert not main(["report", str(tmp_path / "out"), "--format", "md", "--out", str(tmp_path / "report")])
 
+    @pytest.mark.slow
     def test_costs_target_and_budget_change_no_run(self, tmp_path, monkeypatch):
         study(tmp_path).run(tmp_path / "out")
         other = STUDY.replace("cost = 60", "cost = 30")

@@ -46,6 +46,7 @@ def gallery(tmp_path_factory):
 
 
 class TestLaboratory:
+    @pytest.mark.slow
     def test_what_rolls_and_what_is_locked_is_said_line_by_line(self, laboratory):
         text = str(laboratory.attrs["notes"])
         assert "instrument trolley: on castors that are not locked a piece rolls" in text

@@ -136,6 +136,7 @@ class TestAgainstTheBuildingModel:
         with pytest.raises(ValueError, match="go with neither a building nor ground motions"):
             assess(THINGS, LAW, one, [2.0], building=FRAME)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("decimals", "differing"), [(None, 0), (MADE.DECIMALS, 7)])
     def test_files_in_two_directions(self, tmp_path, decimals, differing):
         """Through files with all digits the same pieces fall; rounded to 1 mm/s² as in the example, nearly the same."""
@@ -287,6 +288,7 @@ class TestBranches:
         every = combinations({LAW.label: 1.0}, {"motions": 1.0}, {"hazard": (HAZARD, 1.0)})
         return rates_over_branches(every, {"motions": assessment}, inventory, sampling)
 
+    @pytest.mark.slow
     def test_motions_are_drawn_level_by_level(self, apart):
         """Fractiles are those of resampled sums, each level by itself."""
         found = self.spread(apart, Sampling(4000, 0))
@@ -518,6 +520,7 @@ class TestStudies:
         assert results["scale_factor_highest"].values == pytest.approx([1.0, 1.0])
         assert "ground_pga" not in results.coords
 
+    @pytest.mark.slow
     def test_floors_file_that_is_scaled(self, tmp_path):
         path = study(tmp_path, 'floors_file = "f.csv"\nelastic = true', LEVELS_KEY)
         plan = tp.Study.from_toml(path)
@@ -528,6 +531,7 @@ class TestStudies:
         assert "1 floor motion, calculated elsewhere, scaled to 2 levels of shaking" in text
         assert "The floor motions of each earthquake are scaled in proportion to the level of shaking" in text
 
+    @pytest.mark.slow
     def test_motions_are_shown(self, tmp_path, capsys):
         assert main(["motions", str(study(tmp_path)), "--out", str(tmp_path / "shown")]) == 0
         assert "A0 at 0.5 g" in capsys.readouterr().out
@@ -543,6 +547,7 @@ def finished(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 class TestExample:
     def test_levels_at_which_nothing_fell_are_named(self, finished):
         with xr.open_dataset(finished / "out/results.nc") as results:

@@ -28,6 +28,8 @@ from toppling.studies.report.summary import plain_answer
 from toppling.studies.text.error import StudyError
 from toppling.wording import about_percent, chances_between
 
+pytestmark = pytest.mark.lowest
+
 STUDY = """
 title = "Shelves of a region"
 blocks_file = "blocks.csv"
@@ -161,6 +163,7 @@ def test_shares_of_rates_are_those_of_the_curves(finished):
         np.testing.assert_allclose(results[f"rate_share_{side}"], rates[f"share_{side}"], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [1, 3])
 def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, finished, tmp_path, monkeypatch):
     from toppling.fragility.analyses import region_runs
@@ -215,6 +218,7 @@ def test_floors_of_a_building_are_made_before(study):
     assert set(results["motions_run"].values.tolist()) <= {64, 96, 100}
 
 
+@pytest.mark.slow
 def test_both_ways_takes_a_motion_twice(study):
     both = study(STUDY.replace('im = "pga"', 'im = "pga"\npolarity = "both"'))
     results = both.run()
@@ -377,6 +381,7 @@ def with_events(tmp_path_factory):
     return made, results, folder / "out/results.nc", told
 
 
+@pytest.mark.slow
 def test_falls_in_one_event_are_those_of_the_analysis(with_events):
     made, results, *_ = with_events
     motions = SHAKES.sample(40, 4, 2000)
@@ -403,6 +408,7 @@ def test_progress_counts_surfaces_and_events(with_events):
     assert f"finished: {done[-1]:,} runs, " in line
 
 
+@pytest.mark.slow
 def test_the_report_shows_the_events(with_events, tmp_path):
     (page,) = write_report(with_events[2], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")

@@ -207,6 +207,7 @@ class TestScaling:
 
 
 class TestFriction:
+    @pytest.mark.slow
     @pytest.mark.parametrize("kind", KINDS)
     def test_only_where_there_is_too_little(self, tmp_path, kind):
         one = study(tmp_path, *KINDS[kind], MOTIONS, "[friction]\nstatic = 0.1\n[screen]\nundecided = 0.0\n")
@@ -239,6 +240,7 @@ class TestFriction:
 
 
 class TestSamples:
+    @pytest.mark.slow
     def test_equals_the_screen_of_every_sample(self, tmp_path, monkeypatch):
         monkeypatch.setattr(perturbed, "PERTURBATION", 1e-2)
         one = study(tmp_path, *KINDS["uncertainty"], MOTIONS, SCREEN)
@@ -265,6 +267,7 @@ class TestSamples:
         (note,) = (one for one in notes_of(found) if "are undecided" in one)
         assert f"of the {2 * 2 * 4 * 7 * NUMBER} outcomes tested" in note
 
+    @pytest.mark.slow
     def test_laws_that_are_not_known(self, tmp_path, monkeypatch):
         """Samples under laws with a restitution, without one, and of exact geometry: each is tested as if alone."""
         monkeypatch.setattr(perturbed, "PERTURBATION", 1e-2)
@@ -327,6 +330,7 @@ class TestValues:
         assert found["in_use"].sel(block="narrow").values.tolist() == [False, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_flips_are_counted_in_files_and_slabs_of_any_size(tmp_path, monkeypatch, kind):
     """Arrays of all tested runs in files, and in slabs of one row: the same, and the forecast holds every array."""

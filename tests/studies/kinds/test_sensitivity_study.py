@@ -243,6 +243,7 @@ class TestPaired:
 
 
 class TestDelta:
+    @pytest.mark.slow
     def test_every_variable_is_labelled(self, over_delta, over_e):
         for results in (over_delta, over_e):
             for name, one in results.variables.items():
@@ -328,6 +329,7 @@ class TestDelta:
         assert not here["sobol_total"].any()
         assert of_law(over_delta, "makris-konstantinidis").sel(input="delta")["tornado_swing"].max() > 0.3
 
+    @pytest.mark.slow
     def test_runs_are_counted_and_bits_are_the_same(self, tmp_path):
         laws = STUDY[STUDY.index("[[models]]") : STUDY.index("[motions]")]
         few = STUDY.replace(laws, '[[models]]\nlaw = "discrete"\n[[models]]\nlaw = "vassiliou"\n')
@@ -511,6 +513,7 @@ class TestSchema:
 
 
 class TestFigures:
+    @pytest.mark.slow
     def test_all(self, over_delta, over_e, tmp_path):
         names = {"delta": (over_delta, 10), "e": (over_e, 7)}
         for key, (results, n) in names.items():
@@ -546,6 +549,7 @@ class TestFigures:
         for name in QUANTITIES:
             assert sensitivity(one, quantity=name).get_legend() is not None
 
+    @pytest.mark.slow
     def test_the_block_is_said(self, over_delta):
         """Nobody's first block is drawn for want of a word; a study's figures show each."""
         for draw in (sensitivity, convergence, tornado_panel, sobol_panel):

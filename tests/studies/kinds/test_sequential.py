@@ -619,6 +619,7 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     assert table.rows[0][-1] == "0\u00a0%"
 
 
+@pytest.mark.slow
 def test_rates_of_slips_without_a_curve(study):
     text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + FRICTION
     results = study(text).run()
@@ -703,6 +704,7 @@ def test_the_forecast_counts_slides(study):
     assert forecast(study()).slides == 0
 
 
+@pytest.mark.slow
 def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
     study(STUDY.replace("seed = 4", "seed = 5")).run(tmp_path / "other")
     folders = [str(finished[1].parent), str(tmp_path / "other")]

@@ -152,6 +152,7 @@ class TestResults:
 
 
 class TestPages:
+    @pytest.mark.slow
     def test_report(self, results, folder):
         (page, *_) = write_report(folder / "out" / "results.nc", folder, "md")
         text = page.read_text()

@@ -67,6 +67,7 @@ class TestStudy:
         with pytest.raises(StudyError, match="exists and is no result file"):
             other.run(tmp_path / "out")
 
+    @pytest.mark.slow
     def test_finished_results_are_kept(self, tmp_path):
         path = write(tmp_path)
         calls = []
@@ -249,6 +250,7 @@ def test_bad_study_files(tmp_path, text, message, capsys):
 
 
 class TestCommand:
+    @pytest.mark.slow
     def test_run(self, tmp_path, capsys):
         assert main(["run", str(write(tmp_path)), "--out", str(tmp_path / "out")]) == 0
         printed = capsys.readouterr().out
@@ -263,6 +265,7 @@ class TestCommand:
         for value in (results["median"].values / G).ravel():
             assert ("not reached" if value > highest else three_digits(value)) in printed
 
+    @pytest.mark.slow
     def test_separated_data_are_said_in_the_table(self, tmp_path, capsys):
         text = SMALL.replace("from = 0.1, to = 1.0, number = 6", "from = 0.001, to = 0.002, number = 2")
         assert main(["run", str(write(tmp_path, text)), "--out", str(tmp_path / "out"), "--verbose"]) == 0

@@ -93,6 +93,7 @@ def test_on_the_ground_every_run_is_that_of_the_steps_in_python(tmp_path, name):
     assert "building_ductility" not in result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yields", [False, True])
 def test_in_a_building_every_run_is_that_of_the_steps_in_python(tmp_path, yields):
     strength = {"yield_coefficient": 0.1} if yields else {}

@@ -71,6 +71,7 @@ def _plain():
         yield
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_image(name, tmp_path):
     baseline = IMAGES / f"{name}.png"

@@ -56,6 +56,7 @@ DRAWN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_a_legend_comes_with_a_figure_of_its_own(name):
     """Axes of the caller get none, which has the labels (fragility curves get one unless it is not wanted)."""
@@ -181,6 +182,7 @@ class TestFragility:
             assert shown == (i >= 2)
             assert bool(ax.get_xlabel()) == shown
 
+    @pytest.mark.slow
     def test_long_names_of_measures_are_wrapped(self):
         name = "average spectral acceleration of the ground motion over 0.2, 0.4, 0.6, 0.8, 1.0, 1.5 and 2.0 s"
         long = cases.curves(("a", "b", "c"))
@@ -191,6 +193,7 @@ class TestFragility:
 
 
 class TestRisk:
+    @pytest.mark.slow
     def test_the_share_from_above_is_drawn_and_said(self):
         found = cases.rates()
         ax = plot.risk(found, quantity="share", block="shelf")
@@ -442,6 +445,7 @@ FIGURES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_texts_can_be_read(name):
     """No text overlaps another, leaves the sheet, or is small."""
@@ -461,6 +465,7 @@ def test_faults_are_found():
     assert "small: 'tiny'" in said
 
 
+@pytest.mark.slow
 class TestKinds:
     """Studies of every kind as a user runs them, with long names of blocks."""
 
@@ -515,6 +520,7 @@ class TestKinds:
             assert cases.faults(figure) == [], name
 
 
+@pytest.mark.slow
 def test_tables_and_messages_load_no_plotting():
     """Tables and messages load no matplotlib; figures load no pyplot, which would choose a backend."""
     code = (

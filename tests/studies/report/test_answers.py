@@ -81,6 +81,7 @@ class TestAnswer:
 class TestClientPart:
     """The first part of a report: no key names, no parameters of laws, two digits, every term defined once."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", STUDIES)
     def test_without_keys_parameters_and_toml(self, pages, name):
         text = re.sub(r"<[^>]+>", " ", of_client(pages[name]))
@@ -92,6 +93,7 @@ class TestClientPart:
         if name != "sensitivity":
             assert not re.search(r"[αδζ]", rules)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", [name for name in STUDIES if name != "sensitivity"])
     def test_numbers_have_two_digits(self, pages, name):
         text = re.sub(r"<[^>]+>", " ", of_client(pages[name])).partition("What this answer rests on")[0]
@@ -105,6 +107,7 @@ class TestClientPart:
         computed = [one for one in whole if float(one.replace(",", "")) not in given]
         assert [one for one in computed if len(one.replace(",", "").rstrip("0")) > 2] == []
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", STUDIES)
     def test_each_term_is_defined_once_where_it_is_used(self, pages, name):
         text = pages[name].read_text(encoding="utf-8")
@@ -116,6 +119,7 @@ class TestClientPart:
             if re.search(rf"\b{one}s?\b", plain.partition("Provenance")[0]):
                 assert one in defined, one
 
+    @pytest.mark.slow
     def test_cover_changes_no_results(self, folder, tmp_path):
         source = Path(folder / "fragility")
         study = tmp_path / "study.toml"

@@ -12,6 +12,7 @@ from toppling.studies.report.page import write_report
 
 
 class TestPages:
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", STUDIES)
     def test_says_all_in_order(self, pages, name):
         page = Page(pages[name])
@@ -34,6 +35,7 @@ class TestPages:
     def test_is_for_everyone(self, pages, name):
         accessible(Page(pages[name]))
 
+    @pytest.mark.slow
     def test_same_results_same_bytes(self, folder, pages, tmp_path):
         for name in ("cloud", "performance"):
             write_report(folder / name / "results.nc", tmp_path / "again.html")
@@ -48,6 +50,7 @@ class TestPages:
         accessible(page)
         assert len(page.every("figure")) == 4
 
+    @pytest.mark.slow
     def test_small(self, pages, hostile):
         assert all(path.stat().st_size < 3e6 for path in [*pages.values(), hostile])
 
@@ -94,6 +97,7 @@ FOCUS = "document.querySelector('.skip').focus(), document.activeElement.getAttr
 
 
 class TestBrowser:
+    @pytest.mark.slow
     @pytest.mark.parametrize("width", WIDTHS)
     @pytest.mark.parametrize("dark", [False, True])
     def test_fits_and_is_silent(self, chromium, pages, hostile, tmp_path, width, dark):
@@ -105,6 +109,7 @@ class TestBrowser:
             if seen.png:
                 assert seen.png.startswith(b"\x89PNG")
 
+    @pytest.mark.slow
     def test_comparisons_fit_and_are_silent(self, chromium, folder, tmp_path):
         """The page of `toppling compare`, of curves and of a building, is no wider than a phone or a tablet."""
         for kind in ("fragility", "performance"):
@@ -120,6 +125,7 @@ class TestBrowser:
                 assert (seen.complaints, seen.requests) == ([], []), kind
                 assert chromium.see(out / "comparison.html", width, SCROLLING).value == [], kind
 
+    @pytest.mark.slow
     def test_no_table_scrolls(self, chromium, pages):
         """On a phone, a tablet and a desktop; the matrices of sensitivity studies do, with their first column fixed."""
         for name, path in pages.items():
@@ -161,6 +167,7 @@ class TestBrowser:
             assert min(found) * 9.0 >= least
             assert max(chromium.see(pages["fragility"], width, wider).value) <= 0
 
+    @pytest.mark.slow
     def test_pdf(self, chromium, folder, tmp_path):
         assert main(["report", str(folder / "cloud" / "results.nc"), "--format", "pdf", "--out", str(tmp_path)]) == 0
         assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")

@@ -50,6 +50,7 @@ class TestHostile:
         assert max(map(len, found["block"].values)) < 70
         assert found["model"].values.tolist() == [r"a\$b", "a", "b\ufffd"]
 
+    @pytest.mark.slow
     def test_markdown_is_text(self, folder, hostile, tmp_path):
         write_report(folder / "hostile3.nc", tmp_path / "hostile.md", "md")
         text = (tmp_path / "hostile.md").read_text(encoding="utf-8")
@@ -68,6 +69,7 @@ class TestHostile:
         console.print(table)
         assert console.file.getvalue().count(name) == 3
 
+    @pytest.mark.slow
     def test_markdown_is_read_as_it_was_meant(self, folder, tmp_path):
         name = "a|b *c* <d> [red]e[/] _f_ `g`"
         results = loaded(folder, "sensitivity").assign_coords(block=[name])
@@ -93,6 +95,7 @@ class TestHostile:
             assert [one.type for one in tokens] == ["paragraph_open", "inline", "paragraph_close"], text
             assert "".join(one.content for one in tokens[1].children) == text
 
+    @pytest.mark.slow
     def test_one_block_one_law(self, folder, tmp_path):
         one = loaded(folder).isel(block=[0], model=[0])
         assert write_report(written(one, tmp_path), tmp_path / "one.html")
@@ -120,6 +123,7 @@ class TestRefused:
         foreign = xr.Dataset({"t": ("x", [1.0, 2.0])})
         assert "not one of toppling's" in self.said(capsys, written(foreign, tmp_path))
 
+    @pytest.mark.slow
     @pytest.mark.filterwarnings("ignore:.* was edited after it was written")
     def test_layouts(self, capsys, folder, tmp_path):
         results = loaded(folder, "cloud")
@@ -132,6 +136,7 @@ class TestRefused:
         wrong = results.assign_attrs(kind="sensitivity")
         assert "does not hold what" in self.said(capsys, written(wrong, tmp_path))
 
+    @pytest.mark.slow
     def test_where_it_cannot_be_written(self, capsys, folder, tmp_path):
         path = folder / "cloud" / "results.nc"
         (tmp_path / "file").write_text("", encoding="utf-8")
@@ -144,6 +149,7 @@ class TestRefused:
             module._browser(lambda name: None)
 
 
+@pytest.mark.slow
 def test_command(folder, tmp_path, capsys):
     assert main(["report", str(folder / "stripes" / "results.nc"), "--out", str(tmp_path / "a" / "b.html")]) == 0
     assert (tmp_path / "a" / "b.html").stat().st_size > 10_000

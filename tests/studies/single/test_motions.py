@@ -197,6 +197,7 @@ class TestFloors:
             tp.Study.from_toml(write(tmp_path, motions, building, im_at))
         assert "\n" not in str(error.value)
 
+    @pytest.mark.slow
     def test_the_tower(self, tmp_path, capsys):
         """The example with fewer motions, as a user runs it: blocks on higher floors fall at lower levels."""
         text = (EXAMPLES / "tower.toml").read_text()
@@ -235,6 +236,7 @@ class TestCommand:
         assert main([*command, str(tmp_path / "none.csv")]) == 2
         assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
+    @pytest.mark.slow
     def test_study_file(self, tmp_path, capsys):
         path = write(tmp_path, building=TOWER)
         assert main(["motions", str(path), "--out", str(tmp_path / "out")]) == 0
@@ -269,6 +271,7 @@ class TestCommand:
         content = json.loads(capsys.readouterr().out)
         assert content["measures"]["d5_95"]["values"] == [None]
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [

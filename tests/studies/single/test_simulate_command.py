@@ -30,6 +30,7 @@ def run(capsys, *arguments, code=0):
 
 
 class TestCommand:
+    @pytest.mark.slow
     def test_says_and_writes_what_the_run_found(self, tmp_path, capsys):
         out = tmp_path / "out"
         said = run(capsys, "bookcase-5-shelf", "clough-penzien", "--seed", 1, "--pga", "0.3g", *SHORT, "--out", out)
@@ -98,6 +99,7 @@ class TestCommand:
         plain = run(capsys, "bookcase-5-shelf", *pulse, "--out", tmp_path)
         assert f"overturned to the left at {at:.2f} s (after the record)" in plain
 
+    @pytest.mark.slow
     def test_it_goes_on_until_the_block_stands(self, tmp_path, capsys):
         """A pulse ends long before its block rests: the history ends a second after that, or is marked as cut."""
         pulse = ["bookcase-5-shelf", "one-cycle-sine", "--period", "0.6s", "--pga", "0.25g", "--out", tmp_path]
@@ -194,6 +196,7 @@ class TestCommand:
         assert said == "toppling: interrupted: animation.gif is not written, the history is\n"
         assert sorted(one.name for one in tmp_path.iterdir()) == ["history.csv", "history.png"]
 
+    @pytest.mark.slow
     def test_nothing_shakes(self, tmp_path, capsys):
         (tmp_path / "quiet.csv").write_text(
             "time (s),acceleration (g)\n" + "\n".join(f"{0.01 * i:.2f},0" for i in range(50))

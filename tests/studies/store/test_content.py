@@ -16,6 +16,8 @@ from toppling.studies.command.cli import main
 from toppling.studies.report.validity import checks_of
 from toppling.studies.store.content import ATTRIBUTE, content_digest, content_state
 
+pytestmark = [pytest.mark.lowest, pytest.mark.newest]
+
 ROOT = Path(__file__).resolve().parents[3]
 STUDY = f'title = "Contents"\n{BLOCKS}\n[[models]]\nlaw = "housner"\n{motions(5)}{IDA}{HAZARD}'
 
@@ -115,6 +117,7 @@ def edit_a_variable(path):
         file["median"].setncattr("long_name", "median of all")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edit", [edit_value, edit_attribute, edit_a_variable])
 def test_edited_results(copied, capsys, edit):
     """A warning and a badge in the report, a warning of exports; refused with --verify."""
@@ -180,6 +183,7 @@ def test_a_study_does_not_seal_what_was_edited(finished, copied):
     assert content_state(tp.Study.from_toml(path).run(copied.parent, resume=False)) == "as written"
 
 
+@pytest.mark.slow
 def test_a_file_without_it(tmp_path, capsys):
     """A file of before is opened without a word, but cannot be verified."""
     path = tmp_path / "results.nc"

@@ -220,6 +220,7 @@ def bound_by_permissions():
         raise PermissionError
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="needs users")
 def test_folder_without_permission(study, tmp_path):
     out = tmp_path / "out"
@@ -268,6 +269,7 @@ class TestShards:
             whole.run(tmp_path / "out", progress=progress)
         return whole, tmp_path / "out"
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "damage",
         [
@@ -288,6 +290,7 @@ class TestShards:
         log = (out / "run.log").read_text()
         assert log.count("is damaged") == len(shards[::3])
 
+    @pytest.mark.slow
     def test_a_changed_study_is_refused(self, broken_off, study):
         _, out = broken_off
         study.write_text(FEWER.replace("to = 1.0", "to = 1.1").replace('law = "housner"', 'law = "vassiliou"'))
@@ -340,6 +343,7 @@ class TestShards:
         assert (out / "results.nc").read_bytes() == quiet
         assert "is of another chunk" in (out / "run.log").read_text()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "kept",
         [

@@ -87,6 +87,7 @@ def of_a_shard(out, build):
 class TestOlderResults:
     """Parts of a study are younger than the results beside them."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("older", [SMALL, SMALL.replace("number = 75", "number = 76")])
     def test_work_begun_afresh_is_gone_on_with(self, study, tmp_path, expected, older):
         study.write_text(older)
@@ -200,6 +201,7 @@ class TestStrangers:
         assert (out / "results.nc").read_bytes() == expected
         assert not (out / "shards").exists()
 
+    @pytest.mark.slow
     def test_a_users_files_stay(self, study, tmp_path, expected):
         out = tmp_path / "out"
         break_off(study, out)
@@ -224,6 +226,7 @@ class TestStrangers:
         assert main(["run", str(study), "--out", str(tmp_path / "out")]) == 2
         assert "run.log: cannot be written" in capsys.readouterr().err
 
+    @pytest.mark.slow
     def test_broken_results(self, study, tmp_path, expected, capsys):
         """Whatever bytes are others: one sentence, or the results as they are read."""
         random = np.random.default_rng(1)

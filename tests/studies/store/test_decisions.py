@@ -75,6 +75,7 @@ def fresh(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DECISIONS)
 def test_a_finished_study_keeps_its_runs(tmp_path, monkeypatch, fresh, name):
     """There and back: the results are those of a study of its own, and no run is made."""
@@ -119,6 +120,7 @@ def test_an_interrupted_study_goes_on_with_its_runs(tmp_path, monkeypatch, fresh
     xr.testing.assert_identical(stored(tmp_path / "out"), fresh["all"])
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_leaves_the_earlier_results(tmp_path, monkeypatch, fresh):
     study(tmp_path).run(tmp_path / "out")
     before = (tmp_path / "out" / "results.nc").read_bytes()
@@ -136,6 +138,7 @@ def test_a_disk_that_is_full_leaves_the_earlier_results(tmp_path, monkeypatch, f
     xr.testing.assert_identical(stored(tmp_path / "out"), fresh["budget"])
 
 
+@pytest.mark.slow
 def test_edited_results_are_not_decided_anew(tmp_path):
     study(tmp_path).run(tmp_path / "out")
     found = stored(tmp_path / "out")

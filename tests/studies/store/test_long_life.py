@@ -34,6 +34,7 @@ def test_values_and_units(results):
         assert stored["overturned"].dims == ("block", "model", "level", "motion")
 
 
+@pytest.mark.slow
 def test_commands_open_it(results, capsys):
     assert main(["report", str(results)]) == 0
     page = results.with_name("report.html").read_text(encoding="utf-8")

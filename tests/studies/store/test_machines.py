@@ -71,6 +71,7 @@ def on_another_machine(monkeypatch):
     monkeypatch.setattr(shards, "engine_identity", lambda: identity)
 
 
+@pytest.mark.slow
 def test_another_processor_is_named_and_taken_on_request(folder, monkeypatch, small_chunks, capsys):
     here = runs.engine_identity()["processor"]
     half(folder)
@@ -129,6 +130,7 @@ def test_another_study_is_not_taken(folder, monkeypatch, small_chunks):
 
 
 @pytest.mark.slow
+@pytest.mark.longest
 def test_killed_on_one_processor_and_resumed_on_another(folder):
     """numba compiles for a generic processor first: the identity differs, probabilities agree within their chaos."""
     generic = {**os.environ, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}

@@ -109,6 +109,7 @@ def run(folder, place, limit, text=LARGE, **options):
 
 
 @pytest.mark.slow
+@pytest.mark.longest
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
 def test_results_larger_than_the_memory(tmp_path):
     """The same bytes under a limit of memory below the size of the results, and with everything in memory."""
@@ -126,6 +127,7 @@ def test_results_larger_than_the_memory(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.longest
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
 @pytest.mark.parametrize("text", [BUILDING, UNCERTAIN])
 def test_what_is_made_of_all_runs_stays_below_the_memory(tmp_path, text):
@@ -147,6 +149,7 @@ def finished(tmp_path_factory):
     return folder, study
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["overturned", "peak_rotation", "verdict", "probability", "median", "level"])
 def test_a_flipped_bit_is_noticed(finished, tmp_path, capsys, name):
     """One bit of the numbers of a finished file: no table, figure or curve is made of it."""
@@ -185,6 +188,7 @@ def test_damage_of_large_results_is_noticed(finished, tmp_path, monkeypatch):
         study.run(tmp_path)
 
 
+@pytest.mark.slow
 def test_another_title_for_large_results(finished, tmp_path, monkeypatch):
     """Results that are read as they are written anew."""
     folder, study = finished
@@ -234,6 +238,7 @@ class TestSlabs:
         monkeypatch.setattr(slabs, "RUNS", runs)
         xr.testing.assert_identical(study.run(), whole)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", ["cloud", "tower", "clinic"])
     def test_of_other_studies(self, tmp_path, monkeypatch, name):
         """Examples with few motions: clouds, several floors, an inventory; in memory, and in slabs from the disk."""
@@ -247,6 +252,7 @@ class TestSlabs:
         monkeypatch.setattr(netcdf, "SLAB_BYTES", 2000)
         xr.testing.assert_identical(study.run(tmp_path / "out"), whole)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("runs", [1, 90])
     @pytest.mark.parametrize(
         ("name", "changed"),
@@ -333,6 +339,7 @@ def test_what_is_stored_is_as_was_said(finished):
     assert (folder / "results.nc").stat().st_size < study.room.left
 
 
+@pytest.mark.slow
 def test_studies_of_other_kinds_say_what_they_take():
     for name in ("uncertainty", "sensitivity_delta", "clinic"):
         found = tp.Study.from_toml(EXAMPLES / f"{name}.toml").room

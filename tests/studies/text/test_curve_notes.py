@@ -372,6 +372,7 @@ class TestUncertainRates:
         whole = 2 * 2 * 6 * 7 * 20 * 300
         assert json.loads(found.attrs["skipped"])["samples"] == pytest.approx(whole, rel=0.01)
 
+    @pytest.mark.slow
     def test_tables_and_export(self, tmp_path, capsys):
         path = tmp_path / "study.toml"
         fit = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"

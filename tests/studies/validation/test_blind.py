@@ -37,6 +37,7 @@ def one(tmp_path, **changes):
 
 
 class TestBlind:
+    @pytest.mark.slow
     def test_outcomes_removed_or_exchanged_change_nothing(self, tmp_path):
         with OWN.open(encoding="utf-8", newline="") as stream:
             rows = [row for row in csv.DictReader(stream) if not row["predict"].startswith(("no", "replay"))]
@@ -108,6 +109,7 @@ class TestCounts:
 
 
 class TestValues:
+    @pytest.mark.slow
     def test_median_of_capacities(self, tmp_path):
         """By bisection: each motion's least peak acceleration among the levels that overturns."""
         found = predict(one(tmp_path, predict="median", measure="PGA", unit="m/s2", level_low="", level_high=""))

@@ -33,6 +33,7 @@ def drawn_tests(random, bias, beta, clusters=50, each=10, common=0.0):
 
 
 class TestClassFit:
+    @pytest.mark.slow
     def test_it_finds_what_was_put_in(self):
         found = class_fit(drawn_tests(np.random.default_rng(1), -0.5, 0.3, 200, 20), 1)
         assert found.ratio == pytest.approx(math.exp(-0.5), rel=0.05)
@@ -77,6 +78,7 @@ class TestClassFit:
         assert math.isnan(found.beta_m)
         assert repr(found) == repr(too_few(10 * (LEAST_CLUSTERS - 1), LEAST_CLUSTERS - 1, 4))
 
+    @pytest.mark.slow
     def test_intervals_hold_the_truth_where_tests_of_a_record_depend_on_each_other(self, monkeypatch):
         """200 synthetic classes: a bias of zero lies within its interval in about 95 % of them."""
         monkeypatch.setattr(classes, "RESAMPLES", 200)

@@ -97,6 +97,7 @@ class TestRelations:
             math.exp(1.05 + 1.48 * math.log(width) - 1.07 * math.log(1.8)), rel=0.01
         )  # (coefficients of three digits)
 
+    @pytest.mark.slow
     def test_computed_medians(self):
         """The third of six capacities, by plain runs; as PGV it is the third of the same runs' PGV."""
         one = next(each for each in relations.own() if each.kind == "broadband")

@@ -64,11 +64,13 @@ class TestBySimulation:
             n = random.integers(1, 60, 30)
             yield p, n, random.binomial(n, p**bias)
 
+    @pytest.mark.slow
     def test_brier_of_a_model_that_is_right(self):
         found = [brier(*table) for table in self.tables(1)]
         assert within(sum(one.right_low <= one.score <= one.right_high for one in found))
         assert all(one.skill > 0.0 for one in found)
 
+    @pytest.mark.slow
     def test_brier_of_a_model_that_is_wrong(self):
         found = [brier(*table) for table in self.tables(2, bias=3.0)]
         assert sum(one.right_low <= one.score <= one.right_high for one in found) < 0.5 * TABLES

@@ -62,6 +62,7 @@ class TestCommand:
         assert [one["rock"] for one in scores["granite"]] == [1, 2]
         assert scores["granite"][0]["twin"] == 0.0
 
+    @pytest.mark.slow
     def test_predictions_hold_no_outcome(self, table, tmp_path):
         """The file of predictions is the same to the byte whatever came out."""
         other = table_of(tmp_path / "o.csv", {**ROW, "overturned": "0"}, {**WIDE, "overturned": "4"},
@@ -71,6 +72,7 @@ class TestCommand:
         first, second = ((tmp_path / name / "predictions.csv").read_bytes() for name in ("t", "o"))
         assert first == second
 
+    @pytest.mark.slow
     def test_an_interrupted_run_goes_on(self, table, tmp_path, capsys, monkeypatch):
         out, asked = tmp_path / "out", []
         plain = validate.predict
@@ -95,6 +97,7 @@ class TestCommand:
         assert main(["validate", str(table), "--out", str(tmp_path / "fresh")]) == 0
         assert (tmp_path / "fresh" / "predictions.csv").read_bytes() == kept
 
+    @pytest.mark.slow
     def test_changed_tests_are_predicted_again(self, table, tmp_path):
         out = tmp_path / "out"
         assert main(["validate", str(table), "--out", str(out)]) == 0
@@ -122,6 +125,7 @@ class TestCommand:
 
 
 class TestBlind:
+    @pytest.mark.slow
     def test_predictions_of_before_are_taken_as_they_are(self, table, tmp_path, monkeypatch):
         """To the byte, values and reasons, though the code would predict something else now."""
         before = tmp_path / "before"
@@ -140,6 +144,7 @@ class TestBlind:
         assert main(["validate", str(table), "--out", str(tmp_path / "fresh")]) == 0
         assert rows_of(tmp_path / "fresh" / "predictions.csv")["one"]["predicted"] == "0.25"
 
+    @pytest.mark.slow
     def test_rows_that_have_a_value_now_get_it(self, table, tmp_path):
         before = tmp_path / "before"
         assert main(["validate", str(table), "--out", str(before)]) == 0
