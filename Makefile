@@ -6,7 +6,7 @@ OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
 .PHONY: help study docs validation validate-experiments scenarios drawing schema gallery film p58 paper sensitivity walls kits directions runs consistency sliding-map scaling examples lint test test-slow test-all \
-        coverage engine-truth test-exchange environments golden lock benchmark clean
+        coverage engine-truth faults test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -139,13 +139,19 @@ test-slow: $(VENV)/installed-dev
 # test and test-slow (half an hour)
 test-all: test test-slow
 
-# (which tests reach a line stays in $(VENV)/covered; limits on time may fail while lines are counted: the table is made
-# all the same)
-# tests/coverage.csv: the lines and branches that all tests reach, room by room (an hour)
+# (limits on time may fail while lines are counted: the tables are made all the same)
+# tests/coverage.csv, the lines and branches that all tests reach, and which tests reach each of the sixty faults (an hour)
 coverage: $(VENV)/installed-dev
-	-COVERAGE_FILE=$(abspath $(VENV))/covered $(BIN)/python -m pytest $(SHARED) -q --cov --cov-config=tests/coverage.ini \
-	  --cov-context=test --cov-report=json:$(VENV)/coverage.json tests
+	@rm -f $(VENV)/durations.tsv
+	-COVERAGE_FILE=$(abspath $(VENV))/covered FAULTS_REPORT=$(abspath $(VENV))/durations.tsv PYTHONPATH=$(abspath tests/faults) \
+	  $(BIN)/python -m pytest $(SHARED) -q -p fault_reports --cov --cov-config=tests/coverage.ini --cov-context=test \
+	  --cov-report=json:$(VENV)/coverage.json tests
 	$(BIN)/python tests/support/coverage_table.py $(VENV)/coverage.json tests/coverage.csv
+	$(BIN)/python tests/faults/record.py $(VENV)/covered $(VENV)/durations.tsv
+
+# which tests find each of the sixty faults: tests/faults (an hour)
+faults: $(VENV)/installed-dev
+	$(BIN)/python tests/faults/find.py --record --slow
 
 # the engine's errors against the 40-digit truth, and a hash of all its numbers: the same before and after a rebuilding
 engine-truth: $(VENV)/installed-dev

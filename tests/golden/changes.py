@@ -56,17 +56,12 @@ def read_changes(text: str) -> list[Change]:
     return changes
 
 
-def sort_out(
-    differences: Iterable[Difference], changes: Sequence[Change], whole: bool
-) -> tuple[list[Difference], list[Change]]:
-    """Return the differences that no change allows, and the changes that allow none.
-
-    whole: True if the whole corpus was compared, so that every change must explain something.
-    """
+def sort_out(differences: Iterable[Difference], changes: Sequence[Change]) -> tuple[list[Difference], list[Change]]:
+    """Return the differences that no change allows, and the changes that allow none."""
     unlisted, idle = [], list(changes)
     for difference in differences:
         allowing = [change for change in changes if change.allows(difference)]
         idle = [change for change in idle if change not in allowing]
         if not allowing:
             unlisted.append(difference)
-    return unlisted, idle if whole else []
+    return unlisted, idle

@@ -13,7 +13,7 @@ from case import Case
 from changes import Change, read_changes, sort_out
 from compare import Difference, compare_case, visible
 from corpus import Rename, cases, renames, with_old_keys
-from run import lay_out, run_side, show
+from run import lay_out, run_sides, show
 
 PAGE = (
     "<html><head><title>x</title></head><body><p>About 16 of 100 <b>fall</b>.</p>"
@@ -158,16 +158,15 @@ class TestChanges:
     def test_only_what_it_names_is_allowed(self):
         allowed = Difference("studies/a", "out/results.nc:median_lower", 1e-7, "")
         larger, other = allowed._replace(size=1e-5), allowed._replace(item="out/results.nc:rate")
-        assert sort_out([allowed, larger, other], [self.ENTRY], whole=True) == ([larger, other], [])
+        assert sort_out([allowed, larger, other], [self.ENTRY]) == ([larger, other], [])
 
     def test_an_entry_that_explains_nothing_is_named(self):
-        assert sort_out([], [self.ENTRY], whole=True) == ([], [self.ENTRY])
-        assert sort_out([], [self.ENTRY], whole=False) == ([], [])
+        assert sort_out([], [self.ENTRY]) == ([], [self.ENTRY])
 
     def test_words_select(self):
         entry = self.ENTRY._replace(items=["report.html"], largest=math.inf, text="half")
         differences = [Difference("studies/a", "report.html", math.inf, what) for what in ("a half", "a third")]
-        assert sort_out(differences, [entry], whole=True) == ([differences[1]], [])
+        assert sort_out(differences, [entry]) == ([differences[1]], [])
 
     def test_an_entry_that_allows_everything_is_refused(self):
         entry = 'issue = "x"\nafter = "y"\nstudies = "*"\nitems = ["*"]\nreason = "z"'
@@ -209,7 +208,7 @@ def ended(tmp_path_factory):
     ]
     names = [case.name for case in corpus]
     lay_out(corpus, side, False, lambda after: True)
-    run_side(Path(sys.executable), side, names)
+    run_sides({side: Path(sys.executable)}, names)
     ends = {name: json.loads((side / name / ".done.json").read_text()) for name in names}
     return {name: [end["code"] for end in ends[name]] for name in names}, side
 
