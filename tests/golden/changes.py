@@ -7,9 +7,14 @@ import re
 import tomllib
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
+from itertools import product
 from typing import NamedTuple
 
 from compare import Difference
+
+CASES = ("studies/office", "refused/studies/block_lean", "commands/wrong/option", "scripts/models")
+ITEMS = ("out/results.nc:median", "report.html", "1 err", "1 exit")
+"""Examples of cases and items: who allows all of them allows everything."""
 
 
 class Change(NamedTuple):
@@ -46,13 +51,19 @@ def read_changes(text: str) -> list[Change]:
     Raises
     ------
     ValueError
-        An entry allows every difference of every case.
+        An entry allows every difference of every case, lacks a key or has another one.
     """
     blocks = re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    changes = [Change(**entry) for block in blocks for entry in tomllib.loads(block).get("change", [])]
-    for change in changes:
-        if change.allows(Difference("any/case", "any.file:item", math.inf, "any words")):
-            raise ValueError(f"CHANGES.md: {change.issue}: {change.reason}: an entry must not allow everything")
+    changes = []
+    for entry in (entry for block in blocks for entry in tomllib.loads(block).get("change", [])):
+        try:
+            change = Change(**entry)
+        except TypeError as error:
+            raise ValueError(f"CHANGES.md: {entry.get('issue', 'an entry')}: {error}") from None
+        changes.append(change)
+        for size, words in product((0.0, 1e-9, math.inf), ("1 of 2 values", "“a” → “b”")):
+            if all(change.allows(Difference(case, item, size, words)) for case in CASES for item in ITEMS):
+                raise ValueError(f"CHANGES.md: {change.issue}: {change.reason}: an entry must not allow everything")
     return changes
 
 

@@ -6,6 +6,7 @@ import csv
 import difflib
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,6 +15,10 @@ from typing import Any, NamedTuple
 import netCDF4
 import numpy as np
 import openpyxl
+from worker import DIED, HUNG, REPORT
+
+Found = tuple[str, str, float, str]
+"""A file, an item in it, the size and the words of a difference."""
 
 PROVENANCE = {"toppling_version", "package_versions", "identity", "machines", "content_sha256"}
 """Attributes of results that say who computed them, on what, and with which checksum: those may differ."""
@@ -27,6 +32,7 @@ MASKS = (
     (r"[\d,]+(?= of [\d,]+ runs kept| runs that were kept)", "SOME"),
 )
 """What a text may say otherwise from run to run: identity, checksums, versions, processor, times, rates, paths."""
+EXPORTS = {".csv", ".xml", ".json"}
 PICTURES = {".png", ".gif", ".pdf", ".svg", ".webp"}
 PLACES = re.compile(r"--[a-z][\w-]*|\b(?:line|row|column) \d+|\b[a-z]\w*(?:\.\w+)+|\b[a-z]+_\w+|(['`\"]).*?\1")
 """What a sentence of refusal names: an option, a line, a dotted key or a file, a name with underscores, a quotation."""
@@ -66,8 +72,11 @@ def compare_case(
     variables : mapping of str to str
         Names of variables now by those under the old commit.
     """
-    found = [*_commands(names, old, new)]
+    ends = [[end["code"] for end in json.loads((side / REPORT).read_text(encoding="utf-8"))] for side in (old, new)]
+    found = [*_commands(names, ends, old, new)]
     before, after = (_files(side, set(inputs)) for side in (old, new))
+    if {DIED, HUNG} & {code for codes in ends for code in codes}:  # (the exit code says it all)
+        before, after = {}, {}
     for name in sorted(before.keys() | after.keys()):
         if name not in after or name not in before:
             found.append(("", name, np.inf, "file is lost" if name in before else "file is new"))
@@ -92,26 +101,23 @@ def _files(folder: Path, inputs: set[str]) -> dict[str, Path]:
     }
 
 
-def _commands(names: Sequence[str], old: Path, new: Path) -> Iterator[tuple[str, str, float, str]]:
+def _commands(names: Sequence[str], ends: Sequence[Sequence[Any]], old: Path, new: Path) -> Iterator[Found]:
     """Yield differences of exit codes and printed text."""
-    before, after = (json.loads((side / ".done.json").read_text(encoding="utf-8")) for side in (old, new))
-    for number, (was, is_) in enumerate(zip(before, after, strict=False), 1):
-        if was["code"] != is_["code"]:
-            yield "", f"{number} exit", np.inf, f"{was['code']} → {is_['code']}"
+    for number, codes in enumerate(zip(*ends, strict=False), 1):
+        if codes[0] != codes[1]:
+            yield "", f"{number} exit", np.inf, f"{codes[0]} → {codes[1]}"
+        if {DIED, HUNG} & {*codes}:
+            return
         for stream in ("out", "err"):
-            texts = [
-                (side / f".{number}.{stream}")
-                .read_text(encoding="utf-8", errors="replace")
-                .replace(str(side), "FOLDER")
-                for side in (old, new)
-            ]
-            if stream == "err" and 2 in (was["code"], is_["code"]):  # a refusal counts by what it names
-                said = [{place[0] for place in PLACES.finditer(text)} for text in texts]
+            paths = [side / f".{number}.{stream}" for side in (old, new)]
+            texts = [path.read_text("utf-8", "replace").replace(str(path.parent), "FOLDER") for path in paths]
+            if stream == "err" and 2 in codes:  # a refusal counts by what it names
+                named = [{place[0] for place in PLACES.finditer(text)} for text in texts]
                 if names:
-                    said = [{name for name in names if name in text} for text in texts]
-                if said[0] != said[1]:
-                    lost, came = said[0] - said[1], said[1] - said[0]
-                    yield "", f"{number} err", np.inf, f"no longer names {sorted(lost)}, now names {sorted(came)}"
+                    named = [{name for name in names if name in text} for text in texts]
+                if named[0] != named[1]:
+                    words = f"no longer names {sorted(lost)}" if (lost := named[0] - named[1]) else "names more"
+                    yield "", f"{number} err", np.inf, f"{words}, is “{_masked(texts[1])}”"
             else:
                 yield from (("", f"{number} {stream}", np.inf, what) for what in _lines(*map(str.splitlines, texts)))
 
@@ -127,26 +133,38 @@ def _file(old: Path, new: Path, variables: Mapping[str, str]) -> Iterator[tuple[
     elif kind == ".xlsx":
         yield from _workbooks(old, new)
     else:
-        texts = [path.read_text(encoding="utf-8", errors="replace") for path in (old, new)]
+        texts = [path.read_bytes().decode("utf-8", "replace") for path in (old, new)]
         lines = [visible(text) if kind == ".html" else text.splitlines() for text in texts]
-        if kind == ".csv" and (columns := _columns(lines)):
-            yield "", np.inf, columns
-        else:
-            yield from (("", np.inf, what) for what in _lines(*lines))
+        differences = [*(_tables(*lines) if kind == ".csv" else _lines(*lines))]
+        if not differences and kind in EXPORTS and _masked_lines(texts[0]) != _masked_lines(texts[1]):
+            differences = ["the same words in other bytes (ends of lines, spaces)"]
+        yield from (("", np.inf, what) for what in differences)
 
 
-def _columns(lines: Sequence[Sequence[str]]) -> str:
-    """Return which columns of a table are lost or new."""
-    old, new = (next(csv.reader(table[:1]), []) for table in lines)
-    if sorted(old) == sorted(new):
-        return ""
-    return f"columns lost: {sorted(set(old) - set(new))}, new: {sorted(set(new) - set(old))}"
+def _tables(old: Sequence[str], new: Sequence[str]) -> Iterator[str]:
+    """Yield which columns of a table are lost or new, and differences of the others."""
+    rows = [list(csv.reader(table)) for table in (old, new)]
+    before, after = ((table or [[]])[0] for table in rows)
+    if Counter(before) == Counter(after):
+        yield from _lines(old, new)
+        return
+    lost, came = Counter(before) - Counter(after), Counter(after) - Counter(before)
+    yield f"columns lost: {list(lost)}, new: {list(came)}"
+    shared = [name for name in after if name in set(before) & set(after)]
+    yield from _lines(*([",".join(row) for row in _chosen(table, shared)] for table in rows))
+
+
+def _chosen(table: Sequence[Sequence[str]], columns: Sequence[str]) -> list[list[str]]:
+    """Return some columns of a table; a row that is too short has empty cells."""
+    places = [table[0].index(name) for name in columns] if table else []
+    return [[row[place] if place < len(row) else "" for place in places] for row in table]
 
 
 def _lines(old: Sequence[str], new: Sequence[str]) -> Iterator[str]:
     """Yield each run of lines that differs, identity and the like masked."""
     before, after = ([masked for line in side if (masked := _masked(line))] for side in (old, new))
-    if before == after:
+    if before != after and sorted(before) == sorted(after):
+        yield f"the same {len(before)} lines in another order"
         return
     for kind, i, j, k, m in difflib.SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
         if kind != "equal":
@@ -156,10 +174,19 @@ def _lines(old: Sequence[str], new: Sequence[str]) -> Iterator[str]:
             yield f"“{was[begin : begin + 100]}” → “{is_[begin : begin + 100]}”"
 
 
+def _masked_lines(text: str) -> list[str]:
+    """Return the lines of an export with their ends, identity and the like masked."""
+    return [_mask(line) for line in text.splitlines(keepends=True)]
+
+
 def _masked(line: str) -> str:
+    return " ".join(_mask(line).split())
+
+
+def _mask(line: str) -> str:
     for pattern, mask in MASKS:
         line = re.sub(pattern, mask, line)
-    return " ".join(line.split())
+    return line
 
 
 def _short(what: str) -> str:
@@ -199,14 +226,14 @@ def visible(page: str) -> list[str]:
 
 def _datasets(old: Any, new: Any, names: Mapping[str, str]) -> Iterator[tuple[str, float, str]]:
     """Yield differences of variables, dimensions, types, units and attributes."""
-    before, after = {names.get(name, name): old[name] for name in old.variables}, dict(new.variables)
+    before, after = {_now(name, names): old[name] for name in old.variables}, dict(new.variables)
     for name in sorted(before.keys() | after.keys()):
         if name not in after or name not in before:
             yield name, np.inf, "variable is lost" if name in before else "variable is new"
             continue
         was, is_ = before[name], after[name]
         for what, a, b in (
-            ("dimensions", [names.get(dim, dim) for dim in was.dimensions], list(is_.dimensions)),
+            ("dimensions", [_now(dim, names) for dim in was.dimensions], list(is_.dimensions)),
             ("type", str(was.dtype), str(is_.dtype)),
             ("shape", was.shape, is_.shape),
         ):
@@ -218,11 +245,20 @@ def _datasets(old: Any, new: Any, names: Mapping[str, str]) -> Iterator[tuple[st
     yield from _attributes("", old, new)
 
 
+def _now(name: str, names: Mapping[str, str]) -> str:
+    """Return the name that a variable has now, by the last part of its name in the datasets of scripts."""
+    return re.sub(r"\w+$", lambda last: names.get(last[0], last[0]), name)
+
+
 def _attributes(name: str, old: Any, new: Any) -> Iterator[tuple[str, float, str]]:
     before, after = ({key: source.getncattr(key) for key in source.ncattrs()} for source in (old, new))
     for key in sorted((before.keys() | after.keys()) - PROVENANCE):
-        was, is_ = (str(np.asarray(side[key]).tolist()) if key in side else "nothing" for side in (before, after))
-        yield from ((f"{name}@{key}", np.inf, what) for what in _lines([was], [is_]))
+        was, is_ = (np.asarray(side.get(key, "nothing")) for side in (before, after))
+        if was.dtype.kind in "iuf" and is_.dtype.kind in "iuf" and was.shape == is_.shape:
+            yield from ((f"{name}@{key}", size, what) for size, what in _numbers(was, is_))
+        else:
+            texts = ([str(side.tolist())] for side in (was, is_))
+            yield from ((f"{name}@{key}", np.inf, what) for what in _lines(*texts))
 
 
 def _values(old: Any, new: Any) -> Iterator[tuple[float, str]]:
@@ -231,14 +267,15 @@ def _values(old: Any, new: Any) -> Iterator[tuple[float, str]]:
         variable.set_auto_maskandscale(False)
     was, is_ = np.asarray(old[...]), np.asarray(new[...])
     if was.dtype.kind in "OUS" or is_.dtype.kind in "OUS":
-        differs = was != is_
-        if np.any(differs):
-            at = tuple(int(i) for i in np.argwhere(np.atleast_1d(differs))[0])
-            yield (
-                np.inf,
-                f"{np.count_nonzero(differs)} texts, first “{np.atleast_1d(was)[at]}” → “{np.atleast_1d(is_)[at]}”",
-            )
-        return
+        differing = [(a, b) for a, b in zip(np.ravel(was), np.ravel(is_), strict=True) if a != b]
+        if differing:
+            yield np.inf, f"{len(differing)} texts, the first “{differing[0][0]}” → “{differing[0][1]}”"
+    else:
+        yield from _numbers(was, is_)
+
+
+def _numbers(was: np.ndarray, is_: np.ndarray) -> Iterator[tuple[float, str]]:
+    """Yield the size of the difference of two arrays of the same shape, if they differ in a bit."""
     if was.tobytes() == is_.tobytes() and was.dtype == is_.dtype:
         return
     a, b = was.astype(float), is_.astype(float)
@@ -250,21 +287,24 @@ def _values(old: Any, new: Any) -> Iterator[tuple[float, str]]:
         sizes = np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))
     sizes = np.where(differs, np.where(np.isfinite(sizes), sizes, np.inf), 0.0)
     at = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
-    values = f"{was[at]!r} → {is_[at]!r}".replace("np.", "")
+    values = f"{was[at].item()!r} → {is_[at].item()!r}"
     yield float(np.max(sizes)), f"{np.count_nonzero(differs)} of {differs.size} values, the largest {values}"
 
 
 def _workbooks(old: Path, new: Path) -> Iterator[tuple[str, float, str]]:
-    """Yield differences of cells."""
+    """Yield differences of the order of sheets and of cells, with their formats."""
+    books = [openpyxl.load_workbook(path) for path in (old, new)]
+    if books[0].sheetnames != books[1].sheetnames:
+        yield "", np.inf, f"sheets {books[0].sheetnames} → {books[1].sheetnames}"
     before, after = (
         {
-            f"{sheet.title}!{cell.coordinate}": _masked(str(cell.value))
-            for sheet in openpyxl.load_workbook(path).worksheets
+            f"{sheet.title}!{cell.coordinate}": _masked(f"{cell.value!r} {cell.number_format}")
+            for sheet in book.worksheets
             for row in sheet.iter_rows()
             for cell in row
             if cell.value is not None
         }
-        for path in (old, new)
+        for book in books
     )
     for cell in sorted(before.keys() | after.keys()):
         if before.get(cell) != after.get(cell):

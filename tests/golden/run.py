@@ -13,12 +13,13 @@ import json
 import math
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
 import venv
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -26,10 +27,11 @@ from case import HERE, ROOT, Case
 from changes import read_changes, sort_out
 from compare import Difference, compare_case
 from corpus import cases, renames, with_old_keys
-from worker import PLAN, REPORT
+from worker import DIED, ENDS, HUNG, LONGEST, PLAN, REPORT
 
 PLACE = ROOT / ".golden"
 ENVIRONMENT = {"COLUMNS": "100", "NO_COLOR": "1", "MPLBACKEND": "Agg", "TZ": "UTC", "PYTHONHASHSEED": "0"}
+LOG = "worker.log"
 TELLING = 30.0  # s between two lines of progress
 VERSIONS = (
     "import importlib.metadata as m, json;"
@@ -48,7 +50,7 @@ def commit_of(name: str) -> str:
     command = ["git", "-C", str(ROOT), "rev-parse", "--quiet", "--verify", f"{name}^{{commit}}"]
     answer = subprocess.run(command, check=False, capture_output=True, text=True)
     if answer.returncode:
-        raise SystemExit(f"OLD={name}: this clone has no such commit (a shallow clone: git fetch --unshallow)")
+        raise SystemExit(f"{name}: this clone has no such commit (a shallow clone: git fetch --unshallow)")
     return answer.stdout.strip()
 
 
@@ -124,37 +126,46 @@ def run_sides(pythons: Mapping[Path, Path], names: Sequence[str]) -> None:
     try:
         while any(waiting.values()):
             for side, python in pythons.items():
+                hangs = side in processes and time.time() > (side / LOG).stat().st_mtime + LONGEST + TELLING
+                if hangs:  # (in compiled code, which no alarm of its own ends)
+                    _end(processes[side])
                 if side in processes and processes[side].poll() is None:
                     continue
                 waiting[side] = [name for name in waiting[side] if not (side / name / REPORT).is_file()]
                 if waiting[side] and side in processes:
-                    ended = {"code": "the process died", "seconds": 0.0}
-                    (side / waiting[side].pop(0) / REPORT).write_text(json.dumps([ended]), encoding="utf-8")
+                    folder = side / waiting[side].pop(0)
+                    ends = json.loads((folder / ENDS).read_text(encoding="utf-8")) if (folder / ENDS).is_file() else []
+                    ends.append({"code": HUNG if hangs else DIED, "seconds": 0.0})
+                    (folder / REPORT).write_text(json.dumps(ends), encoding="utf-8")
                 if waiting[side]:
                     processes[side] = _worker(python, side, waiting[side])
             time.sleep(0.1)
             if time.monotonic() > told + TELLING:
                 told = time.monotonic()
                 done = [sum((side / name / REPORT).is_file() for name in names) for side in pythons]
-                print(f"{' and '.join(map(str, done))} of {len(names)} cases are done", flush=True)
+                print(f"done of {len(names)} cases: old {done[0]}, new {done[-1]}", flush=True)
     finally:
         for process in processes.values():
-            process.kill()
+            _end(process)
 
 
 def _worker(python: Path, side: Path, names: Sequence[str]) -> subprocess.Popen[bytes]:
     """Start a process for some cases, in a session of its own: an interrupt ends this process, and this one ends it."""
     (side / "names.txt").write_text("\n".join(names), encoding="utf-8")
     command = [str(python), str(HERE / "worker.py"), str(side), str(side / "names.txt")]
-    with (side / "worker.log").open("a", encoding="utf-8") as log:
+    with (side / LOG).open("a", encoding="utf-8") as log:
+        log.write(f"{len(names)} cases\n")
+        environment = os.environ | ENVIRONMENT
         return subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-            env=os.environ | ENVIRONMENT,
-            start_new_session=True,
+            command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment, start_new_session=True
         )
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process with those that it has started."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
 
 
 def same_versions(pythons: Iterable[Path]) -> None:
@@ -174,15 +185,17 @@ def same_versions(pythons: Iterable[Path]) -> None:
         raise SystemExit(f"versions differ: {', '.join(f'{name} {version}' for name, version in differs)}")
 
 
-def show(differences: Sequence[Difference]) -> None:
-    """Print a line for each item of each case that differs."""
+def show(differences: Sequence[Difference]) -> int:
+    """Print a line for each item of each case that differs, and return how many they are."""
     lines: dict[tuple[str, str], list[Difference]] = {}
     for difference in differences:
         lines.setdefault((difference.case, difference.item), []).append(difference)
     for (case, item), of_item in lines.items():
-        size = max(difference.size for difference in of_item)
-        more = f" (and {len(of_item) - 1} more places)" if len(of_item) > 1 else ""
-        print(f"{case:40} {item:40} {'' if size == math.inf else f'{size:.1e}':8} {of_item[0].what}{more}")
+        sizes = [difference.size for difference in of_item if difference.size < math.inf]
+        words = "; ".join(difference.what for difference in of_item[:2])
+        more = f" (and {len(of_item) - 2} more places)" if len(of_item) > 2 else ""
+        print(f"{case:30} {item:30} {f'{max(sizes):.1e}' if sizes else '':8} {words}{more}")
+    return len(lines)
 
 
 def main() -> int:
@@ -192,8 +205,13 @@ def main() -> int:
     parser.add_argument("--only")
     parser.add_argument("--pairs", action="store_true")
     options = parser.parse_args()
-    with alone():
-        return compared(options.old, options.only, options.pairs)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with alone():
+            return compared(options.old, options.only, options.pairs)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
 
 
 def compared(old_commit: str, only: str | None, pairs: bool) -> int:
@@ -201,11 +219,13 @@ def compared(old_commit: str, only: str | None, pairs: bool) -> int:
     start = time.monotonic()
     commit = commit_of(old_commit)
     applies = partial(lies_between, commit)
-    changes = [
-        change
-        for change in read_changes((HERE / "CHANGES.md").read_text(encoding="utf-8"))
-        if applies(change.after, change.before)
-    ]
+    try:
+        changes = read_changes((HERE / "CHANGES.md").read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise SystemExit(str(error)) from None
+    for change in changes:
+        commit_of(change.after)
+    changes = [change for change in changes if applies(change.after, change.before)]
     corpus = cases(only, pairs)
     if not corpus:
         raise SystemExit(f"ONLY={only}: no case has this in its name")
@@ -226,14 +246,14 @@ def compared(old_commit: str, only: str | None, pairs: bool) -> int:
         for folder in () if of_case else (old, new):
             shutil.rmtree(folder)
     unlisted, idle = sort_out(differences, changes)
-    show(unlisted)
+    shown = show(unlisted)
     # (what explains nothing is judged by a run of all cases that it is for)
     run, known = set(names), [case.name for case in cases(pairs=True)]
     idle = [change for change in idle if run.issuperset(fnmatch.filter(known, change.studies))]
     for change in idle:
         print(f"CHANGES.md: explains no difference: {change.issue}: {change.studies}: {change.reason}")
     listed, seconds = len(differences) - len(unlisted), time.monotonic() - start
-    print(f"{len(corpus)} cases in {seconds:.0f} s: {listed} differences that CHANGES.md lists, {len(unlisted)} others")
+    print(f"cases: {len(corpus)}, {seconds:.0f} s; differences that CHANGES.md lists: {listed}, others: {shown}")
     return 1 if unlisted or idle else 0
 
 

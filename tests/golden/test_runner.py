@@ -60,9 +60,9 @@ def text(name, old, new):
     return change
 
 
-def cell(folder):
+def cell(folder, value=5):
     workbook = openpyxl.load_workbook(folder / "table.xlsx")
-    workbook.active["B2"] = 5
+    workbook.active["B2"] = value
     workbook.save(folder / "table.xlsx")
 
 
@@ -91,6 +91,8 @@ CHANGES = {
     "an attribute": (lambda folder: results(folder, lambda data: data.setncattr("title", "One")), "results.nc:@title"),
     "a lost column": (text("rates.csv", RATES, "block\na\nb\n"), "rates.csv"),
     "another order of rows": (text("rates.csv", "a,0.1\nb,0.2\n", "b,0.2\na,0.1\n"), "rates.csv"),
+    "other ends of lines": (text("rates.csv", RATES, RATES.replace("\n", "\r\n")), "rates.csv"),
+    "a number that becomes a text": (lambda folder: cell(folder, "4"), "table.xlsx:Sheet!B2"),
     "a sentence": (text("report.html", "16", "17"), "report.html"),
     "a cell": (cell, "table.xlsx:Sheet!B2"),
     "a line of the terminal": (text(".1.out", "0.50", "0.51"), "1 out"),
@@ -134,6 +136,34 @@ def test_the_size_of_a_difference(sides):
     assert "1 of 2 values" in difference.what
 
 
+def test_a_lost_column_hides_no_other_change(sides):
+    text("rates.csv", RATES, "block\na\nc\n")(sides[1])
+    lost, other = compare_case("a", [], [], *sides)
+    assert "rate" in lost.what
+    assert "b" in other.what
+
+
+def test_another_order_is_called_so(sides):
+    text("rates.csv", "a,0.1\nb,0.2\n", "b,0.2\na,0.1\n")(sides[1])
+    (difference,) = compare_case("a", [], [], *sides)
+    assert "another order" in difference.what
+
+
+def test_a_process_that_dies_is_one_difference(sides):
+    text(".done.json", "2", '"the process died"')(sides[1])
+    (sides[1] / "rates.csv").unlink()
+    (sides[1] / ".2.err").unlink()
+    (difference,) = compare_case("a", [], [], *sides)
+    assert difference.item == "2 exit"
+
+
+def test_an_attribute_of_numbers_has_a_size(sides):
+    for side, value in zip(sides, (1.0, 1.0 + 1e-9), strict=True):
+        results(side, lambda data, value=value: data.setncattr("share", value))
+    (difference,) = compare_case("a", [], [], *sides)
+    assert difference.size == pytest.approx(1e-9, rel=1e-6)
+
+
 def test_what_a_refusal_must_name(sides):
     text(".2.err", "study.toml: ", "")(sides[1])
     assert compare_case("a", [], ["ida.levels"], *sides) == []
@@ -170,8 +200,13 @@ class TestChanges:
 
     def test_an_entry_that_allows_everything_is_refused(self):
         entry = 'issue = "x"\nafter = "y"\nstudies = "*"\nitems = ["*"]\nreason = "z"'
-        with pytest.raises(ValueError, match="everything"):
-            read_changes(f"```toml\n[[change]]\n{entry}\n```\n")
+        for more in ("", "largest = 1e300", "text = '→'"):
+            with pytest.raises(ValueError, match="everything"):
+                read_changes(f"```toml\n[[change]]\n{entry}\n{more}\n```\n")
+
+    def test_a_key_that_it_does_not_have_is_named(self):
+        with pytest.raises(ValueError, match="studie"):
+            read_changes("```toml\n[[change]]\nstudie = 'x'\n```\n")
 
     def test_those_of_the_repository_are_read(self):
         assert all(

@@ -20,19 +20,19 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-PLAN, REPORT = ".case.json", ".done.json"
+PLAN, ENDS, REPORT = ".case.json", ".ends.json", ".done.json"
 LONGEST = 300  # s, of one command
-HUNG, ESCAPED = "hung", "traceback"
+HUNG, DIED, ESCAPED = "hung", "the process died", "traceback"
 
 
 class Hung(BaseException):
     """A command that takes longer than `LONGEST`; no exception of Python's own, which a command may catch."""
 
 
-def run_case(folder: Path) -> list[dict[str, Any]]:
-    """Run the commands of a case in its folder and return the exit code and the seconds of each."""
+def run_case(folder: Path) -> None:
+    """Run the commands of a case in its folder and write the exit code and the seconds of each as it ends."""
     plan = json.loads((folder / PLAN).read_text(encoding="utf-8"))
-    ends = []
+    ends: list[dict[str, Any]] = []
     for number, command in enumerate(plan["commands"], 1):
         streams = folder / f".{number}.out", folder / f".{number}.err"
         start = time.monotonic()
@@ -41,7 +41,9 @@ def run_case(folder: Path) -> list[dict[str, Any]]:
         else:
             code = run_here(command, folder, *streams)
         ends.append({"code": code, "seconds": round(time.monotonic() - start, 3)})
-    return ends
+        (folder / ENDS).write_text(json.dumps(ends), encoding="utf-8")
+        print(folder.name, number, ends[-1], flush=True)
+    (folder / ENDS).replace(folder / REPORT)
 
 
 def run_here(command: Sequence[str], folder: Path, out: Path, err: Path) -> int | str:
@@ -119,11 +121,9 @@ def _hung(*_: object) -> None:
 
 
 def main(place: Path, names: Path) -> None:
-    """Run all cases and say which is done."""
+    """Run all cases."""
     for name in names.read_text(encoding="utf-8").splitlines():
-        ends = run_case(place / name)
-        (place / name / REPORT).write_text(json.dumps(ends), encoding="utf-8")
-        print(name, flush=True)
+        run_case(place / name)
 
 
 if __name__ == "__main__":

@@ -89,8 +89,7 @@ def _put_array(file: netCDF4.Dataset, lines: list[str], name: str, variable: xr.
     stored = values.astype("i1") if values.dtype == bool else values
     made = file.createVariable(name, stored.dtype, [f"{name}:{dim}" for dim in variable.dims])
     made[...] = stored
-    if "units" in variable.attrs:
-        made.units = variable.attrs["units"]
+    made.setncatts({name: value for name, value in variable.attrs.items() if np.ndim(value) == 0 and value is not None})
 
 
 if __name__ == "__main__":

@@ -66,6 +66,7 @@ def estimates():
         "overturning_probability": fragility.overturning_probability(runs),
         "forms": sorted(fragility.FORMS),
         "fit_fragility": curves,
+        "kept_replicates": fragility.fit_fragility(runs, keep_replicates=True, replicates=50),
         "fit_weibull": fragility.fit_fragility(runs, form="weibull", penalty="firth", replicates=50),
         "fit_capacity": fragility.fit_fragility(runs, method="first-overturning", fractiles=[0.1], replicates=50),
         "fit_lognormal": fragility.fit_lognormal(np.array(LEVELS), np.array([0, 2, 6, 9, 12]), np.full(5, 12)),
