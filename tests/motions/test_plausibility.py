@@ -41,7 +41,7 @@ class TestRecords:
             assert "one: its mean is 1.2 % of its PGA" in found["offset"].sentence
             assert "baseline_order = 1" in found["offset"].sentence
 
-    @pytest.mark.parametrize(("share", "named"), [(0.09, False), (0.11, True)])
+    @pytest.mark.parametrize(("share", "named"), [(0.09, False), (0.11, True), (-0.09, False), (-0.11, True)])
     def test_drift(self, share, named):
         """A short push at the end leaves its velocity."""
         a = wavelet()

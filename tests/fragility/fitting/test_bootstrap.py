@@ -306,6 +306,7 @@ class TestIntervals:
         for name in ("median_lower", "median_upper", "fractile_lower", "fractile_upper"):
             np.testing.assert_allclose(scaled[name], fit[name] / 9.80665, rtol=1e-9)
         np.testing.assert_allclose(scaled["dispersion_upper"], fit["dispersion_upper"], rtol=1e-9)
+        assert fit["fractile"].attrs["units"] == fit["fractile_lower"].attrs["units"] == "m s-2"
         middle = fit.sel(fraction=0.5)
         assert middle["fractile_lower"].item() == pytest.approx(fit["median_lower"].item(), rel=1e-10)
         assert bool((fit["fractile_lower"] < fit["fractile"]).all() & (fit["fractile"] < fit["fractile_upper"]).all())

@@ -109,6 +109,11 @@ class TestKnet:
         motion = mo.read(saved(tmp_path, files.knet(COUNTS, scale)))
         np.testing.assert_allclose(motion.values[0], (COUNTS + 0.5) * factor, rtol=1e-13)
 
+    @pytest.mark.parametrize("stated", ["", "unknown"])
+    def test_an_unknown_magnitude(self, tmp_path, stated):
+        motion = mo.read(saved(tmp_path, files.knet(COUNTS).replace(" 6.2\n", f" {stated}\n")))
+        assert "magnitude" not in motion.coords or np.isnan(motion.magnitude.item())
+
     @pytest.mark.parametrize("peak", ["", "unknown", "0.062", "0.064", "-0.063"])
     def test_peaks_that_are_unknown_or_rounded(self, tmp_path, peak):
         """The samples reach 0.06308 gal: within 2 % of all of these."""

@@ -190,6 +190,15 @@ class TestDisaggregations:
         np.testing.assert_allclose(found.share, [0.4, 0.6])
         np.testing.assert_allclose(found.distance, [11.2e3, 40e3])
 
+    def test_shares_of_what_is_kept_sum_to_one(self, tmp_path):
+        """A bin of 5e-5 of the hazard is left out."""
+        services = self.services()
+        bins = services["response"][0]["data"][0]["data"]
+        bins.append({"r": 90.0, "m": 5.0, "εdata": [{"εbin": 0, "value": 0.005}]})
+        found = read_disaggregation(written(tmp_path, json.dumps(services), "usgs.json"))
+        np.testing.assert_allclose(found.share, [0.4, 0.6], rtol=1e-12)
+        assert found.kept == pytest.approx(100.0 / 100.005, rel=1e-12)
+
     def test_damaged_services(self, tmp_path):
         whole = json.dumps(self.services())
         for text, words in (
