@@ -84,6 +84,17 @@ def test_runs_are_runs(found):
         assert bool(own["overturned"].squeeze()) == bool(run["run_overturned"])
 
 
+def test_levels_grow_with_the_square_of_the_scale():
+    """Runs at levels of Arias intensity are those of `ida` there, though surfaces take them over (g tan α)²."""
+    block = tp.Block.from_slenderness(0.2, 0.8)
+    found = pooled(block, LAWS[1], SHAKES, "arias", {"median": 0.5}, blocks_per_motion=4)
+    for i in range(found.sizes["pooled_run"] // 2, found.sizes["pooled_run"], 20):
+        run = found.isel(pooled_run=i)
+        motion = SHAKES.sample(1, 0, int(run["run_motion"]))
+        own = tp.ida(block, LAWS[1], motion, [float(run["run_level"])], "arias", ["overturned"])
+        assert bool(own["overturned"].squeeze()) == bool(run["run_overturned"])
+
+
 @pytest.mark.slow
 def test_bytes_do_not_depend_on_the_number_of_workers(found):
     with dask.config.set(num_workers=1):

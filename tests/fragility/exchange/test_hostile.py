@@ -270,6 +270,13 @@ class TestLabels:
         assert cell != text
         assert _unguarded(cell) == text
 
+    def test_words_of_a_curve_are_no_formula(self, tmp_path):
+        curves = lognormal(blocks=["a", "b"], models=["x"]).assign(weights=("block", ["=1+1", "0.9 | 0.1"]))
+        written, found = there_and_back(curves, "csv", tmp_path)
+        lines = written.paths[0].read_text(encoding="utf-8").splitlines()
+        assert [line.split(",")[-1] for line in lines] == ["weights", "'=1+1", "0.9 | 0.1"]
+        assert found["weights"].values.ravel().tolist() == ["=1+1", "0.9 | 0.1"]
+
     @pytest.mark.parametrize("name", FORMATS)
     def test_names_escape_nothing(self, name, tmp_path):
         """No file but those named, nothing in XML but what is ours, whatever a label holds."""

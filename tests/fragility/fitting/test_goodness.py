@@ -27,6 +27,19 @@ class TestGoodness:
         again = goodness_of_fit(BAKER, replicates=50)
         xr.testing.assert_identical(found, again)
 
+    def test_the_sum_of_residuals_of_a_cloud(self):
+        """By hand: 0 of 5 fell at 1/4, 3 of 3 at 1/2, 0 of 3 at 2 and 5 of 5 at 4.
+
+        The likeliest odds are x: the residuals -1, 2, -2, 1 and their products with ln x sum to 0.  Sums up to any x
+        are -1, 1, -1, 0, and the variance is 10 times 4/25 and 6 times 2/9, 44/15.
+        """
+        cloud = xr.Dataset(
+            {"overturned": ("motion", np.repeat([False, True, False, True], [5, 3, 3, 5]))},
+            coords={"intensity": ("motion", np.repeat([0.25, 0.5, 2.0, 4.0], [5, 3, 3, 5]))},
+        )
+        found = goodness_of_fit(cloud, "log-logistic", replicates=1)
+        assert found["statistic"].item() == pytest.approx(math.sqrt(15.0 / 44.0), rel=1e-6)
+
     def test_large_stripes_are_chi_square(self):
         """Independent runs, large counts: the p-value is chi-square's with levels - 2 degrees of freedom."""
         k = np.random.default_rng(3).binomial(2000, ndtr(np.log(LEVELS) / 0.4))

@@ -152,6 +152,12 @@ class TestDatasets:
         found = annual_rate(curves([2.0, 2.0], im="pgv_normalised", units="1").assign_coords(blocks), velocity)["rate"]
         own = annual_rate(curves(2.0 * G * np.tan([0.1, 0.2]) / [2.0, 3.0], im="pgv", units="m s-1"), velocity)["rate"]
         np.testing.assert_allclose(found, own, rtol=1e-13)
+        lifted = normalised.assign(uplift_median=("block", [3.0, 3.0]), uplift_dispersion=("block", [0.2, 0.0]))
+        own = curves(2.0 * G * np.tan([0.1, 0.2])).assign(
+            uplift_median=("block", 3.0 * G * np.tan([0.1, 0.2])),
+            uplift_dispersion=lifted["uplift_dispersion"].variable,
+        )
+        np.testing.assert_allclose(annual_rate(lifted, SITE)["rate"], annual_rate(own, SITE)["rate"], rtol=1e-12)
         table = xr.Dataset(
             {"probability": (("block", "level"), [[0.0, 0.4, 1.0]] * 2)},
             {"level": ("level", [1.0, 2.0, 4.0], {"units": "1"}), **blocks},

@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from toppling.fragility.adaptive.stopping import MOST_MOTIONS, NONE_FELL, REACHED, next_wave
 from toppling.fragility.adaptive.until import until_of
 from toppling.fragility.surfaces.checks import check_surface
 from toppling.fragility.surfaces.curves import PooledCurves
 from toppling.fragility.surfaces.domain import candidates, design_weights, designed, domain_of
+from toppling.fragility.surfaces.surface import Surface
 
 GRID = np.stack(np.meshgrid(np.linspace(0, 1, 20), np.linspace(-2, -1, 20), [4 / 3]), axis=-1).reshape(-1, 3)
 DOMAIN = domain_of(GRID)
@@ -97,6 +99,25 @@ def test_checks_agree_with_the_truth_and_find_a_kink():
     assert not found.passed
     assert found.p_value < 1e-6
     assert 0.08 < found.worst < 0.5
+
+
+@pytest.mark.parametrize(("chance", "passed"), [(0.015, True), (0.006, False)])
+def test_a_difference_of_one_block_is_tested_to_both_sides(chance, passed):
+    """A known surface that is off by what chance brings that often, by Student's distribution: 1 % divides."""
+    random = np.random.default_rng(4)
+    x = random.uniform(-1.0, 1.0, (1, 3, 300))
+    fell = 0.4 * random.standard_normal(x.shape) < x
+
+    def compared(log_median):
+        known = Surface(1, (0, 0), np.array([log_median, 0.0]), np.zeros((2, 2)), 0, np.zeros((0, 2)))
+        return check_surface(known, np.zeros((1, 1)), np.arange(300), x, fell)
+
+    own = compared(0.0)
+    far = student.isf(0.5 * chance, 298) * own.error[0]
+    for log_median in (own.difference[0] - far, own.difference[0] + far):
+        found = compared(log_median)
+        assert found.p_value == pytest.approx(chance, rel=0.01)
+        assert found.passed == passed
 
 
 @pytest.mark.slow

@@ -531,6 +531,13 @@ class TestSobol:
             assert "units" in found[name].attrs, name
             assert found[name].attrs["long_name"], name
 
+    def test_the_variance_of_a_flag(self):
+        """Of a share m of its values: m (1 - m), however few there are."""
+        found = sobol_indices(CIRCLE, lambda one: (one["x1"] > 1.0).astype(float), n=4)
+        share = found["mean"].item()
+        assert 0.0 < share < 1.0
+        assert found["variance"].item() == pytest.approx(share * (1.0 - share), rel=1e-12)
+
     def test_linear_model_of_unlike_inputs(self):
         """Shares a² Var x over their sum, whatever the distributions; a choice is one input."""
         inputs = RandomInputs(

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import toppling as tp
 from toppling.fragility import notes, screen, undecided_outcomes
@@ -231,6 +232,13 @@ def test_a_curve_without_a_tested_run_has_no_share(found):
     assert (tested[run == many] > 0).all()
     np.testing.assert_array_equal(np.isnan(part["undecided"].values), tested == 0)
     assert any("outcomes tested" in one for one in notes(part))
+
+
+def test_blocks_and_laws_in_another_order_keep_their_shares(found):
+    turned = {"block": [1, 0], "model": [1, 0]}
+    whole, again = (screen(one, SHAKES, FRICTION) for one in (found, found.isel(turned)))
+    xr.testing.assert_identical(again["outside"], whole["outside"].isel(turned))
+    np.testing.assert_array_equal(again["verdict"], whole["verdict"])
 
 
 @pytest.mark.parametrize("order", [slice(None, None, -1), np.random.default_rng(3).permutation(64)])

@@ -246,6 +246,10 @@ class TestCsmip:
         assert motion.motion.values.tolist() == [f"CSMIP 58667 chan {i} H{i} {event}" for i in (1, 2)]
         assert (float(motion.magnitude[0]), str(motion.magnitude_type[0].item())) == (4.2, "ML")
 
+    def test_a_magnitude_that_one_channel_alone_states(self, tmp_path):
+        text = files.csmip([shaking(100)]) + files.csmip([shaking(100, seed=1)]).replace("ML: 4.2", "")
+        np.testing.assert_array_equal(mo.read(saved(tmp_path, text)).magnitude, [4.2, np.nan])
+
     @pytest.mark.parametrize(("unit", "factor"), [("g", G), ("cm/sec/sec", 0.01), ("m/s2", 1.0)])
     def test_units(self, tmp_path, unit, factor):
         motion = mo.read(saved(tmp_path, files.csmip([[0.1, 0.2, 0.3]], unit=unit)))
