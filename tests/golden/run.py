@@ -33,6 +33,7 @@ PLACE = ROOT / ".golden"
 ENVIRONMENT = {"COLUMNS": "100", "NO_COLOR": "1", "MPLBACKEND": "Agg", "TZ": "UTC", "PYTHONHASHSEED": "0"}
 LOG = "worker.log"
 TELLING = 30.0  # s between two lines of progress
+IN_ONE_PROCESS = 200  # cases; figures and datasets of a thousand studies would fill the memory
 VERSIONS = (
     "import importlib.metadata as m, json;"
     "print(json.dumps({d.name.lower(): d.version for d in reversed(list(m.distributions())) if d.name != 'toppling'}))"
@@ -119,8 +120,9 @@ def lay_out(corpus: Sequence[Case], side: Path, old: bool, applies: Callable[[st
 
 
 def run_sides(pythons: Mapping[Path, Path], names: Sequence[str]) -> None:
-    """Run all cases of each side (folder and Python) in one process, and in a further one if a case ends it."""
+    """Run all cases of each side (folder and Python), so many in one process; in a further one if a case ends it."""
     processes: dict[Path, subprocess.Popen[bytes]] = {}
+    given: dict[Path, list[str]] = {}
     waiting = {side: list(names) for side in pythons}
     told = time.monotonic()
     try:
@@ -132,13 +134,14 @@ def run_sides(pythons: Mapping[Path, Path], names: Sequence[str]) -> None:
                 if side in processes and processes[side].poll() is None:
                     continue
                 waiting[side] = [name for name in waiting[side] if not (side / name / REPORT).is_file()]
-                if waiting[side] and side in processes:
+                if waiting[side] and waiting[side][0] in given.get(side, ()):
                     folder = side / waiting[side].pop(0)
                     ends = json.loads((folder / ENDS).read_text(encoding="utf-8")) if (folder / ENDS).is_file() else []
                     ends.append({"code": HUNG if hangs else DIED, "seconds": 0.0})
                     (folder / REPORT).write_text(json.dumps(ends), encoding="utf-8")
                 if waiting[side]:
-                    processes[side] = _worker(python, side, waiting[side])
+                    given[side] = waiting[side][:IN_ONE_PROCESS]
+                    processes[side] = _worker(python, side, given[side])
             time.sleep(0.1)
             if time.monotonic() > told + TELLING:
                 told = time.monotonic()

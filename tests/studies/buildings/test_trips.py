@@ -161,6 +161,9 @@ class TestWords:
         what = "slides into an obstacle 10\u00a0mm away fast enough to trip over it"
         assert said[1].startswith(f"Each “cabinet” (ground) {what} about once in ")
         assert said[1].endswith(" (a criterion, not a simulation).")
+        for end, rate in {"": 0.01, "_lower": 0.005, "_upper": 0.02}.items():
+            results[f"item_trip_rate{end}"][:] = rate
+        assert " about once in 100 years (50 to 200) " in list(item_trip_sentences(results))[1]
         level = found(*ROWS, hazard=None).assign_attrs(at_level=float(LEVELS[-1]))
         assert list(item_trip_sentences(level))[1].endswith(" of 100 such earthquakes (a criterion, not a simulation).")
 

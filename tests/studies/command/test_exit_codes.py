@@ -1,11 +1,13 @@
-"""Exit codes of signals: that of the signal that ended this run, whatever ended one before."""
+"""Exit codes: of a signal, that of the one that ended this run, whatever ended one before; of a lost cluster."""
 
 import signal
 
 import pytest
 from study_texts import crate_study
 
+from toppling.fragility.runs.cluster import ClusterError
 from toppling.studies.command import cli, status
+from toppling.studies.kinds.study import Study
 from toppling.studies.store.watch import Stop
 
 
@@ -31,3 +33,15 @@ def test_the_signal_that_was_sent(tmp_path, monkeypatch, capsys, number):
 
     monkeypatch.setattr(status, "status_of", interrupted)
     assert cli.main(["status", out]) == 130
+
+
+def test_a_lost_cluster_is_no_wrong_input(tmp_path, monkeypatch, capsys):
+    """Code 1, as docs/scaling.md promises: the same command goes on, which after wrong input (code 2) it does not."""
+    (tmp_path / "study.toml").write_text(crate_study("Lost", 3, 6, 0.02, 3), encoding="utf-8")
+
+    def lost(*_, **__):
+        raise ClusterError("the scheduler at tcp://10.0.0.1:8786 is gone")
+
+    monkeypatch.setattr(Study, "run", lost)
+    assert cli.main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 1
+    assert "8786 is gone; what is finished is kept: run the same command again" in capsys.readouterr().err

@@ -161,7 +161,10 @@ class TestCurves:
             assert (line.ratio.lower, line.ratio.upper) == pytest.approx(percentiles(ratio), rel=2e-4), quantity
 
     def test_another_site(self, folder):
-        """Only the hazard differs: curves are the same to the last digit, and rates twice as high."""
+        """Only the hazard differs: curves are the same to the last digit, and rates r twice as high.
+
+        Then the ratio of chances is (1 - exp(-100 r))/(1 - exp(-50 r)) = 1 + exp(-50 r), replicate by replicate.
+        """
         found = lines_of(folder, "base", "site")
         for line in found.lines:
             if line.quantity in ("median", "dispersion"):
@@ -169,6 +172,10 @@ class TestCurves:
             elif line.quantity == "rate":
                 assert line.ratio == pytest.approx((2.0, 2.0, 2.0), rel=1e-9)
                 assert line.verdict == "higher"
+            else:
+                value, lower, upper = one(found, "rate", line.name, line.laws[0]).a
+                expected = [1.0 + math.exp(-50.0 * each) for each in (value, upper, lower)]
+                assert line.ratio == pytest.approx(expected, rel=1e-9)
 
     def test_two_laws_of_one_study(self, folder):
         found = lines_of(folder, "base", "base", ("discrete", "housner"))

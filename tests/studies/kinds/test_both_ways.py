@@ -117,6 +117,14 @@ class TestAsking:
         assert "both ways" not in plain.words
         assert study(tmp_path, BOTH, ALIKE).runs == study(tmp_path, AS_RECORDED, ALIKE).runs
 
+    def test_memory_and_disk_are_those_of_twice_as_many_motions(self, tmp_path):
+        both = study(tmp_path)
+        text = (tmp_path / "study.toml").read_text(encoding="utf-8").replace("number = 9", "number = 18")
+        (tmp_path / "study.toml").write_text(text + AS_RECORDED, encoding="utf-8")
+        twice = tp.Study.from_toml(tmp_path / "study.toml")
+        for name in ("together", "arrays_aside", "stored_bytes"):
+            assert getattr(both, name) == pytest.approx(getattr(twice, name), rel=1e-12), name
+
     def test_notes(self, tmp_path):
         assert any("every motion is run both ways" in note for note in study(tmp_path).notes)
         said = [note for note in study(tmp_path, AS_RECORDED).notes if "as recorded only" in note]

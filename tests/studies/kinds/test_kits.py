@@ -192,6 +192,16 @@ class TestResults:
         assert all(len(row) == len(table.headings) for row in table.rows)
         assert "falls (1/year)" in table.headings
 
+    def test_falls_saved_are_those_without_the_kit_less_those_with_it(self, results):
+        """Of any fall and of falls to the front; the shelf has no wall behind it and also falls to the back."""
+        table, now = kit_table(results), {}
+        for row in table.rows:
+            one = dict(zip(table.headings, row, strict=True))
+            now.setdefault(one["item"], one)  # (as it is comes first)
+            for name in ("falls", "front_falls"):
+                saved = now[one["item"]][f"{name} (1/year)"] - one[f"{name} (1/year)"]
+                assert one[f"{name}_saved (1/year)"] == pytest.approx(saved, rel=1e-12, abs=1e-15), (one["item"], name)
+
     def test_the_terminal_has_one_table_of_80_columns(self, results):
         """Each value with its interval below it; the chosen kits are marked."""
         rows = short_kit_rows(results)

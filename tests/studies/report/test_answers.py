@@ -301,6 +301,8 @@ class TestPlainWords:
             "with its other dimensions unchanged.",
             "“shelf” does not meet this target: where its width cannot be changed, anchor it.",
         ]
+        said = "A width of 0.380 m (0.370–0.400) meets the target of 1 % in 50 years under housner e=e_R."
+        assert answer(results).sentences[-1] == said
 
     def test_the_share_beyond_the_hazard_curve(self, folder):
         """The footnote gives the shares of the marked rows themselves."""

@@ -96,6 +96,16 @@ class TestCommand:
         assert around.stands == "does not overturn: it hangs on its strap, beyond its balance to the front"
         assert around.force == pytest.approx(20e3 * (1.75 * float(response.peak_front) - 0.35), rel=1e-12)
 
+    def test_peaks_are_shares_of_the_angles_of_their_own_corners(self):
+        """Let go at 0.05 rad with its centre of mass 5 cm towards the front, a block turns no farther to the front."""
+        block, law = tp.Block(0.3, 1.8, cm_offset=0.05), tp.HousnerImpact(geometry="linear")
+        response = tp.simulate(block, law, tp.motions.from_array([0.0] * 300, 0.01), theta0=0.05)
+        back = float(response.peak_back)
+        assert back > 0.01
+        share, share_back = 5.0 / math.atan(0.10 / 0.9), 100.0 * back / math.atan(0.20 / 0.9)
+        said = f"0.05 rad = {share:.3g} % of α to the front, {back:.4g} rad = {share_back:.3g} % of α to the back"
+        assert around_of(block, law, response).peaks == said
+
     def test_as_placed(self, tmp_path, capsys):
         said = run(capsys, "bookcase-5-shelf", *PULSE, "--placed", "--out", tmp_path)
         assert said.startswith("block:           bookcase-5-shelf, back to a wall, 0.321 m × 1.8 m")

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 from real_processes import MANY, begun, finish
+from study_texts import CABINET, IDA, motions
 
 import toppling as tp
 from toppling.__main__ import is_interrupt
@@ -342,6 +343,21 @@ class TestShards:
         plan.run(out)
         assert (out / "results.nc").read_bytes() == quiet
         assert "is of another chunk" in (out / "run.log").read_text()
+
+    def test_shards_of_other_motions_under_the_same_factors(self, tmp_path):
+        """Levels that are factors of the motions are the same for all motions, whatever their samples."""
+        text = CABINET + motions(3) + IDA.replace("pga", "scale").replace("m/s2", "1") + "[fit]\nreplicates = 100\n"
+        found = []
+        for seed in (1, 2):
+            (tmp_path / "study.toml").write_text(f'title = "Factors"\n{text.replace("seed = 1", f"seed = {seed}")}')
+            own = tp.Study.from_toml(tmp_path / "study.toml")
+            with pytest.raises(RuntimeError, match="plug"):
+                own.run(tmp_path / str(seed), progress=lambda done, total: (_ for _ in ()).throw(RuntimeError("plug")))
+            found.append((own, next((tmp_path / str(seed) / "shards").glob("*.nc"))))
+        (_, strange), (own, shard) = found
+        shard.unlink()
+        (shard.parent / strange.name).write_bytes(strange.read_bytes())
+        xr.testing.assert_identical(own.run(tmp_path / "2"), own.run())
 
     @pytest.mark.slow
     @pytest.mark.parametrize(

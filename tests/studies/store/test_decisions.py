@@ -155,3 +155,13 @@ def test_a_key_that_changes_runs_is_another_study(tmp_path):
     with pytest.raises(StudyError, match=r"another study \(performance\.levels\.values\[3\] was 6.0, is 7.0\)"):
         study(tmp_path, DECISIONS["all"], other).run(tmp_path / "out")
     assert np.isfinite(stored(tmp_path / "out")["item_rate"]).all()
+
+
+def test_the_discount_rate_of_the_file_decides_paybacks(tmp_path):
+    """Savings A a year have paid C after -ln(1 - rC/A)/ln(1 + r) years."""
+    often = TEXT.replace("k0 = 1e-3", "k0 = 0.1")
+    found = pieces_of(study(tmp_path, "discount_rate = 0.06", often).run())
+    (rack,) = (one for one in found if one.item == "rack")
+    interest = 0.06 * 2 * 200.0 / rack.saving.value  # (two racks, 200 for each)
+    assert 0.0 < interest < 1.0
+    assert rack.payback == pytest.approx(-np.log1p(-interest) / np.log(1.06), rel=1e-9)
