@@ -23,6 +23,7 @@ Found = tuple[str, str, float, str]
 PROVENANCE = {"toppling_version", "package_versions", "identity", "machines", "content_sha256"}
 """Attributes of results that say who computed them, on what, and with which checksum: those may differ."""
 MASKS = (
+    (r'File "[^"]*", line \d+', "File …"),  # (of a traceback)
     (r"\b[0-9a-f]{32}-[0-9a-f]{32}\b", "IDENTITY"),
     (r"\b[0-9a-f]{64}\b", "SHA-256"),
     (r"\btoppling \d+\.\d+\.\d+\S*", "toppling VERSION"),
