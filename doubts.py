@@ -16,7 +16,7 @@ KINDS: dict[str, str] = {
     "level": "levels above 5 g or 10 m/s",
     "scenario": "earthquakes and sites outside of a generator's data, or motions unlike a ground-motion model's",
     "spectra": "ensembles whose motions have nearly one spectrum: PGV/PGA or Sa(1 s)/Sa(0.2 s) hardly varies",
-    "vertical": "vertical components of records, which shake blocks as horizontal ones where components are not joined",
+    "vertical": "vertical components of records, left out, or shaking blocks as horizontal ones where they are named",
     "offset": "records whose mean is above 1 % of their PGA",
     "drift": "records whose velocity at the end is above 10 % of their PGV",
     "displacement": "records whose PGD is above a quarter of their duration times their PGV",
@@ -38,11 +38,15 @@ _noted: ContextVar[bool] = ContextVar("noted", default=False)
 
 
 class Doubt(NamedTuple):
-    """One doubt: its kind, one of `KINDS`, its sentence, and whether nothing real can be meant."""
+    """One doubt: its kind, one of `KINDS`, its sentence, whether nothing real can be meant, whether it is dealt with.
+
+    What is dealt with is a note alone: it needs no care.
+    """
 
     kind: str
     sentence: str
     grave: bool = False
+    settled: bool = False
 
 
 class ImplausibleInput(UserWarning):

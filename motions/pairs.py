@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +16,7 @@ from ..aliases import Array
 from ..streams import stream
 from ..units import DIMENSIONLESS, RADIAN
 from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
+from .readers.directions import direction_of, of_file, said_of
 from .readers.lines import RecordError
 from .readers.read import read_all
 
@@ -27,16 +27,6 @@ ZERO = 1e-15
 """Cosines below this are those of right angles."""
 PERPENDICULAR = math.radians(2.0)
 """Greatest deviation from a right angle of two horizontal components."""
-_VERTICAL = re.compile(r"(?:u-?d|up|down|dwn|dn|vert(?:ical)?|ver|v|z|u)(?:\s+(?:surface|borehole))?", re.IGNORECASE)
-_POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
-_BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
-_DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
-_UNIT = re.compile(r"\s*\([^()]*\)\s*$")  # as in a table's heading
-_CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}|\d{1,3}:)\s*", re.IGNORECASE)
-_NAME = re.compile(
-    r"(?P<base>.+?)[-_.]?(?P<direction>\d{3}|up|dwn|dn|vert?|ver|ns|ew|we|ud|h1|h2|[nsewvz])", re.IGNORECASE
-)
-_KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<place>[12]?)", re.IGNORECASE)
 
 
 class _Channel(NamedTuple):
@@ -347,17 +337,6 @@ def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr
     )
 
 
-def vertical_components(arrays: Iterable[xr.DataArray]) -> list[str]:
-    """Return the labels of the motions that are vertical components of recordings, by what their files say."""
-    return [
-        str(label)
-        for array in arrays
-        if "component" in array.coords and array["component"].dims == ("motion",)
-        for label, said in zip(array["motion"].values, array["component"].values, strict=True)
-        if _direction(_CHANNEL.sub("", str(said), count=1))[0]
-    ]
-
-
 def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
     """Return the joined components of what was read from files; everything else as `read_pairs`."""
     recordings: dict[str, list[_Channel]] = {}
@@ -379,45 +358,14 @@ def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
     arrays = [array.isel(motion=[i]) for array in read for i in range(array.sizes["motion"])]
     found = []
     for array in arrays:
-        said = str(array["component"].values[0]) if "component" in array.coords else ""
         if len(arrays) > 1:
-            vertical, azimuth = _direction(_CHANNEL.sub("", said, count=1))
+            said = said_of(array)
+            vertical, azimuth = direction_of(said) or (False, math.nan)
             found.append(_Channel(array, f"{path.name} {said}".strip(), str(path), vertical, azimuth))
             continue
-        suffix = _KNET.fullmatch(path.suffix)
-        name = _NAME.fullmatch(path.stem)
-        if suffix is not None:
-            direction, base = suffix["direction"], f"{path.stem}.{suffix['place']}"
-        elif name is not None:
-            direction, base = name["direction"], name["base"]
-        else:
-            raise RecordError(
-                f"{path}: its name gives no direction, such as an ending 090 or -N, to find its other components by"
-            )
-        vertical, azimuth = _direction(direction)
-        found.append(_Channel(array, path.name, f"{path.parent}/{base}", vertical, azimuth))
+        vertical, azimuth, recording = of_file(path, array)
+        found.append(_Channel(array, path.name, recording, vertical, azimuth))
     return found
-
-
-def _direction(text: str) -> tuple[bool, float]:
-    """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN where it is not known)."""
-    word = _UNIT.sub("", text).strip()
-    if _VERTICAL.fullmatch(word):
-        return True, math.nan
-    plain = re.sub(r"\s+(?:surface|borehole)$", "", word).upper()
-    if plain in _POINTS:
-        return False, math.radians(_POINTS[plain])
-    bearing = _BEARING.fullmatch(plain)
-    if bearing:
-        along = 0.0 if bearing[1] == "N" else 180.0
-        clockwise = 1.0 if bearing[1] + bearing[3] in ("NE", "SW") else -1.0
-        return False, math.radians((along + clockwise * float(bearing[2])) % 360.0)
-    degrees = _DEGREES.fullmatch(plain)
-    if degrees and float(degrees[1]) <= 360.0:
-        return False, math.radians(float(degrees[1]) % 360.0)
-    if re.fullmatch(r"[A-Z]{2}[NEZ]", plain):  # SEED: band, instrument, orientation
-        return plain[-1] == "Z", math.nan if plain[-1] == "Z" else math.radians(_POINTS[plain[-1]])
-    return False, math.nan
 
 
 def _joined(channels: Sequence[_Channel]) -> xr.DataArray:

@@ -13,6 +13,7 @@ from ..units import STANDARD_GRAVITY
 from ..wording import short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
+from .readers.directions import LEFT_OUT, is_vertical
 
 OFFSET = 0.01
 """Mean over PGA above which a record keeps an offset."""
@@ -46,14 +47,27 @@ def _components(record: Record) -> list[Record]:
     ]
 
 
-def vertical_doubts(labels: Sequence[str]) -> list[Doubt]:
-    """Return the doubt in vertical components that are used as horizontal motions, by their labels."""
-    if not labels:
-        return []
-    many = f"{len(labels):,} motions are vertical components and shake"
-    what = many if len(labels) > 1 else "a motion is a vertical component and shakes"
-    cure = "component = 'h1' joins the components of each recording and shakes blocks by one of them, or leave it out"
-    return [Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {cure}")]
+def vertical_doubts(arrays: Sequence[xr.DataArray]) -> list[Doubt]:
+    """Return the doubts in vertical components that are used as horizontal motions, and the note of those left out."""
+    found = []
+    labels = [
+        str(one["motion"].values[0])
+        for array in arrays
+        if array.dims == ("motion", "time")
+        for one in (array.isel(motion=[i]) for i in range(array.sizes["motion"]))
+        if is_vertical(one)
+    ]
+    if labels:
+        many = f"{len(labels):,} motions are vertical components and shake"
+        what = many if len(labels) > 1 else "a motion is a vertical component and shakes"
+        cure = "component = 'h1' joins the components of each recording and shakes blocks by one of them"
+        found.append(Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {cure}, or leave it out"))
+    out = [str(name) for array in arrays for name in array.attrs.get(LEFT_OUT, ())]
+    if out:
+        many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
+        cure = "component = 'v', or a file named by itself, takes them"
+        found.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True))
+    return found
 
 
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:

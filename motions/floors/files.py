@@ -11,7 +11,8 @@ import xarray as xr
 
 from ... import checks
 from ..arrays import RECORDED, floor_array, records
-from ..readers.lines import Lines, RecordError, beginning, existing, unit_factor
+from ..readers.lines import Lines, RecordError, beginning, existing
+from ..readers.units import unit_factor
 
 # First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written.
 _NETCDF = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from ...units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
-from ..readers.lines import unit_factor
+from ..readers.units import unit_factor
 from .measure import Measure
 
 # Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.

@@ -17,7 +17,8 @@ from ... import checks
 from ...aliases import Array
 from ...units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
-from ..readers.lines import Lines, RecordError, unit_factor
+from ..readers.lines import Lines, RecordError
+from ..readers.units import unit_factor
 
 EDITIONS = ("7-16", "7-22")
 AC156_FREQUENCIES = (0.1, 1.3, 8.3, 33.3)  # Hz

@@ -1,4 +1,4 @@
-"""Reader and writer of PEER AT2: four header lines (count and step in the fourth), then accelerations in g."""
+"""Reader and writer of PEER AT2: a header whose last line has count and step, then accelerations, in g by default."""
 
 from __future__ import annotations
 
@@ -13,21 +13,30 @@ import xarray as xr
 from ...units import STANDARD_GRAVITY
 from ...writing import write_bytes
 from ..arrays import from_array, records
-from .lines import Lines, RecordError, unit_factor
+from .lines import STEP, Lines, RecordError
+from .units import agreed, quantities, told
 
-_NUMBER = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?"
 _HEADER = re.compile(
-    rf"NPTS\s{{0,9}}=\s{{0,9}}(?P<npts>\d{{1,12}})\s{{0,9}},?\s{{0,9}}DT\s{{0,9}}=\s{{0,9}}(?P<dt>{_NUMBER})"
-    rf"|(?<!\d)(?P<first>\d{{1,12}})\s+(?P<second>{_NUMBER})\s{{1,9}}NPTS\s{{0,9}},\s{{0,9}}DT",
+    rf"NPTS\s{{0,9}}=\s{{0,9}}(?P<npts>\d{{1,12}})\s{{0,9}},?\s{{0,9}}DT\s{{0,9}}=\s{{0,9}}{STEP}", re.IGNORECASE
+)
+_OLDER = re.compile(
+    rf"(?<!\d)(?P<npts>\d{{1,12}})\s+{STEP.replace('.{0,20}', '')}\s{{1,9}}NPTS\s{{0,9}},\s{{0,9}}DT", re.IGNORECASE
+)
+_OTHER = re.compile(
+    r"\b(?P<quantity>velocity|displacement)\s*(?:$|[(\[]|(?:time|history|series|trace|record|data|in|units?)\b)",
     re.IGNORECASE,
 )
-_HEADER_LINES = 4
-_UNITS = re.compile(r"\bUNITS?\b(?:\s+OF|\s+ARE|\s*[:=])?\s*([^\s.,;]+)", re.IGNORECASE)
+
+
+def _declared(line: str) -> re.Match[str] | None:
+    return _HEADER.search(line) or _OLDER.search(line)
 
 
 def is_at2(head: Sequence[str]) -> bool:
-    """Return True if one of the first four lines declares a count and a step as PEER writes them."""
-    return any(_HEADER.search(line) for line in head[:_HEADER_LINES])
+    """Return True if the line above the numbers declares a count and a step as PEER writes them."""
+    last = next((i for i, line in enumerate(head) if _declared(line)), None)
+    below = next((line for line in head[last + 1 :] if line.strip()), "") if last is not None else ""
+    return last is not None and re.search(r"[,;(]|[a-z]{4}", below, re.IGNORECASE) is None  # (a table has a heading)
 
 
 def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
@@ -56,34 +65,38 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     """
     with Lines(path) as lines:
         file, head = lines.file, lines.head
-        last = next((i for i, line in enumerate(head[:_HEADER_LINES]) if _HEADER.search(line)), None)
+        last = next((i for i, line in enumerate(head) if _declared(line)), None)
         if last is None:
-            raise RecordError(f"{file}: no 'NPTS= …, DT= …' in its first {_HEADER_LINES} lines: not a PEER AT2 file")
+            raise RecordError(f"{file}: no 'NPTS= …, DT= …' in its header: not a PEER AT2 file")
         for _ in range(last + 1):
             lines.header("its header")
-        match = _HEADER.search(head[last])
+        match = _declared(head[last])
         assert match is not None
-        quantity = head[2] if last > 2 else ""  # the title above may hold any word
-        if re.search(r"\b(?:VELOCITY|DISPLACEMENT)\b", quantity, re.IGNORECASE):
-            raise RecordError(f"{file}: a velocity or displacement record, not acceleration")
-        dt = float(match["dt"] or match["second"])
-        if not 0.0 < dt < 10.0:
-            raise RecordError(f"{file}: DT must lie between 0 and 10 s, got {dt:g}")
-        stated = _UNITS.search(quantity)
-        factor = unit_factor(stated.group(1)) if stated else STANDARD_GRAVITY
-        if factor is None:
-            raise RecordError(f"{file}: unknown unit of acceleration in {quantity.strip()[:60]!r}")
-        declared = int(match["npts"] or match["first"])
+        header = [(number, line) for number, line in enumerate(head[: last + 1], start=1) if line.strip()]
+        named = [text for _, text in header if "acceleration" in quantities(text)]
+        other = next((_OTHER.search(text) for _, text in header if _OTHER.search(text) and text not in named), None)
+        if other is not None:
+            raise RecordError(f"{file}: a {other['quantity'].lower()} record, not acceleration")
+        dt = lines.step(match)
+        unit = agreed(file, [unit for number, text in header for unit in told(text, number)])
+        declared = int(match["npts"])
         if declared < 2:
             raise RecordError(f"{file}: declares {declared} samples, a motion has at least 2")
         values = lines.numbers()
     if values.size != declared:
         raise RecordError(f"{file}: declares {declared} samples (NPTS) but holds {values.size}: truncated or damaged")
     try:
-        array = from_array(values * factor, dt, [file.stem], source=file.name, recorded=True)
+        array = from_array(
+            values * (STANDARD_GRAVITY if unit is None else unit.factor),
+            dt,
+            [file.stem],
+            source=file.name,
+            recorded=True,
+        )
     except ValueError as error:
         raise RecordError(f"{file}: {error}") from None
-    return array.assign_attrs(title=" ".join(head[1].split()) if last >= 1 else "")
+    noted = {} if unit is not None else {"processing": "no unit in its header: taken as g, which AT2 files are in"}
+    return array.assign_attrs(title=" ".join(header[1][1].split()) if len(header) > 1 else "", **noted)
 
 
 def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "") -> None:

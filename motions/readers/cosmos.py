@@ -10,7 +10,8 @@ import numpy as np
 
 from ...aliases import Array
 from .components import Component, refuse_other_peak, without_offset
-from .lines import Lines, RecordError, unit_factor
+from .lines import Lines, RecordError
+from .units import unit_factor
 
 _FIRST = re.compile(r"\(Format v\s?\d.{0,20}?with\s{1,9}(\d{1,3})\s{1,9}text lines\)", re.IGNORECASE)
 _RAW = re.compile(r"\s*(?:raw|uncorrected)\b", re.IGNORECASE)
@@ -21,8 +22,8 @@ _INTEGERS = re.compile(
 _REALS = re.compile(r"(?<!\d)(\d{1,6})\s+Real-header values follow on\s+\d{1,6}\s+lines,\s*Format\s*=", re.IGNORECASE)
 _COMMENTS = re.compile(r"(?<!\d)(\d{1,4})\s+Comment line\(?s?\)? follow", re.IGNORECASE)
 _DATA = re.compile(
-    r"(?<!\d)(?P<count>\d{1,12})\s{1,20}(?P<quantity>[a-z]{3,20})\s{1,9}pts,\s{0,9}approx\s{0,9}(?P<seconds>[\d.]{1,12})\s{1,9}"
-    r"secs?,\s{0,9}units\s{0,3}=\s{0,3}(?P<unit>[^,(]{1,20})(?:\(\s{0,3}\d{1,3}\s{0,3}\))?\s{0,3},",
+    r"(?<!\d)(?P<count>\d{1,12})\s{1,20}(?:raw\s{1,9})?(?P<quantity>[a-z]{3,20})\.?\s{1,9}(?:pts|points?),?\s{0,9}approx\s{0,9}(?P<seconds>[\d.]{1,12})"
+    r"\s{1,9}secs?,\s{0,9}units\s{0,3}=\s{0,3}(?P<unit>[^,(]{1,20})(?:\(\s{0,3}\d{1,3}\s{0,3}\))?\s{0,3},?\s{0,3}Format",
     re.IGNORECASE,
 )
 _FORMAT = re.compile(r"Format\s{0,3}=\s{0,3}\(\s{0,3}(\d{0,3})\s{0,3}[IFEG](\d{1,3})", re.IGNORECASE)

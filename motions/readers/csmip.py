@@ -10,7 +10,8 @@ import re
 from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak
-from .lines import Lines, unit_factor
+from .lines import Lines
+from .units import unit_factor
 
 _TEXT_LINES = 25
 _FIRST = re.compile(r"\s*corrected accelerogram\b", re.IGNORECASE)

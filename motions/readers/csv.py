@@ -2,20 +2,42 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from array import array
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from ... import checks
+from ...aliases import Array
 from .components import Component, arrays_of, single
-from .lines import HEADER_WIDTH, MAX_SAMPLES, Lines, RecordError, given_factor, unit_factor
+from .lines import HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
+from .units import Unit, agreed, given_factor, in_name, quantities, told
 
-_DT = re.compile(r"\bdt\s{0,9}[=:]\s{0,9}([-+]?(?:\d{1,12}\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)", re.IGNORECASE)
+_STEP = re.compile(
+    rf"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{{0,5}} ?(?:interval|period|step|time))\s{{0,9}}"
+    rf"(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:]\s{{0,9}}{STEP}",
+    re.IGNORECASE,
+)
+_FREQUENCY = re.compile(
+    rf"\bsampl\w{{0,5}} ?(?:rate|freq\w{{0,6}})\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:]\s{{0,9}}{STEP}",
+    re.IGNORECASE,
+)
+_HERTZ = re.compile(r"\s*(?:hz|sps|1/s)?\s*(?:[,;]|$)", re.IGNORECASE)
+_COUNT = re.compile(
+    r"\b(?:npts|number of (?:data|points|samples)|no\. of (?:data|points|samples))\s*[=:]?\s*(\d{1,9})\b", re.IGNORECASE
+)
+_SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
+_TIME = re.compile(r"t(?:ime)?(?![a-z])", re.IGNORECASE)
+_DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE)
+_SPECTRUM = re.compile(r"(?:period|freq)", re.IGNORECASE)
 _HEADER_LINES = 100
 _COLUMNS = 100
+FEW = 10  # samples, which no record has
 
 
 def read_csv(path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None) -> xr.DataArray:
@@ -46,32 +68,70 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     values = np.frombuffer(table, dtype=np.float64).reshape(n, columns)
     if not np.isfinite(values).all():
         raise RecordError(f"{file}: row {int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0]) + 1} is not finite")
-    heading = " ".join(header)
-    step = _step(lines, values, heading, dt)
-    given = 1.0 if unit is None else given_factor(unit)
-    above = " ".join(header[:-1]) if names else heading
-    factors = [_stated_factor(file, name) for name in names[1:]] if names else [None]
-    common = _stated_factor(file, above)
+    note = ""
+    if columns == 1 and values[0, 0] == n - 1 > FEW:  # (the number of samples, above them)
+        values, n, note = values[1:], n - 1, "its first line, the number of samples, is no sample"
+    for number, text in header:
+        declared = _COUNT.search(text)
+        if declared is not None and int(declared[1]) != n:
+            raise RecordError(
+                f"{file}: line {number} declares {declared[1]} samples, it holds {n}: truncated or damaged"
+            )
+    timed = columns > 1 and not (names and _DIRECTION.fullmatch(names[0]))
+    number = header[-1][0] if header else 0
+    time = values[:, 0] * _seconds(file, in_name(names[0], number) if names else [])
+    step = _step(lines, time, header, dt, timed)
+    given = None if unit is None else given_factor(unit)
+    words = header[:-1] if names and header else header
     found = []
-    for column, own in enumerate(factors, start=columns - len(factors)):
-        stated = common if own is None else own
-        if stated is not None and unit is not None:
+    for column in range(1 if timed else 0, columns):
+        name = names[column] if names else ""
+        own = in_name(name, number)
+        if any(one.quantity in ("velocity", "displacement") for one in own) or _other(name):
+            continue
+        # (what stands in brackets further up, as in "PGA (gal)", is not of a column that has its own unit)
+        above = [one for line, text in words for one in told(text, line, brackets=not own)]
+        stated = agreed(file, [*own, *above])
+        if stated is None and any(_other(text) for _, text in header):
+            raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
+        if stated is not None and given is not None:
             raise RecordError(f"{file}: states its unit, so unit must not be given, got {unit!r:.60}")
-        if stated is None and unit is None:
+        factor = given if stated is None else stated.factor
+        if factor is None:
             raise RecordError(
                 f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
                 "give unit (g, gal, cm/s2, m/s2)"
             )
         with np.errstate(over="ignore"):  # infinity is refused later, as beyond any shaking
-            acceleration = values[:, column] * (given if stated is None else stated)
-        name = names[column] if names else ""
-        found.append(Component(acceleration, step, station=file.stem if name else "", component=name))
+            acceleration = values[:, column] * factor
+        label = name if columns > 2 else ""
+        found.append(
+            Component(acceleration, step, station=file.stem if label else "", component=label, processing=note)
+        )
+    if not found:
+        raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
     return found
 
 
-def _table(lines: Lines) -> tuple[list[str], list[str], array[float], int]:
-    """Return header lines, names of three or more columns, the numbers row by row, and the number of columns."""
-    header: list[str] = []
+def _seconds(file: Path, units: Sequence[Unit]) -> float:
+    """Return seconds per unit of a column of times, as its name has it."""
+    factors = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3}
+    for one in units:
+        if one.text.strip(" ,;.").lower() not in ("", *factors):
+            raise RecordError(
+                f"{file}: line {one.line} has times in the unknown unit {one.text.strip()[:40]!r}, known are s and ms"
+            )
+    return factors[units[0].text.strip(" ,;.").lower() or "s"] if units else 1.0
+
+
+def _other(text: str) -> bool:
+    """Return True if a text names velocity or displacement, and no acceleration."""
+    return bool(named := quantities(text)) and "acceleration" not in named
+
+
+def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float], int]:
+    """Return header lines with their numbers, names of the columns, the numbers row by row, and the columns."""
+    header: list[tuple[int, str]] = []
     names: list[str] = []
     table = array("d")
     columns = 0
@@ -87,18 +147,22 @@ def _table(lines: Lines) -> tuple[list[str], list[str], array[float], int]:
         except ValueError:
             if columns:
                 raise lines.error(f"holds {stripped[:30]!r}, no numbers") from None
-            header.append(stripped[:HEADER_WIDTH])
+            header.append((lines.number, stripped[:HEADER_WIDTH]))
             if len(header) > _HEADER_LINES:
                 raise RecordError(f"{lines.file}: no numbers in its first {_HEADER_LINES} lines: not a table") from None
             continue
         if not columns:
             columns = len(row)
-            if columns > 2:
-                names = _names(header[-1], columns) if header and columns <= _COLUMNS else []
-                if not names:
-                    raise lines.error(
-                        f"has {columns} columns, allowed are 1 or 2 (time, acceleration), or a heading that names them"
-                    )
+            if ";" in stripped and re.search(r"\d,\d", stripped):
+                raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
+            names = _names([text for _, text in header], columns)
+            if columns > 2 and not names:
+                raise lines.error(
+                    f"has {columns} columns, allowed are 1 or 2 (time, acceleration), or a heading that names them: "
+                    "'time (s), NS (gal), EW (gal)'"
+                )
+            if names and _SPECTRUM.match(names[0]):
+                raise RecordError(f"{lines.file}: its first column is {names[0][:40]!r}: a spectrum, no motion")
         if len(row) != columns:
             raise lines.error(f"has {len(row)} columns, the first has {columns}")
         table.extend(row)
@@ -107,53 +171,56 @@ def _table(lines: Lines) -> tuple[list[str], list[str], array[float], int]:
     return header, names, table, columns
 
 
-def _names(line: str, columns: int) -> list[str]:
-    """Return the columns' names if the first is time and there is one for each column; otherwise an empty list."""
-    separator = next((s for s in (";", ",", "\t") if s in line), None)
-    found = [name.strip().strip('"') for name in line.lstrip("# ").split(separator)]
-    return found if len(found) == columns and re.match(r"t(?:ime)?(?![a-z])", found[0], re.IGNORECASE) else []
+def _names(header: list[str], columns: int) -> list[str]:
+    """Return the columns' names, time first or all of them directions, as the line above the numbers gives them."""
+    if not header or columns > _COLUMNS:
+        return []
+    sequence = next((match["names"] for match in map(_SEQUENCE.match, header) if match), None)
+    if sequence is not None:
+        return _names([sequence.replace(";", " ")], columns)
+    separator = next((s for s in (";", ",", "\t") if s in header[-1]), None)
+    found = [name.strip().strip('"') for name in header[-1].lstrip("# ").split(separator)]
+    known = _TIME.match(found[0]) or _SPECTRUM.match(found[0]) or all(map(_DIRECTION.fullmatch, found))
+    return found if len(found) == columns and known else []
 
 
-def _step(lines: Lines, values: np.ndarray, heading: str, dt: float | None) -> float:
+def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> float:
     file = lines.file
-    written = _DT.search(heading)
-    if values.shape[1] >= 2:
+    written = _written_step(lines, header)
+    if timed:
         if dt is not None:
             raise RecordError(f"{file}: has a time column, so dt must not be given, got {dt!r}")
+        if (time == time[0] + np.arange(len(time))).all():
+            raise RecordError(f"{file}: its first column counts 1, 2, 3 …: leave it out, or write the time in s")
         try:
-            return checks.time_step("the record", values[:, 0], None)
+            found = checks.time_step("the record", time, None)
         except ValueError as error:
             raise RecordError(f"{file}: {error}") from None
+        if found >= LONGEST_STEP:
+            raise RecordError(f"{file}: its first column steps by {found:g}, which is no time in s")
+        if written is not None and not math.isclose(found, written, rel_tol=0.01):
+            raise RecordError(f"{file}: its header says dt = {written:g} s, its time column {found:g} s")
+        return found
     if dt is not None:
-        return checks.number("dt", dt, above=0.0, unit="s")
+        step = checks.number("dt", dt, above=0.0, unit="s")
+        if written is not None and not math.isclose(step, written, rel_tol=0.01):
+            raise RecordError(f"{file}: its header says dt = {written:g} s, so dt must not be {dt:g}")
+        return step
     if written is None:
         raise RecordError(f"{file}: has no time column, so dt must be given (s)")
-    step = float(written.group(1))
-    if not 0.0 < step < np.inf:
-        raise RecordError(f"{file}: dt in its header must be positive and finite, got {step:g}")
-    return step
+    return written
 
 
-_COLUMN_UNIT = re.compile(r"[a-z]_([cm]?m_?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE)
-_WRITTEN_UNIT = re.compile(r"\b(?:in|units?(?:\s+of|\s+are|\s*[:=])?)\s+(\S+)", re.IGNORECASE)
-
-
-def _stated_factor(file: os.PathLike[str], heading: str) -> float | None:
-    """Return m/s² per unit of the heading, or None without unit; RecordError for another quantity or an unknown unit.
-
-    A unit is written in brackets, (cm/s²), after the column's name, acceleration_g, or in words, in g.
-    """
-    if re.search(r"(?<![a-z])(?:velocity|displacement|vel|disp)(?![a-z])", heading, re.IGNORECASE):
-        raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration: {heading[:60]!r}")
-    found = re.findall(r"[\[(]([^\])]*)[\])]", heading)
-    found += _COLUMN_UNIT.findall(heading) + _WRITTEN_UNIT.findall(heading)
-    factor = None
-    for unit in found:
-        known = unit_factor(unit)
-        if known is not None:
-            factor = known
-        elif not re.fullmatch(r"\s*(?:s|sec|seconds?)?[,;]?\s*", unit, re.IGNORECASE):
-            raise RecordError(
-                f"{file}: unknown unit {unit[:40]!r} in its heading, allowed are g, gal, cm/s², m/s² and s"
-            )
-    return factor
+def _written_step(lines: Lines, header: list[tuple[int, str]]) -> float | None:
+    """Return the time step that the header states, s, or None."""
+    for _, text in header:
+        match = _STEP.search(text)
+        if match is not None:
+            return lines.step(match)
+        match = _FREQUENCY.search(text)
+        if match is not None:
+            frequency, written = known(match["number"]), f"{match['number']}{match['rest']}".strip()
+            if not frequency > 1.0 / LONGEST_STEP or _HERTZ.match(match["rest"]) is None:
+                raise RecordError(f"{lines.file}: gives its sampling rate as {written[:30]!r}, must be in Hz")
+            return 1.0 / frequency
+    return None

@@ -1,6 +1,6 @@
 """Reader of ESM ASCII (Engineering Strong Motion database, ITACA's DYNA header).
 
-A file has 64 lines `KEY: value`, then one value on each line.
+A file has 64 lines `KEY: value` (DYNA 1.0: 55), then one value on each line.
 """
 
 from __future__ import annotations
@@ -9,9 +9,10 @@ import math
 from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak
-from .lines import GAL, Lines, RecordError, unit_factor
+from .lines import Lines, RecordError, known
+from .units import GAL, unit_factor
 
-_LAST_KEY = "USER5"
+_LAST_KEY, _OLDER_LAST_KEY = "USER5", "USER4"  # of DYNA 1.2 and 1.0
 _MOST_KEYS = 200
 _NEEDED = ("SAMPLING_INTERVAL_S", "NDATA", "UNITS", "DATA_TYPE")
 
@@ -40,6 +41,9 @@ def esm_components(lines: Lines) -> list[Component]:
     while _LAST_KEY not in header:
         line = lines.header(f"the header line {_LAST_KEY!r}")
         key, colon, text = line.partition(":")
+        if not colon and _OLDER_LAST_KEY in header and not math.isnan(known(line)):
+            lines.back(line)
+            break
         if not colon:
             raise lines.error(f"holds {line[:30]!r}, the header of an ESM file has 'KEY: value' up to {_LAST_KEY}")
         header[key.strip().upper()] = text.strip()
@@ -67,10 +71,10 @@ def esm_components(lines: Lines) -> list[Component]:
     acceleration = values * factor
     refuse_other_peak(lines.file, acceleration, header.get("PGA_CM/S^2"), GAL)
 
-    def known(key: str) -> float:
-        return lines.value(header[key], key, at=where[key]) if header.get(key) else math.nan
+    def given(key: str) -> float:
+        return known(header.get(key, ""))
 
-    moment, local = known("MAGNITUDE_W"), known("MAGNITUDE_L")
+    moment, local = given("MAGNITUDE_W"), given("MAGNITUDE_L")
     date, time = header.get("EVENT_DATE_YYYYMMDD", ""), header.get("EVENT_TIME_HHMMSS", "")
     when = f"{date[:4]}-{date[4:6]}-{date[6:8]} {time[:2]}:{time[2:4]}:{time[4:6]}" if date and time else ""
     return [
@@ -82,7 +86,7 @@ def esm_components(lines: Lines) -> list[Component]:
             event=f"{header.get('EVENT_NAME', '')} {when}",
             magnitude=local if math.isnan(moment) else moment,
             magnitude_type="" if math.isnan(moment) and math.isnan(local) else "ML" if math.isnan(moment) else "Mw",
-            distance=known("EPICENTRAL_DISTANCE_KM") * 1e3,
-            vs30=known("VS30_M/S"),
+            distance=given("EPICENTRAL_DISTANCE_KM") * 1e3,
+            vs30=given("VS30_M/S"),
         )
     ]

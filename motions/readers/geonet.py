@@ -10,7 +10,8 @@ import re
 from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak
-from .lines import Lines, RecordError, unit_factor
+from .lines import Lines, RecordError
+from .units import unit_factor
 
 _TEXT_LINES = 16
 _INTEGERS, _REALS = (10, 8), (10, 8)

@@ -7,7 +7,8 @@ import re
 from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak, without_offset
-from .lines import GAL, Lines, unit_factor
+from .lines import Lines, known
+from .units import GAL, unit_factor
 
 # The lines of the header in their order, each by its first words.
 _HEADER = (
@@ -101,15 +102,8 @@ def knet_components(lines: Lines) -> list[Component]:
             station=header["Station Code"],
             component=_DIRECTIONS.get(direction, direction),
             event=header["Origin Time"].replace("/", "-"),
-            magnitude=_known(magnitude),
+            magnitude=known(magnitude),
             magnitude_type="M" if magnitude else "",
             processing=note,
         )
     ]
-
-
-def _known(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan

@@ -1,4 +1,4 @@
-"""Common parts of all record readers: lines of bounded length, numbers in lines, units, and the error of readers.
+"""Common parts of all record readers: lines of bounded length, numbers in lines, and the error of readers.
 
 The module does not depend on any format.  A file is read line by line, so that memory holds its samples, never its
 text.
@@ -18,9 +18,7 @@ from typing import Self
 
 import numpy as np
 
-from ... import checks
 from ...aliases import Array
-from ...units import STANDARD_GRAVITY
 from ...wording import system_reason
 
 MAX_BYTES = 512 * 2**20
@@ -29,20 +27,6 @@ MAX_SAMPLES = 50_000_000
 # Number of characters of a line that detection and header patterns use, since headers stand at the beginning.
 HEADER_WIDTH = 1000
 HEAD_LINES = 40
-
-GAL = 0.01  # m/s²
-# m/s² per unit of acceleration, by the normalised spelling of the unit.
-_UNITS = {
-    "g": STANDARD_GRAVITY,
-    "gal": GAL,
-    "gals": GAL,
-    "cm/s2": GAL,
-    "cm/s/s": GAL,
-    "mm/s2": 0.001,
-    "mm/s/s": 0.001,
-    "m/s2": 1.0,
-    "m/s/s": 1.0,
-}
 
 
 class RecordError(ValueError):
@@ -67,6 +51,30 @@ def existing(path: str | os.PathLike[str]) -> Path:
     return file
 
 
+# The first bytes of what is not the text of a record, its name, and what to do.
+_PACKED = {
+    b"\x1f\x8b": ("compressed (gzip)", "unpack it first"),
+    b"PK\x03\x04": ("a zip archive or a workbook", "unpack it, or save the sheet as CSV"),
+    b"BZh": ("compressed (bzip2)", "unpack it first"),
+    b"\xfd7zXZ": ("compressed (xz)", "unpack it first"),
+    b"7z\xbc\xaf": ("a 7z archive", "unpack it first"),
+    b"Rar!": ("a rar archive", "unpack it first"),
+    b"\xff\xfe": ("UTF-16", "save it as UTF-8"),
+    b"\xfe\xff": ("UTF-16", "save it as UTF-8"),
+    b"%PDF": ("a PDF", "take the numbers themselves"),
+}
+
+
+def refuse_packed(file: Path) -> None:
+    """Raise RecordError for a file that is compressed, or text in UTF-16: it says what the file is and what to do."""
+    first = beginning(file, 64)
+    wide = "UTF-16", "save it as UTF-8"
+    spaced = len(first) > 8 and (not any(first[1::2]) or not any(first[::2]))  # (every other byte is 0)
+    found = wide if spaced else next((what for mark, what in _PACKED.items() if first.startswith(mark)), None)
+    if found is not None:
+        raise RecordError(f"{file}: {found[0]}, not plain text: {found[1]}")
+
+
 def beginning(file: Path, size: int = 4096) -> bytes:
     """Return the first bytes of a file; RecordError if it cannot be opened."""
     try:
@@ -85,9 +93,12 @@ class Lines:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.file = existing(path)
+        refuse_packed(self.file)
         self.number = 0
+        # (a transfer between systems may double the line ends, CR CR LF, which are one each)
+        newline = "\n" if b"\r\r\n" in beginning(self.file) else None
         try:
-            self._stream = self.file.open(encoding="utf-8-sig", errors="replace")
+            self._stream = self.file.open(encoding="utf-8-sig", errors="replace", newline=newline)
         except OSError as error:
             raise RecordError(f"{self.file}: cannot be read ({system_reason(error)})") from None
         try:
@@ -129,7 +140,13 @@ class Lines:
             raise RecordError(f"{self.file}: holds a line of more than {MAX_LINE:,} characters, no record does")
         if "\0" in line:
             raise RecordError(f"{self.file}: not text (holds NUL bytes)")
-        return line
+        # Control-Z is the end-of-file mark of DOS, single or as padding
+        return line.rstrip("\r\n\x1a") + "\n" if line else line
+
+    def back(self, line: str) -> None:
+        """Put the line that was read last back: the next one is that again."""
+        self._ahead.append(f"{line}\n")
+        self.number -= 1
 
     def error(self, message: str, at: int | None = None) -> RecordError:
         """Return the error for the line that was read last, or for line `at`."""
@@ -155,6 +172,26 @@ class Lines:
             allowed = f", {' and '.join(bounds)}" if bounds else ""
             raise self.error(f"gives {what} as {text.strip()[:30]!r}, must be a finite number{allowed}", at)
         return found
+
+    def step(self, match: re.Match[str]) -> float:
+        """Return a time step, s, as `STEP` finds it: its number, D exponents and fractions too, and its unit.
+
+        Raises
+        ------
+        RecordError
+            Text after the number that is neither a unit of time nor apart from it, a unit of a frequency, a step that
+            is not between 0 and 1 s.
+        """
+        text = f"{match['number']}{match['rest']}".strip()
+        after = _AFTER_STEP.match(match["rest"])
+        if after is None:
+            raise RecordError(f"{self.file}: gives its time step as {text[:30]!r}, must be like '0.01' or '0.01 s'")
+        value = float(match["number"].lower().replace("d", "e")) / float(after["divisor"] or 1.0)
+        unit = after["unit"] or match.groupdict().get("unit") or "s"
+        value *= 1e-3 if unit.lower().startswith("m") else 1.0
+        if not 0.0 < value < LONGEST_STEP:
+            raise RecordError(f"{self.file}: DT must lie between 0 and {LONGEST_STEP:g} s, got {value:g}")
+        return value
 
     def count(self, text: str, what: str, at: int | None = None) -> int:
         """Return a number of samples; RecordError if it is no number, below 2, or above `MAX_SAMPLES`."""
@@ -227,27 +264,13 @@ class Lines:
         return row
 
 
-def unit_factor(word: str) -> float | None:
-    """Return m/s² per unit of acceleration in a common spelling (g, gal, cm/s², m/s^2, cm/sec/sec, m s-2), or None."""
-    if len(word) > 40:
-        return None
-    text = word.strip().strip(".,;:()[]").lower().replace("sec", "s").replace("²", "2")
-    text = re.sub(r"\^|\*\*", "", text)
-    text = re.sub(r"^([cm]?m)[\s_]*/?[\s_]*s-?2$", r"\1/s2", text)
-    return _UNITS.get(text.replace(" ", ""))
-
-
-def given_factor(unit: str | float) -> float:
-    """Return m/s² per unit or count that a caller gives; ValueError if it is no unit of acceleration."""
-    if isinstance(unit, str):
-        factor = unit_factor(unit)
-        if factor is None:
-            raise ValueError(f"unit must be one of {', '.join(map(repr, _UNITS))}, or m/s² per count, got {unit!r:.60}")
-        return factor
-    factor = checks.number("unit", unit, unit="m/s² per count")
-    if factor == 0.0:
-        raise ValueError("unit must not be 0 m/s² per count")
-    return factor
+def known(text: str) -> float:
+    """Return a number that a header may give, NaN where it holds words (ND, unknown) or nothing."""
+    try:
+        found = float(text) if _is_plain(text) else math.nan
+    except ValueError:
+        return math.nan
+    return found if math.isfinite(found) else math.nan
 
 
 def plain(text: str, longest: int = 80) -> str:
@@ -261,3 +284,11 @@ def _is_plain(text: str) -> bool:
 
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?=$|[\s,+-])", re.ASCII)
+# A number as headers have it, and what follows it, which must not be cut off.
+STEP = r"(?P<number>[-+]?(?:\d{1,12}\.?\d{0,15}|\.\d{1,15})(?:[eEdD][-+]?\d{1,3})?)(?P<rest>.{0,20})"
+_AFTER_STEP = re.compile(
+    r"(?!\s*(?:milli|micro|[µun]s\b|min|h(?:ours?|r)?\b|hz|sps))\s*(?:/\s*(?P<divisor>[1-9]\d{0,5}(?:\.\d{1,6})?)\s*)?(?P<unit>m?s(?:ec)?(?:onds?)?)?\.?(?:$|[\s)\]]|[,;](?!\d))",
+    re.IGNORECASE,
+)
+LONGEST_STEP = 1.0
+"""Time step, s, that no record reaches."""

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from .components import Component, without_offset
-from .lines import MAX_SAMPLES, RecordError, beginning, given_factor
+from .lines import MAX_SAMPLES, RecordError, beginning
+from .units import given_factor
 
 MAX_OBSPY_BYTES = 128 * 2**20
 _GROUP = "obspy.plugin.waveform"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
@@ -18,7 +19,7 @@ from .csv import csv_components
 from .esm import esm_components, is_esm
 from .geonet import geonet_components, is_geonet
 from .knet import is_knet, knet_components
-from .lines import Lines, RecordError, beginning, existing
+from .lines import Lines, RecordError, beginning, existing, refuse_packed
 from .obspy import is_obspy_text, obspy_components
 
 
@@ -38,6 +39,12 @@ FORMATS = (
     Format("GeoNet", is_geonet, geonet_components),
     Format("CSMIP V2", is_csmip, csmip_components),
 )
+
+_OTHERS = {
+    "CSMIP V1": (re.compile(r"\s*uncorrected accelerogram", re.IGNORECASE), "take the corrected file, V2"),
+    "SMC": (re.compile(r"\s*\d\s+(?:un)?corrected accelerogram", re.IGNORECASE), "take the COSMOS file (.v2c) of it"),
+}
+"""Formats that are known and not read, by their first line, and what to do."""
 
 
 def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None) -> xr.DataArray:
@@ -96,6 +103,7 @@ def read_all(
     [1]
     """
     file = existing(path)
+    refuse_packed(file)
     if b"\0" in beginning(file):
         _refuse(file, "a binary format", dt, None)
         return arrays_of(file, obspy_components(file, unit))
@@ -108,7 +116,10 @@ def read_all(
                 _refuse(file, f"a {found.name} file", dt, unit)
                 return arrays_of(file, found.components(lines))
         if lines.head[0].upper().startswith("PEER"):
-            raise RecordError(f"{file}: looks like a PEER file, but has no 'NPTS= …, DT= …' in its first four lines")
+            raise RecordError(f"{file}: looks like a PEER file, but has no 'NPTS= …, DT= …' above its numbers")
+        for name, (pattern, cure) in _OTHERS.items():
+            if pattern.match(lines.head[0]):
+                raise RecordError(f"{file}: a file of the format {name}, which is not read: {cure}")
         components: list[Component]
         if is_obspy_text(lines.head):
             _refuse(file, "a waveform file", dt, None)

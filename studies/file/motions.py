@@ -21,6 +21,7 @@ from ...motions.floors.yielding import MOST_DISPERSION
 from ...motions.intensity.peaks import peak_velocity
 from ...motions.matching.targets import EDITIONS
 from ...motions.pairs import RANDOM, correct_together, pair_up
+from ...motions.readers.directions import horizontal_motions
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
 from ...motions.simulated.scenario import FAULTINGS
@@ -434,11 +435,12 @@ class MotionsTable(Table):
     ] = None
     component: Annotated[
         str | None,
-        one_of((*HORIZONTAL, PAIR)),
-        KeyInfo("every file is a motion"),
+        one_of((*HORIZONTAL, VERTICAL, PAIR)),
+        KeyInfo("every horizontal component is a motion"),
         Field(
             description="Component that shakes, where records are joined to recordings by the names of their files; "
-            "measures such as RotD50(pga) are of both. `pair`: both shake, also those of a generator, or both "
+            "measures such as RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both "
+            "shake, also those of a generator, or both "
             "directions of floor histories."
         ),
     ] = None
@@ -749,12 +751,14 @@ class MotionsTable(Table):
                 raise ValueError("motions.order is of a filter: it needs highpass_hz or lowpass_hz")
             read: dict[Path, list[xr.DataArray]] = {}
             for path in expand(self.records, folder):
-                read[path] = (shaking.read_all if self.component else _read_one)(path, self.dt_s, self.unit)
+                read[path] = (_read_one if self.component is None else shaking.read_all)(path, self.dt_s, self.unit)
                 refuse_samples(sum(array.size for arrays in read.values() for array in arrays), "records")
-            if self.component is None:
+            if self.component in (None, VERTICAL):
                 if self.vertical:
                     raise ValueError("motions.vertical needs motions.component, which joins those of a recording")
-                return [self._processed(array, str(path)) for path, arrays in read.items() for array in arrays]
+                patterns = [self.records] if isinstance(self.records, str) else self.records
+                chosen = horizontal_motions(read, patterns, folder, vertical=self.component == VERTICAL)
+                return [self._processed(array, str(array["source"].values[0])) for array in chosen]
             for pair in pair_up(read):
                 # (a window is common to the components, which stay simultaneous)
                 done = correct_together(pair, partial(self._processed, what=str(pair["motion"].values[0])))

@@ -495,7 +495,9 @@ class Study(ABC):
         said = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in settled]
         return {
             "notes": "\n".join([*own, *said]),
-            "doubts": json.dumps([[*one[:2], one.kind in self.accepted] for one in self.doubts], ensure_ascii=False),
+            "doubts": json.dumps(
+                [[*one[:2], one.kind in self.accepted] for one in self.doubts if not one.settled], ensure_ascii=False
+            ),
             "title": self.title,
             "study": json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
         }

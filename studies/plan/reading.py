@@ -14,7 +14,6 @@ from ...motions import Generator, over_model, records
 from ...motions.arrays import Record
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
-from ...motions.pairs import vertical_components
 from ...motions.plausibility import record_doubts, vertical_doubts
 
 MODEL = "BSSA14"
@@ -53,7 +52,7 @@ class Reading(NamedTuple):
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
-        doubts = (*vertical_doubts(vertical_components(arrays)), *record_doubts(plain), *missed)
+        doubts = (*vertical_doubts(arrays), *record_doubts(plain), *missed)
         found = cls(doubts, lines)
         return found if any("floor" in array.dims for array in arrays) else found._varied(plain)
 

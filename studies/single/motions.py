@@ -26,8 +26,8 @@ from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
 from ...motions.matching.targets import TargetSpectrum
-from ...motions.pairs import vertical_components
 from ...motions.plausibility import record_doubts, vertical_doubts
+from ...motions.readers.directions import horizontal_motions
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
 from ...writing import whole_file
@@ -85,8 +85,8 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         raise StudyError(f"{studies[0]}: a study file must stand alone, got {len(inputs)} files")
     try:
         if not studies:
-            found = [array for path in expand(list(inputs), Path()) for array in shaking.read_all(path)]
-            doubts = [*vertical_doubts(vertical_components(found)), *record_doubts(records(found))]
+            found = horizontal_motions({path: shaking.read_all(path) for path in expand(list(inputs), Path())}, inputs)
+            doubts = [*vertical_doubts(found), *record_doubts(records(found))]
             return Shown(found, doubts, {})
         path = Path(studies[0])
         content = read_study_file(path)

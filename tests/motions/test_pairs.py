@@ -14,8 +14,9 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.motions import RecordError
 from toppling.motions.arrays import digest, records
-from toppling.motions.pairs import _direction, pair_up
+from toppling.motions.pairs import pair_up
 from toppling.motions.polarity import both_polarities
+from toppling.motions.readers.directions import direction_of
 
 DT = 0.005
 T = np.arange(4001) * DT
@@ -227,19 +228,21 @@ class TestDirections:
         ],
     )  # fmt: skip
     def test_azimuths(self, text, degrees):
-        vertical, azimuth = _direction(text)
+        vertical, azimuth = direction_of(text)
         assert not vertical
         assert math.degrees(azimuth) == pytest.approx(degrees)
 
     @pytest.mark.parametrize("text", ["U-D", "UD", "Up", "DWN", "vert", "V", "Z", "HNZ", "U-D surface"])
     def test_vertical(self, text):
-        assert _direction(text)[0]
+        assert direction_of(text) == (True, pytest.approx(math.nan, nan_ok=True))
 
-    @pytest.mark.parametrize("text", ["H1", "L", "", "HN1", "BNZZ", "anything"])
+    @pytest.mark.parametrize("text", ["H1", "L", "T1", "HN1", "BH2", "BH100", "TRAN"])
+    def test_horizontal_of_no_known_azimuth(self, text):
+        assert direction_of(text) == (False, pytest.approx(math.nan, nan_ok=True))
+
+    @pytest.mark.parametrize("text", ["", "BNZZ", "anything", "400", "1999", "STATION"])
     def test_unknown(self, text):
-        vertical, azimuth = _direction(text)
-        assert not vertical
-        assert math.isnan(azimuth)
+        assert direction_of(text) is None
 
 
 class TestFiles:

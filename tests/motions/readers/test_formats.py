@@ -167,7 +167,6 @@ class TestEsm:
             (files.esm(shaking(), count=99), r"declares 99 samples \(NDATA\) but holds 24: truncated"),
             (files.esm(shaking(), count="1e9"), "declares 1e9 samples .NDATA., allowed are 2 to 50,000,000"),
             (files.esm(shaking(), count="many"), "gives samples .NDATA. as 'many'"),
-            (files.esm(shaking(), vs30="soft"), "gives VS30_M/S as 'soft'"),
             (files.esm(shaking(), dt=0.0), "gives SAMPLING_INTERVAL_S as '0.000000', must be a finite number, > 0"),
             (files.esm(shaking()).replace("UNITS:", "UNIT:"), "its header gives no UNITS"),
             (

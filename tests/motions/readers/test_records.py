@@ -67,10 +67,10 @@ class TestAt2:
         ("1 2 x 4", {}, "line 5 holds 'x 4', no number"),
         ("1 2 nan 4", {}, "sample 3 is nan"),
         ("1 2 1e999 4", {}, "sample 3 is inf"),
-        ("1 2 3 4", {"last": "NPTS= 4, DT= .0 SEC"}, "DT must lie between 0 and 10 s, got 0"),
-        ("1 2 3 4", {"last": "NPTS= 4, DT= -.01 SEC"}, "DT must lie between 0 and 10 s"),
+        ("1 2 3 4", {"last": "NPTS= 4, DT= .0 SEC"}, "DT must lie between 0 and 1 s, got 0"),
+        ("1 2 3 4", {"last": "NPTS= 4, DT= -.01 SEC"}, "DT must lie between 0 and 1 s"),
         ("1", {"last": "NPTS= 1, DT= .01 SEC"}, "declares 1 samples, a motion has at least 2"),
-        ("1 2 3 4", {"header": HEADER.replace("ACCELERATION", "VELOCITY")}, "velocity or displacement record"),
+        ("1 2 3 4", {"header": HEADER.replace("ACCELERATION", "VELOCITY")}, "a velocity record, not acceleration"),
         ("1 2 3 4", {"header": HEADER.replace("UNITS OF G", "UNITS OF FURLONGS")}, "unknown unit"),
     ]
 
@@ -147,7 +147,7 @@ class TestCsv:
         ("t,acc (ft/s2)\n0,1\n0.01,2\n", {}, "unknown unit 'ft/s2'"),
         ("t,acc (mg)\n0,1\n0.01,2\n", {}, "unknown unit 'mg'"),
         ("t,acc_mg\n0,1\n0.01,2\n", {}, "unknown unit 'mg'"),
-        ("t (ms),acc (g)\n0,1\n10,2\n", {}, "unknown unit 'ms'"),
+        ("t (h),acc (g)\n0,1\n10,2\n", {}, "unknown unit 'h'"),
         ("t (s),velocity (cm/s)\n0,1\n0.01,2\n", {}, "velocity or displacement"),
         ("PEER STRONG MOTION\njunk\n", {}, "looks like a PEER file"),
         ("0,1\n0.01,2\n", {"dt": 0.01}, "has a time column, so dt must not be given"),

@@ -1,0 +1,162 @@
+"""Directions of components: what files, their headers and their names say, and vertical components among records."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+
+from .lines import RecordError
+
+_VERTICAL = re.compile(
+    r"(?:u-?d|up|down|dwn|dn|vert(?:ical)?|ver|vrt|v\d?|z|u|zup)(?:\s+(?:surface|borehole))?", re.IGNORECASE
+)
+_POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
+_BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
+_DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
+_CODE = re.compile(r"[BEHLSCVM][HNLG]([NEZ123])(?:\.?\d\d)?")  # SEED: band, instrument, orientation, location
+_LEVEL = re.compile(r"[lthxy]\d?|long?|tran?|trn", re.IGNORECASE)  # (horizontal, of no known azimuth)
+_UNIT = re.compile(r"\s*\([^()]*\)\s*$")  # as in a table's heading
+_CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}|\d{1,3}:)\s*", re.IGNORECASE)
+_NAME = re.compile(
+    r"(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|up|dwn|down|dn|vrt|vert?|ver|ns|ew|we|"
+    r"ud|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))",
+    re.IGNORECASE,
+)
+_KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<place>[12]?)", re.IGNORECASE)
+_RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases
+
+
+LEFT_OUT = "left_out"
+"""Attribute of the first array of those read: names of the vertical components that are left out."""
+
+
+class Direction(NamedTuple):
+    """Direction of a component: whether it is vertical, its azimuth, rad (NaN: not known), and its recording."""
+
+    vertical: bool
+    azimuth: float
+    recording: str
+
+
+def direction_of(text: str) -> tuple[bool, float] | None:
+    """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN: unknown); None if none."""
+    word = _UNIT.sub("", _CHANNEL.sub("", text, count=1)).strip()
+    code = _CODE.fullmatch(word.upper())
+    if _VERTICAL.fullmatch(word) or (code and code[1] == "Z"):
+        return True, math.nan
+    plain = code[1] if code else re.sub(r"\s+(?:surface|borehole)$", "", word).upper()
+    if plain in _POINTS:
+        return False, math.radians(_POINTS[plain])
+    bearing = _BEARING.fullmatch(plain)
+    if bearing:
+        along = 0.0 if bearing[1] == "N" else 180.0
+        clockwise = 1.0 if bearing[1] + bearing[3] in ("NE", "SW") else -1.0
+        return False, math.radians((along + clockwise * float(bearing[2])) % 360.0)
+    degrees = _DEGREES.fullmatch(plain)
+    if degrees and not code and float(degrees[1]) <= 360.0:
+        return False, math.radians(float(degrees[1]) % 360.0)
+    return (False, math.nan) if code or _LEVEL.fullmatch(word) else None
+
+
+def said_of(motion: xr.DataArray) -> str:
+    """Return the direction of one motion as its file gives it, '' where it gives none."""
+    said = motion.coords.get("component")
+    return str(said.values[0]) if said is not None and said.dims == ("motion",) else ""
+
+
+def _of_title(motion: xr.DataArray) -> tuple[bool, float] | None:
+    """Return the direction at the end of an AT2 file's second line: "Somewhere, 1/2/1999, Station, 090"."""
+    start, _, end = str(motion.attrs.get("title", "")).rpartition(",")
+    return direction_of(end) if start and "/" in start else None
+
+
+def is_vertical(motion: xr.DataArray) -> bool:
+    """Return whether one motion is a vertical component by what its file says."""
+    found = direction_of(said_of(motion)) or _of_title(motion)
+    return found is not None and found[0]
+
+
+def of_file(path: Path, motion: xr.DataArray) -> Direction:
+    """Return the direction of the only motion of a file, and the recording that it belongs to.
+
+    The direction is what the file says, otherwise that of its name, otherwise that of its title; the recording is named
+    by the record sequence number of the NGA databases, by the name without its direction, or by the station and event.
+
+    Raises
+    ------
+    RecordError
+        A file of which neither name nor header gives a direction.
+    """
+    said, title = direction_of(said_of(motion)), _of_title(motion)
+    suffix, name, number = _KNET.fullmatch(path.suffix), _NAME.fullmatch(path.stem), _RECORDING.match(path.stem)
+    if suffix is not None:
+        word, base = suffix["direction"], f"{path.stem}.{suffix['place']}"
+    else:
+        word = "" if name is None else name["direction"] or name["letter"]
+        base = number[0] if number else name["base"] if name else ""
+    found = said or (direction_of(word) if word else None) or title
+    if not base and found:
+        code = said_of(motion)[:2] if _CODE.fullmatch(said_of(motion)) else ""
+        where = [str(motion[key].values[0]) for key in ("station", "event") if key in motion.coords]
+        base = " ".join([*where, code]) if where else str(motion.attrs.get("title", "")).rpartition(",")[0]
+    if not base or (found is None and not number):
+        raise RecordError(
+            f"{path}: its name gives no direction, such as an ending 090 or -N, to find its other components by"
+        )
+    return Direction(*(found or (False, math.nan)), f"{path.parent}/{base}")
+
+
+def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, stems: Collection[str]) -> bool:
+    """Return whether a motion is a vertical component by its file; by a name alone where others differ in the end."""
+    said = direction_of(said_of(motion))
+    if said is not None or not alone:
+        return said is not None and said[0]
+    title, name = _of_title(motion), _NAME.fullmatch(path.stem)
+    if _KNET.fullmatch(path.suffix):
+        return path.suffix.upper().startswith(".UD")
+    word = "" if name is None else name["direction"] or name["letter"]
+    named = direction_of(word) if word else None
+    if named is not None and named[0] and name is not None:
+        marked = bool(name["letter"] or name["apart"]) and not word[-1].isdigit()
+        return marked or sum(stem.startswith(name["base"]) for stem in stems) > 1
+    return title is not None and title[0] and re.search(r"\d{3}$", path.stem) is None
+
+
+def horizontal_motions(
+    read: Mapping[Path, Sequence[xr.DataArray]], patterns: Iterable[str], folder: Path = Path(), vertical: bool = False
+) -> list[xr.DataArray]:
+    """Return what was read from files without vertical components; the first array names those that are left out.
+
+    A file that is named by itself, not by a pattern, and holds nothing else is kept.  With `vertical`, vertical
+    components alone are kept.
+
+    Raises
+    ------
+    RecordError
+        Nothing is left.
+    """
+    named = {folder / pattern for pattern in patterns}
+    stems = [path.stem for path in read]
+    found: list[xr.DataArray] = []
+    out: list[str] = []
+    for path, arrays in read.items():
+        alone = sum(array.sizes["motion"] for array in arrays) == 1
+        for array in arrays:
+            upright = [_is_vertical(path, array.isel(motion=[i]), alone, stems) for i in range(array.sizes["motion"])]
+            kept = [i for i, up in enumerate(upright) if up == vertical or (path in named and all(upright))]
+            out += [
+                path.name if alone else str(array["motion"].values[i]) for i in range(len(upright)) if i not in kept
+            ]
+            if kept:
+                found.append(array if len(kept) == len(upright) else array.isel(motion=kept))
+    if not found:
+        what = "is vertical" if vertical else "is horizontal: component = 'v', or a file named by itself, takes them"
+        raise RecordError(f"{', '.join(str(path) for path in list(read)[:3])}: none of these records {what}")
+    if out and not vertical:
+        found[0] = found[0].assign_attrs({LEFT_OUT: tuple(out)})
+    return found

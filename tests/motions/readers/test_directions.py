@@ -1,0 +1,141 @@
+"""Vertical components among records: left out, wherever a file says that it is one, and taken on purpose."""
+
+import numpy as np
+import pytest
+import record_files as files
+
+import toppling as tp
+from toppling import motions as mo
+from toppling.motions import RecordError
+from toppling.motions.readers.directions import LEFT_OUT, horizontal_motions
+from toppling.studies import StudyError
+
+SHAKE = np.sin(0.3 * np.arange(60)) * np.sin(np.pi * np.arange(60) / 60.0) ** 2
+
+
+def at2(folder, name, title="Somewhere, 1/2/1999, Station, 090"):
+    text = files.at2(SHAKE, 0.01).splitlines()
+    (folder / name).write_text("\n".join([text[0], title, *text[2:]]) + "\n", encoding="utf-8")
+
+
+def kept(folder, patterns=("*",), **options):
+    paths = sorted(path for pattern in patterns for path in folder.glob(pattern))
+    return horizontal_motions({path: mo.read_all(path) for path in paths}, patterns, folder, **options)
+
+
+@pytest.mark.parametrize(
+    ("names", "out"),
+    [
+        (("RSN1_A000.AT2", "RSN1_A090.AT2", "RSN1_A-UP.AT2"), ["RSN1_A-UP.AT2"]),
+        (("BDWN.AT2", "B000.AT2", "CUP.AT2", "C-N.AT2"), ["BDWN.AT2", "CUP.AT2"]),
+        (
+            ("C-V.AT2", "C000.AT2", "D_UD.AT2", "D.Z.AT2", "D-vert.AT2"),
+            ["C-V.AT2", "D-vert.AT2", "D.Z.AT2", "D_UD.AT2"],
+        ),
+        (("STA-L1.AT2", "STA-T1.AT2", "STA-V1.AT2"), ["STA-V1.AT2"]),
+        (("GROUP.AT2", "cloud.AT2", "run-v2.AT2", "KOBE.AT2", "setup.AT2"), []),
+    ],
+)
+def test_names_of_files(tmp_path, names, out):
+    for name in names:
+        at2(tmp_path, name, "A synthetic motion")
+    found = kept(tmp_path)
+    assert list(found[0].attrs.get(LEFT_OUT, ())) == out
+    assert len(found) == len(names) - len(out)
+
+
+@pytest.mark.parametrize(
+    ("end", "out"),
+    [("UP", True), ("DOWN", True), ("BHZ00", True), ("V", True), ("090", False), ("BH100", False), ("L", False)],
+)
+def test_the_second_line_of_an_at2_file(tmp_path, end, out):
+    at2(tmp_path, "a.AT2")
+    at2(tmp_path, "shaking.AT2", f"Somewhere, 1/2/1999, Station, {end}")
+    assert list(kept(tmp_path)[0].attrs.get(LEFT_OUT, ())) == ["shaking.AT2"] * out
+
+
+def test_what_other_formats_say(tmp_path):
+    counts = np.round(1000.0 * SHAKE).astype(int)
+    (tmp_path / "a.UD").write_text(files.knet(np.tile(counts, 5)[:200], direction="U-D"), encoding="utf-8")
+    (tmp_path / "a.EW").write_text(files.knet(np.tile(counts, 5)[:200], direction="E-W"), encoding="utf-8")
+    rows = "".join(f"{0.01 * i:.2f},{a},{a}\n" for i, a in enumerate(SHAKE))
+    (tmp_path / "b.csv").write_text(f"time (s),EW (g),UD (g)\n{rows}", encoding="utf-8")
+    found = kept(tmp_path)
+    assert list(found[0].attrs[LEFT_OUT]) == ["a.UD", "b UD (g)"]
+    assert [array["component"].values.tolist() for array in found] == [["E-W"], ["EW (g)"]]
+
+
+def test_vertical_ones_on_purpose(tmp_path):
+    for name in ("A000.AT2", "A-UP.AT2"):
+        at2(tmp_path, name)
+    (found,) = kept(tmp_path, ["A-UP.AT2"])
+    assert found["motion"].values.tolist() == ["A-UP"]
+    assert LEFT_OUT not in found.attrs
+    (found,) = kept(tmp_path, vertical=True)
+    assert found["motion"].values.tolist() == ["A-UP"]
+    with pytest.raises(RecordError, match=r"A-UP.AT2: none of these records is horizontal: component = 'v', or a file"):
+        kept(tmp_path, ["*UP.AT2"])
+
+
+STUDY = """title = "Verticals"
+[[blocks]]
+catalogue = "bookcase-5-shelf"
+[[models]]
+law = "housner"
+[motions]
+records = "*.AT2"
+{}
+[ida]
+im = "pga"
+levels = {{ from = 0.1, to = 1.0, number = 3, unit = "g" }}
+"""
+
+
+def test_a_study_notes_what_it_leaves_out(tmp_path):
+    for name in ("A000.AT2", "A090.AT2", "A-UP.AT2"):
+        at2(tmp_path, name)
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.format(""), encoding="utf-8")
+    study = tp.Study.from_toml(path)
+    (note,) = [note for note in study.notes if "vertical" in note]
+    assert note == "a vertical component is left out (A-UP.AT2): component = 'v', or a file named by itself, takes them"
+    assert study.run().sizes["motion"] == 2
+    path.write_text(STUDY.format("component = 'v'"), encoding="utf-8")
+    assert tp.Study.from_toml(path).run()["motion"].values.tolist() == ["A-UP"]
+    path.write_text(STUDY.format("component = 'v'\nvertical = true"), encoding="utf-8")
+    with pytest.raises(StudyError, match=r"vertical needs motions\.component"):
+        tp.Study.from_toml(path)
+
+
+@pytest.mark.parametrize(
+    ("names", "ends", "degrees"),
+    [
+        (("R_STAC018.AT2", "R_STAC108.AT2", "R_STACUP.AT2"), ("", "", ""), (18.0, 108.0)),
+        (("RSN3_STACN18E.AT2", "RSN3_STACS72E.AT2", "RSN3_STACUP.AT2"), ("N18E", "S72E", "UP"), (18.0, 108.0)),
+        (("STACN18E.AT2", "STACS72E.AT2", "STACUP.AT2"), ("N18E", "S72E", "UP"), (18.0, 108.0)),
+        (("S--L.AT2", "S--T.AT2", "S--V.AT2"), ("L", "T", "V"), (0.0, 90.0)),
+        (("S-L1.AT2", "S-T1.AT2", "S-V1.AT2"), ("L1", "T1", "V1"), (0.0, 90.0)),
+        (("RSN4_S0XTE.AT2", "RSN4_S0YLN.AT2", "RSN4_S0ZUP.AT2"), ("XTE", "YLN", "UP"), (90.0, 0.0)),
+        (("S.BH1.00.AT2", "S.BH2.00.AT2", "S.BHZ.00.AT2"), ("BH100", "BH200", "BHZ00"), (0.0, 90.0)),
+    ],
+)
+def test_components_of_one_recording(tmp_path, names, ends, degrees):
+    for name, end in zip(names, ends, strict=True):
+        at2(tmp_path, name, f"Somewhere, 1/2/1999, Station, {end}")
+    (pair,) = mo.read_pairs([tmp_path / name for name in names])
+    assert pair["component"].values.tolist() == ["h1", "h2", "v"]
+    np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), degrees, atol=1e-9)
+
+
+def test_esm_and_csmip_by_their_headers(tmp_path):
+    for stream in ("HNE", "HNN", "HNZ"):
+        text = files.esm(SHAKE).replace("STREAM: HNE", f"STREAM: {stream}")
+        (tmp_path / f"XX.AAA..{stream}.D.20200101.000000.C.ACC.ASC").write_text(text, encoding="utf-8")
+    (pair,) = mo.read_pairs(sorted(tmp_path.glob("*.ASC")))
+    np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), [90.0, 0.0])
+    for number, direction in enumerate(("110 Deg", "Up", "20 Deg"), 1):
+        text = files.csmip([SHAKE]).replace("Chan  1:  H1", f"Chan  {number}: {direction}")
+        (tmp_path / f"CHAN00{number}.V2").write_text(text, encoding="utf-8")
+    (pair,) = mo.read_pairs(sorted(tmp_path.glob("*.V2")))
+    np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), [110.0, 20.0])
+    assert pair.sizes["component"] == 3

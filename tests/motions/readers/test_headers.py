@@ -1,0 +1,237 @@
+"""What headers of text records say: units, quantities, steps and counts, wherever and however they are written."""
+
+import numpy as np
+import pytest
+
+from toppling import motions as mo
+from toppling.motions import RecordError
+from toppling.motions.readers.units import unit_factor
+from toppling.units import STANDARD_GRAVITY as G
+
+SAMPLES = [0.1, -0.2, 0.15, 0.05, -0.1, 0.0, 0.1, 0.2, -0.15, 0.05, 0.01, -0.02]
+COLUMN = "".join(f"{one}\n" for one in SAMPLES)
+ROWS = "".join(f"{0.01 * i:.2f},{one}\n" for i, one in enumerate(SAMPLES))
+
+
+def at2(header):
+    return f"{header}\n{' '.join(map(str, SAMPLES))}\n"
+
+
+def read(tmp_path, text, name="record.csv", **options):
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return mo.read(path, **options)
+
+
+NPTS = "NPTS= 12, DT= .0100 SEC"
+TITLE = "PEER RECORD\nSomewhere, 1/2/1999, Station, 090"
+
+
+@pytest.mark.parametrize(
+    ("header", "factor"),
+    [
+        (f"{TITLE}\nACCELERATION TIME SERIES (M/S/S)\n{NPTS}", 1.0),
+        (f"{TITLE}\nACCELERATION TIME SERIES IN M/S2\n{NPTS}", 1.0),
+        (f"PEER\nACCELERATION TIME SERIES IN UNITS OF M/S/S\n{NPTS}", 1.0),
+        (f"PEER\nACCELERATION IN UNITS OF CM/SEC**2\nSomewhere\n{NPTS}", 0.01),
+        (f"PEER\nSomewhere\nACCELERATION\n{NPTS}, UNITS: GAL", 0.01),
+        (f"PEER\nSomewhere\nACCELERATION [mm/s^2]\n{NPTS}", 0.001),
+        (f"PEER\nThe units are (g)\n*** Begin data ***\n{NPTS}", G),
+        (f"PEER\nUNIT 5, UNITED STATES\nACCELERATION\n{NPTS}", G),
+        (f"\n{TITLE}\nACCELERATION IN UNITS OF G\nFILTER POINTS: HP=0.1 Hz LP=30.0 Hz\n{NPTS}", G),
+        ("H1 for rotation: STATION, 000\nrotation angle -37.0\nAcceleration in g\n12 0.0100 NPTS, DT", G),
+    ],
+)
+def test_the_unit_of_an_at2_file_stands_anywhere(tmp_path, header, factor):
+    motion = read(tmp_path, at2(header), "record.AT2")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+    assert float(motion["dt"][0]) == 0.01
+
+
+def test_an_at2_file_without_a_unit_is_noted(tmp_path):
+    motion = read(tmp_path, at2(f"{TITLE}\nACCELERATION TIME SERIES\n{NPTS}"), "record.AT2")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+    assert "no unit in its header" in motion.attrs["processing"]
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        (f"PEER\nVELOCITY TIME SERIES IN UNITS OF CM/S\n{NPTS}", "a velocity record, not acceleration"),
+        (f"PEER\nSomewhere\nSomething else\nDISPLACEMENT TIME SERIES\n{NPTS}", "a displacement record"),
+        (f"PEER\nSomewhere\nUNITS OF CM/S\n{NPTS}", "line 3 gives a velocity"),
+        (f"PEER\nACCELERATION IN UNITS OF G\nUNITS: GAL\n{NPTS}", "line 2 says 'G', line 3 'GAL'"),
+        (f"{TITLE}\nACCELERATION IN UNITS OF COUNTS\n{NPTS}", "line 3 has the unknown unit 'COUNTS'"),
+        (f"{TITLE}\nACCELERATION IN UNITS OF G\nNPTS= 12, DT= 10 SEC", "between 0 and 1 s, got 10"),
+        (f"{TITLE}\nACCELERATION IN UNITS OF G\nNPTS= 12, DT= 0.01*2", "time step as '0.01[*]2'"),
+    ],
+)
+def test_an_at2_file_that_contradicts_itself(tmp_path, header, message):
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, at2(header), "record.AT2")
+
+
+@pytest.mark.parametrize(
+    "step",
+    ["1.0D-02 SEC", "1/100", "10 ms", "10 msec,", ".01sec", "0.01 s, UNITS OF G"],
+)
+def test_steps_are_read_whole(tmp_path, step):
+    motion = read(tmp_path, at2(f"{TITLE}\nACCELERATION IN UNITS OF G\nNPTS= 12, DT= {step}"), "record.AT2")
+    assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12)
+    motion = read(tmp_path, f"acceleration (g)\ndt = {step}\n{COLUMN}")
+    assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("heading", "step"),
+    [
+        ("SAMPLING RATE= 100Hz,,\nUNIT  = gal(cm/s/s)", 0.01),
+        ("Sampling interval (sec) : 0.005\nunits: gal", 0.005),
+        ("sampling interval (ms): 5\nunits: gal", 0.005),
+        ("#SampleRate(Hz): 200\n#AmplitudeUnit:  gal. DCoffset(corr)", 0.005),
+        ("time step = 2e-2 s; acceleration units in gal", 0.02),
+    ],
+)
+def test_steps_and_rates_in_words(tmp_path, heading, step):
+    motion = read(tmp_path, f"{heading}\n{COLUMN}")
+    assert float(motion["dt"][0]) == pytest.approx(step, rel=1e-12)
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * 0.01, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor"),
+    [
+        ("# bandpass (0.1-25 Hz)\ntime (s),acceleration (g)", G),
+        ("# units of the raw file: gal\ntime (s),acceleration (g)", G),
+        ("# Station AAA (basement), PGA (gal): 196\ntime (s),acceleration (g)", G),
+        ("# chosen for displacement-based design\ntime (s),acceleration (g)", G),
+        ("# scaled to a peak of 0.20 in g\ntime (s),acceleration (m/s2)", 1.0),
+        ("# acceleration, velocity and displacement were processed\ntime_s,acc_g", G),
+        ("# unit of acceleration is cm/s^2\ntime,a", 0.01),
+        ("t [s];a [cm s⁻²]", 0.01),
+    ],
+)
+def test_words_beside_the_unit_of_a_table(tmp_path, heading, factor):
+    motion = read(tmp_path, f"{heading}\n{ROWS}")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+
+
+def test_a_matched_record_of_another_program(tmp_path):
+    text = (
+        "Matched to: target.tgt\nFile Type: Accelerations (g)\n#Final (Baseline Corrected)\nNPTS = 12 , DT = 0.01 SEC\n"
+    )
+    motion = read(tmp_path, text + COLUMN, "record.acc")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+
+
+def test_acceleration_alone_of_a_table_with_velocity_and_displacement(tmp_path):
+    rows = "".join(f"{0.01 * i:.2f},{one},1.0,2.0\n" for i, one in enumerate(SAMPLES))
+    motion = read(tmp_path, f"Time [s],Acceleration [g],Velocity [m/s],Displacement [m]\n{rows}")
+    np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * G], rtol=1e-15)
+
+
+def test_directions_without_a_column_of_times(tmp_path):
+    rows = "".join(f"{one},{2 * one},{3 * one}\n" for one in SAMPLES)
+    head = "SITE CODE= 99999,,\nSAMPLING RATE= 100Hz,,\nUNIT  = gal(cm/s/s),,\nNS,EW,UD\n"
+    motion = read(tmp_path, head + rows)
+    np.testing.assert_allclose(motion.values, np.outer([0.01, 0.02, 0.03], SAMPLES), rtol=1e-15)
+    assert motion["component"].values.tolist() == ["NS", "EW", "UD"]
+
+
+def test_columns_that_another_line_names(tmp_path):
+    rows = "".join(f" {0.01 * i:.2f} {one} {2 * one} {3 * one}\n" for i, one in enumerate(SAMPLES))
+    head = "#AmplitudeUnit:  gal.\n#DataSequence: Time U(+); N(+); E(+)\n#Data: 4F10.3\n"
+    motion = read(tmp_path, head + rows)
+    np.testing.assert_allclose(motion.values, np.outer([0.01, 0.02, 0.03], SAMPLES), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f"# recorded in cm/s2, corrected\ntime (s),acceleration (g)\n{ROWS}", "line 2 says 'g', line 1 'cm/s2'"),
+        (f"# units: gal before scaling\ntime (s),acceleration (g)\n{ROWS}", "line 2 says 'g', line 1 'gal'"),
+        (f"# units: gal\n# acceleration in g\ntime,a\n{ROWS}", "line 1 says 'gal', line 2 'g'"),
+        (f"# velocity\ntime (s),a (cm/s)\n{ROWS}", "velocity or displacement"),
+        (f"time (s),v (cm/s)\n{ROWS}", "velocity or displacement"),
+        (f"# units: counts\ntime,a\n{ROWS}", "line 1 has the unknown unit 'counts'"),
+        (f"period (s),Sa (g)\n{ROWS}", "a spectrum, no motion"),
+        (f"Frequency (Hz),PSA (g)\n{ROWS}", "a spectrum, no motion"),
+        ("n,a (g)\n" + "".join(f"{i},{one}\n" for i, one in enumerate(SAMPLES, 1)), "counts 1, 2, 3"),
+        ("".join(f"{10 * i},{one}\n" for i, one in enumerate(SAMPLES)), "steps by 10, which is no time in s"),
+        (f"time (min),a (g)\n{ROWS}", "times in the unknown unit 'min'"),
+        (f"# dt = 0.02 s\ntime (s),a (g)\n{ROWS}", "says dt = 0.02 s, its time column 0.01 s"),
+        (f"dt = 0,01 s; acceleration (g)\n{COLUMN}", "time step as '0,01"),
+        (f"dt = 10 milliseconds\nacceleration (g)\n{COLUMN}", "time step as '10 milliseconds'"),
+        (f"sampling rate: 0.01\nacceleration (g)\n{COLUMN}", "sampling rate as '0.01', must be in Hz"),
+        (f"number of data: 13\ndt = 0.01\nacceleration (g)\n{COLUMN}", "declares 13 samples, it holds 12"),
+        (f"time;a (g)\n{ROWS.replace(',', ';').replace('.', ',')}", "write decimals with a point"),
+    ],
+)
+def test_tables_that_are_no_motion_or_contradict_themselves(tmp_path, text, message):
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, text)
+
+
+def test_times_in_milliseconds(tmp_path):
+    rows = "".join(f"{10 * i},{one}\n" for i, one in enumerate(SAMPLES))
+    assert float(read(tmp_path, f"time (ms),a (g)\n{rows}")["dt"][0]) == pytest.approx(0.01, rel=1e-12)
+
+
+def test_the_number_of_samples_is_no_sample(tmp_path):
+    motion = read(tmp_path, f"12\n{COLUMN}", dt=0.01, unit="g")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+    assert "the number of samples, is no sample" in motion.attrs["processing"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b"\x1f\x8b\x08\x00rest", r"compressed \(gzip\).* unpack it"),
+        (b"PK\x03\x04rest", "a zip archive or a workbook"),
+        ("time,a (g)\n0,1\n0.01,2\n".encode("utf-16"), "UTF-16, not plain text: save it as UTF-8"),
+        ("time,a (g)\n0,1\n0.01,2\n".encode("utf-16-le"), "UTF-16, not plain text: save it as UTF-8"),
+        (b"UNCORRECTED ACCELEROGRAM DATA\n0000001\n", "of the format CSMIP V1, .* take the corrected file"),
+        (b"2 CORRECTED ACCELEROGRAM\n*\n", "of the format SMC, .* take the COSMOS file"),
+    ],
+)
+def test_other_formats_are_named(tmp_path, text, message):
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize("text", [at2(f"{TITLE}\nACCELERATION IN G\n{NPTS}"), f"time,a (g)\n{ROWS}"])
+@pytest.mark.parametrize("end", ["\x1a", "\r\n\x1a\x1a\x1a", "\x1a\r\n"])
+def test_the_end_mark_of_dos(tmp_path, text, end):
+    motion = read(tmp_path, text.rstrip("\n") + end)
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+
+
+def test_line_ends_that_a_transfer_doubled(tmp_path):
+    text = at2(f"{TITLE}\nACCELERATION IN G\n{NPTS}").replace("\n", "\r\r\n")
+    motion = read(tmp_path, text, "record.AT2")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+    assert motion.attrs["title"] == "Somewhere, 1/2/1999, Station, 090"
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [
+        ("g", G),
+        ("G", G),
+        ("(g)", G),
+        ("Gal.", 0.01),
+        ("cm/s²", 0.01),
+        ("cm/sec/sec", 0.01),
+        ("cm/sec2", 0.01),
+        ("cm*s-2", None),
+        ("m.s-2", 1.0),
+        ("m s^-2", 1.0),
+        ("m/s**2", 1.0),
+        ("mm/s2", 0.001),
+        ("cm/s", None),
+        ("counts", None),
+        ("ms", None),
+    ],
+)
+def test_spellings_of_units(unit, factor):
+    assert unit_factor(unit) == factor
