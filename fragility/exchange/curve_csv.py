@@ -31,6 +31,7 @@ from .rows import (
     LIMIT_STATE,
     MAX_CURVES,
     OVERTURNING,
+    PLACES,
     CurveParameters,
     CurveRow,
     CurveSet,
@@ -41,7 +42,6 @@ from .rows import (
 )
 
 MAX_COLUMNS = 100
-MEASURED_AT = ("floor", "ground")
 _IN_LEVELS = ("median", "uplift_median", "level", *(name for name, (unit, _) in CURVE_NUMBERS.items() if unit == LEVEL))
 _NUMBERS = (*CurveParameters._fields, *CURVE_NUMBERS, "level", "probability")
 _TEXTS = ("measure", "measured_at", "state", "status", *CURVE_WORDS)
@@ -106,7 +106,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     table = csv.writer(lines, lineterminator="\n")
     table.writerow(map(guarded, [*heading, "status", *words]))
     for name, curve in zip(found.ids, found.curves, strict=True):
-        first = [guarded(text) for text in (name, *curve.labels, found.im, MEASURED_AT[found.ground], *state)]
+        first = [guarded(text) for text in (name, *curve.labels, found.im, PLACES[found.ground], *state)]
         last = [*(_written(curve.numbers.get(key, math.nan)) for key in accompanying), guarded(curve.status)]
         last += [guarded(curve.words.get(key, "")) for key in words]
         for numbers in _rows(curve, parameters, found):
@@ -153,10 +153,10 @@ def read_curve_csv(path: str | os.PathLike[str], im: str | None = None) -> xr.Da
     columns, rows = _table(file, text)
     by_measure: dict[tuple[str, bool], list[dict[str, str]]] = {}
     for i, row in enumerate(rows, start=2):
-        where = row.get("measured_at") or MEASURED_AT[0]
-        if where not in MEASURED_AT:
+        where = row.get("measured_at") or PLACES[0]
+        if where not in PLACES:
             raise ExchangeError(f"{file}: row {i}: measured_at must be floor or ground, got {where!r:.30}")
-        by_measure.setdefault((row["measure"], where == MEASURED_AT[1]), []).append(row)
+        by_measure.setdefault((row["measure"], where == PLACES[1]), []).append(row)
     (label, ground), chosen = select_measure(file, by_measure, im)
     made = (
         _of_levels(file, columns, chosen, label)

@@ -25,6 +25,8 @@ from ..runs.scaling import SCALE, BlockMeasure, intensity_measure
 from .files import ExchangeError
 
 Entries = TypeVar("Entries")
+PLACES = ("floor", "ground")
+"""Places of a measure, by whether it is of the ground."""
 
 FORMS = (LOGNORMAL, UPLIFT, ISOTONIC)
 LIMIT_STATE = "limit_state"
@@ -227,6 +229,8 @@ def select_measure(
 ) -> tuple[tuple[str, bool], Entries]:
     """Return the measure (label, of the ground) that `im` selects, or the only one of a file, with its entries.
 
+    im: a label, or where a file has the measure of both, with its place: ``pga of the ground``.
+
     Raises
     ------
     ExchangeError
@@ -234,12 +238,16 @@ def select_measure(
     ValueError
         An unknown measure.
     """
-    wanted = None
-    if im is not None:
-        measure = intensity_measure(im)
-        wanted = SCALE if measure is None else measure.label
-    keys = [key for key in found if wanted in (None, key[0])]
-    held = ", ".join(f"{label} of the ground" if ground else label for label, ground in found)
+    named, _, place = ("", "", "") if im is None else im.partition(" of the ")
+    if place not in PLACES:
+        named, place = im or "", ""
+    measure = intensity_measure(named) if named else None
+    wanted = None if im is None else SCALE if measure is None else measure.label
+    keys = [key for key in found if wanted in (None, key[0]) and place in ("", PLACES[key[1]])]
+    # (the place is said of the ground, and where a measure is there of both)
+    held = ", ".join(
+        f"{label} of the {PLACES[ground]}" if ground or (label, True) in found else label for label, ground in found
+    )
     if not keys:
         raise ExchangeError(f"{file}: holds no curves of {im}" + (f", but of {held}" if held else ""))
     if len(keys) > 1:

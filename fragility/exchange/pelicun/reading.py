@@ -39,7 +39,8 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     ids : collection of str, optional
         The components to read; every one where not given.
     im : str, optional
-        The measure to read (``pga``, ``pgv``, ``Sa(1.0)``, …) where the table has several.
+        The measure to read (``pga``, ``pgv``, ``Sa(1.0)``, …) where the table has several; ``pga of the ground`` or
+        ``pga of the floor`` where it has both.
 
     Returns
     -------
@@ -104,7 +105,7 @@ def _table(file: Path, text: str) -> tuple[list[str], list[list[str]]]:
     if not rows:
         raise ExchangeError(f"{file}: empty")
     heading, rows = rows[0], rows[1:]
-    for name in ("ID", "Demand-Type", "Demand-Unit", "LS1-Family", "LS1-Theta_0", "LS1-Theta_1"):
+    for name in ("ID", "Demand-Type", "Demand-Unit", "LS1-Family", "LS1-Theta_0"):
         if name not in heading:
             raise ExchangeError(f"{file}: has no column {name}: not a fragility table of pelicun")
     if heading[0] != "ID" or len(set(heading)) < len(heading):
@@ -125,8 +126,8 @@ def _limit_states(file: Path, heading: Sequence[str]) -> list[int]:
     if len(states) > MAX_LIMIT_STATES:
         raise ExchangeError(f"{file}: has {len(states)} limit states, allowed are {MAX_LIMIT_STATES}")
     for i in states:
-        if f"LS{i}-Theta_0" not in heading or f"LS{i}-Theta_1" not in heading:
-            raise ExchangeError(f"{file}: has no column LS{i}-Theta_0 or LS{i}-Theta_1 beside LS{i}-Family")
+        if f"LS{i}-Theta_0" not in heading:
+            raise ExchangeError(f"{file}: has no column LS{i}-Theta_0 beside LS{i}-Family")
     return states
 
 
@@ -176,7 +177,7 @@ def _curves(
     unit = units[row["Demand-Unit"]]
     found: list[tuple[int, CurveRow, tuple[Array, Array] | None]] = []
     for at, i in enumerate(states):
-        family, theta_0, theta_1 = (row[f"LS{i}-{key}"].strip() for key in ("Family", "Theta_0", "Theta_1"))
+        family, theta_0, theta_1 = (row.get(f"LS{i}-{key}", "").strip() for key in ("Family", "Theta_0", "Theta_1"))
         if not (family or theta_0 or theta_1):
             continue
         where = f"of LS{i} of {name!r:.80}"
@@ -185,6 +186,9 @@ def _curves(
         if family == FAMILY:
             found.append((at, curve, points(file, where, theta_0, unit)))
         elif family == LOGNORMAL:
+            # (tables of multilinear curves alone have no such column)
+            if f"LS{i}-Theta_1" not in row:
+                raise ExchangeError(f"{file}: has no column LS{i}-Theta_1, which the curve {where} needs")
             median = number(file, f"Theta_0 {where}", theta_0) * unit
             parameters = CurveParameters(median, number(file, f"Theta_1 {where}", theta_1))
             found.append((at, curve._replace(parameters=parameters), None))

@@ -222,6 +222,33 @@ class TestReading:
         with pytest.raises(ExchangeError, match=re.escape(message)):
             self.read(tmp_path, f"multilinear_CDF,{cell}")
 
+    def test_multilinear_alone(self, tmp_path):
+        """A table of nothing else has no column Theta_1; a lognormal curve needs it."""
+        rows = "ID,Demand-Type,Demand-Unit,LS1-Family,LS1-Theta_0\nA.1,Peak Ground Velocity,cmps,{}\n"
+        path = tmp_path / "t.csv"
+        path.write_text(rows.format('multilinear_CDF,"1,10,50,100|0,0.1,0.6,1"'), encoding="utf-8")
+        found = read_pelicun(path)
+        np.testing.assert_allclose(found["level"].values, [0.01, 0.1, 0.5, 1.0])
+        path.write_text(rows.format("lognormal,20"), encoding="utf-8")
+        with pytest.raises(ExchangeError, match=r"has no column LS1-Theta_1, which the curve of LS1 of 'A.1' needs"):
+            read_pelicun(path)
+
+    def test_one_measure_of_floor_and_ground(self, tmp_path):
+        """The message names what `im` may be."""
+        rows = "A.1,Peak Floor Acceleration,g,lognormal,0.3,0.4", "B.1,Peak Ground Acceleration,g,lognormal,0.2,0.5"
+        path = tmp_path / "t.csv"
+        path.write_text("\n".join([self.HEADING, *rows]) + "\n", encoding="utf-8")
+        with pytest.raises(
+            ExchangeError, match="holds curves of pga of the floor, pga of the ground: choose one with im"
+        ):
+            read_pelicun(path, im="pga")
+        for im, median in (("pga of the floor", 0.3), ("pga of the ground", 0.2)):
+            found = read_pelicun(path, im=im)
+            assert found["median"].item() == pytest.approx(median * G)
+            assert ("im_at" in found.attrs) == im.endswith("ground")
+        with pytest.raises(ExchangeError, match="holds no curves of pgv of the ground, but of pga of the floor"):
+            read_pelicun(path, im="pgv of the ground")
+
     def test_both_families(self, tmp_path):
         cells = "lognormal,1.0,0.5", 'multilinear_CDF,"1,2|0,1",'
         with pytest.raises(ExchangeError, match="'c0' is lognormal and other components are multilinear_CDF"):
