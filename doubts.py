@@ -23,6 +23,7 @@ KINDS: dict[str, str] = {
     "PGA": "records with a PGA above 3 g",
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s",
     "duration": "records longer than 900 s",
+    "hazard": "hazards that are more frequent or stronger than at any site, or whose file names no measure",
     "selection": "stripes whose motions do not agree with the hazard, disaggregations of another level",
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
     "collapse": "ground motions under which a building that yields collapses",

@@ -12,7 +12,7 @@ from ... import checks
 from ...motions.intensity.measure import Measure
 from ...motions.readers.lines import Lines, RecordError
 from .curve import HazardCurve
-from .formats import Site, read_nshmp, read_openquake, read_plain, read_services
+from .formats import OF_MEASURES, Site, one_measure, read_nshmp, read_openquake, read_plain, read_services
 from .reading import MOST_LEVELS, HazardError, measure_label, row_words
 
 
@@ -59,13 +59,17 @@ def read_hazard(
     -----
     - **Plain table** (CSV; comma, semicolon or tab): the first line that is not blank and no comment (#) names the
       columns: the measure with its unit, then ``rate (1/yr)``, ``probability in 50 yr`` or ``return period (yr)``.
-      Several columns of rates are realisations, each with its weight in its name: ``rate (1/yr) weight 0.3``.
+      Several columns of rates are realisations, each with its weight in its name: ``rate (1/yr) weight 0.3``.  Times
+      may be decades, centuries or kyr, rates per several years (``rate per 50 years``), probabilities in per cent
+      (``probability in 50 yr (%)``); a word or unit that is not known is refused.
     - **OpenQuake engine**, ``hazard_curve-….csv`` and ``quantile_curve-….csv`` of `oq export`: a comment with
       ``investigation_time`` and ``imt`` (two layouts of it are in use), then ``lon,lat,depth,poe-0.005,…``, one site a
-      row.  Accelerations in g, PGV in cm/s, PGD in cm, Arias intensity in m/s, CAV in g s.
+      row; older engines write several measures into one table (``PGA-0.1``, ``SA(0.1)-0.1``).  Accelerations in g, PGV
+      in cm/s, PGD in cm, Arias intensity in m/s, CAV in g s.  Means, quantiles and realisations are read, no others.
     - **nshmp-haz** (USGS), ``curves.csv`` and ``total.csv``: ``name,lon,lat,0.001,…`` (the name may be missing), annual
-      rates; the measure is that of the folder (``PGA``, ``SA1P0``) where `im` is not given.  With the program's other
-      value format, Poisson probabilities, the file looks the same: give `years`.  Accelerations in g, PGV in cm/s.
+      rates; the measure is that of the folder (``PGA``, ``SA1P0``), else `im`, and `source` says so.  With the other
+      value format of the program, Poisson probabilities, the file looks the same: give `years`.  Accelerations in g, PGV
+      in cm/s.
     - **USGS web services**, JSON: of the Unified Hazard Tool (``response`` is a list, with xvalues and yvalues) and of
       the later services (``response.hazardCurves``, with xs and ys).
 
@@ -115,10 +119,14 @@ def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: f
     if len(names) > MOST_LEVELS:
         raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")
     lowered = [{"longitude": "lon", "latitude": "lat"}.get(name.lower(), name.lower()) for name in names]
+    comment = " ".join(comments)
+    if "lon" in lowered and any(OF_MEASURES.fullmatch(name) and name[:4] != "poe-" for name in lowered):
+        im, lowered = one_measure(lines, lowered, im)
+        comment = f"{comment} imt='{im}'"
     if any(name.startswith("poe-") for name in lowered):
-        return read_openquake(lines, " ".join(comments), lowered, im, site, units, years)
+        return read_openquake(lines, comment, lowered, im, site, units, years)
     if "lon" in lowered and "lat" in lowered:
-        return read_nshmp(lines, lowered, im, site, units, years)
+        return read_nshmp(lines, comment, lowered, im, site, units, years)
     if site is not None:
         raise HazardError(f"{lines.file}: is a table of one site, so site must not be given, got {site!r:.40}")
-    return read_plain(lines, names, separator, im, units, years)
+    return read_plain(lines, comment, names, separator, im, units, years)

@@ -10,6 +10,7 @@ import json
 import math
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +22,7 @@ from ...motions.readers.lines import Lines, plain
 from .curve import HazardCurve
 from .reading import (
     MOST_LEVELS,
+    UNNAMED,
     HazardError,
     Quantity,
     agreed_measure,
@@ -38,21 +40,61 @@ Site = int | str | tuple[float, float] | None
 # A site given by longitude and latitude is found within so many degrees.
 NEAR = 0.01
 
-_YEARS = re.compile(r"(\d{1,9}(?:\.\d{0,9})?)\s?-?\s?(?:years?|yrs?|y|a)(?![a-z])")
-_PER_YEAR = ("1/yr", "1/year", "1/a", "/yr", "/year", "yr-1", "year-1", "a-1", "peryear", "peryr", "yr^-1", "year^-1")
+_YEARS = {
+    **dict.fromkeys(("yr", "yrs", "year", "years", "y", "a"), 1.0),
+    **dict.fromkeys(("decade", "decades"), 10.0),
+    **dict.fromkeys(("century", "centuries"), 100.0),
+    **dict.fromkeys(("kyr", "ka", "millennium", "millennia"), 1000.0),
+}
+"""Years of each unit of time that a heading may name."""
+_TIME = re.compile(
+    r"(?P<per>(?:1\s?)?/\s?\(?\s?|(?<![a-z])(?:per|in)\s)?"
+    rf"(?:(?<![\d.,])(?P<number>\d{{1,9}}(?:\.\d{{1,9}})?)\s?-?\s?|(?<![a-z]))(?P<unit>{'|'.join(_YEARS)})(?![a-z])"
+    r"(?P<power>\s?\^?\s?-\s?1(?!\d))?"
+)
+_KINDS = {
+    "return period": re.compile(r"return periods?"),
+    "probability": re.compile(r"(?<![a-z])(?:probability|poe|apoe)(?![a-z])"),
+    "rate": re.compile(r"(?<![a-z])(?:rate|rates|frequency|afe|mafe)(?![a-z])"),
+}
+_WRITTEN = {
+    "return period": "return periods in yr, as 'return period (yr)'",
+    "probability": "probabilities with their time, as 'probability in 50 yr' or 'probability in 50 yr (%)'",
+    "rate": "rates in 1/yr, as 'rate (1/yr)'",
+}
+_ANNUAL = re.compile(r"(?<![a-z])(?:annual|yearly|apoe|afe|mafe)(?![a-z])")
+_PERCENT = re.compile(r"%|(?<![a-z])per ?cent(?![a-z])")
+_PLAIN_WORDS = frozenset(
+    {"annual", "yearly", "mean", "total", "average", "seismic", "hazard", "being", "of", "the", "at", "least", "once"}
+    | {"exceedance", "exceedence", "exceeding", "exceeded"}
+)
+"""Words that a heading may hold beside its quantity: none of them changes what its numbers are."""
+_BRANCH = re.compile(r"(?:rlz|branch|realisation|realization|model|b)?\d{0,4}|[a-z]")
+"""Names of realisations beside their weight."""
 _WEIGHT = re.compile(r"weight\s{0,9}[=:]?\s{0,9}([\d.]{1,20}(?:e-?\d{1,3})?)")
+OF_MEASURES = re.compile(r"([a-z]{2,8}(?:\([\d.]{1,20}\))?)-(\d[\d.]{0,20}(?:e[+-]?\d{1,3})?)")
+"""Name of a column of OpenQuake's older tables of several measures, in small letters: measure and level."""
+_PLACE = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|PGD|CAV|SA\d{1,3}P\d{1,3}|SA\([\d.]{1,9}\))(?![A-Za-z0-9])")
 _BRACKETS = re.compile(r"(?P<name>.{1,200}?)\s*[\[(](?P<unit>[^()\[\]]{1,40})[\])]\s*")
 
 
 def read_plain(
-    lines: Lines, names: list[str], separator: str, im: str | None, units: str | None, years: float | None
+    lines: Lines,
+    comment: str,
+    names: list[str],
+    separator: str,
+    im: str | None,
+    units: str | None,
+    years: float | None,
 ) -> HazardCurve:
     """Read the rows of a plain table below its heading `names`: levels, and one or several columns of rates."""
-    label, stated = _measure_and_unit(lines, names[0])
+    label, unit = _measure_and_unit(lines, names[0])
     label = agreed_measure(lines, label, im)
-    if (stated is None) == (units is None):
+    if (text := stated(lines, comment, "imt")) is not None:
+        agreed_measure(lines, program_measure(lines, text), label)
+    if (unit is None) == (units is None):
         given = "names no unit of its levels: give units", "states its unit, so units must not be given"
-        problem = given[stated is not None]
+        problem = given[unit is not None]
         raise HazardError(f"{lines.file}: line {lines.number} {problem}")
     if len(names) < 2:
         raise HazardError(f"{lines.file}: line {lines.number} must name levels and rates, got {names[0][:40]!r} alone")
@@ -79,7 +121,7 @@ def read_plain(
             raise HazardError(f"{lines.file}: line {lines.number} is beyond {MOST_LEVELS} levels, no hazard curve is")
     values = np.array(table).reshape(-1, len(names)).T
     shares = None if len(kinds) == 1 else [float(weight) for weight in weights if weight is not None]
-    return curve_of(lines.file, label, units if stated is None else stated, values[0], values[1:], shares)
+    return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares)
 
 
 def _row_under(names: list[str], lines: Lines, line: str, separator: str) -> list[str]:
@@ -90,7 +132,7 @@ def _row_under(names: list[str], lines: Lines, line: str, separator: str) -> lis
     return words
 
 
-def _measure_and_unit(lines: Lines, text: str) -> tuple[str | None, str | None]:
+def _measure_and_unit(lines: Lines, text: str) -> tuple[str, str | None]:
     """Return the measure and the unit of the first column; None for a missing unit."""
     match = _BRACKETS.fullmatch(text)
     for name, unit in ((text, None), *([(match["name"], match["unit"])] if match else [])):
@@ -105,38 +147,52 @@ def _measure_and_unit(lines: Lines, text: str) -> tuple[str | None, str | None]:
 
 
 def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quantity, float | None]:
-    """Return the quantity of a column, and its weight where the column is a realisation."""
+    """Return the quantity of a column, and its weight where the column is a realisation; every word is understood."""
     where = f"{lines.file}: line {lines.number}"
-    text = name.lower()
+    text = re.sub(r"(?<![a-z])(?:any one|any|one|a) (?=year)", "1 ", " ".join(name.lower().split()))
     weight = None
     if (found := _WEIGHT.search(text)) is not None:
         weight = lines.value(found[1], f"the weight in {name[:40]!r}", above=0.0)
         text = text.replace(found[0], "")
-    probability = re.search(r"(?<![a-z])(?:probability|poe|apoe)(?![a-z])", text) is not None
-    if years is not None and not probability:
+    kind = next((kind for kind, words in _KINDS.items() if words.search(text)), None)
+    if years is not None and kind != "probability":
         raise HazardError(f"{where} names no probability, so years must not be given, got {name[:40]!r}")
-    if "return period" in text:
-        return Quantity("return period"), weight
-    if probability:
-        match = _YEARS.search(text)
-        annual = 1.0 if re.search(r"annual|(?<![a-z])apoe", text) else None
-        own = float(match[1]) if match else annual
-        if own is None and years is None:
-            raise HazardError(f"{where} names a probability but not in how many years: give years, got {name[:40]!r}")
-        if own is not None and years is not None:
-            raise HazardError(f"{where} names the years of a probability, so years must not be given: {name[:40]!r}")
-        time = years if own is None else own
-        if not time:
-            raise HazardError(f"{where} names a probability in 0 years, got {name[:40]!r}")
-        return Quantity("probability", time), weight
-    if re.search(r"(?<![a-z])(?:rate|rates|frequency|afe|mafe)(?![a-z])", text):
-        match = _BRACKETS.fullmatch(text.strip())
-        if match and match["unit"].replace(" ", "") not in _PER_YEAR:
-            raise HazardError(f"{where} must give rates in 1/yr, got {name[:40]!r}")
-        return Quantity("rate"), weight
-    raise HazardError(
-        f"{where} must name 'rate (1/yr)', 'probability in 50 yr' or 'return period (yr)', got {name[:40]!r}"
-    )
+    if kind is None:
+        raise HazardError(
+            f"{where} must name 'rate (1/yr)', 'probability in 50 yr' or 'return period (yr)', got {name[:40]!r}"
+        )
+    times = list(_TIME.finditer(text))
+    stated = {float(time["number"] or 1.0) * _YEARS[time["unit"]] for time in times}
+    if _ANNUAL.search(text):
+        stated.add(1.0)
+    rest = _ANNUAL.sub(" ", _KINDS[kind].sub(" ", _TIME.sub(" ", text)))
+    unit = 1.0
+    if kind == "probability" and _PERCENT.search(rest):
+        rest, unit = _PERCENT.sub(" ", rest), 0.01
+    words = [word for word in re.split(r"[\s()\[\],;:._-]+", rest) if word and word not in _PLAIN_WORDS]
+    strange = [word for word in words if weight is None or not _BRANCH.fullmatch(word)]
+    if strange or len(stated) > 1 or not all(_belongs(time, kind) for time in times):
+        what = f", whose {strange[0][:20]!r} is not known" if strange else ""
+        raise HazardError(f"{where} must give {_WRITTEN[kind]}, got {name[:60]!r}{what}")
+    own = next(iter(stated), None)
+    if kind != "probability":
+        return Quantity(kind, 1.0 if own is None else own), weight
+    if own is None and years is None:
+        raise HazardError(f"{where} names a probability but not in how many years: give years, got {name[:40]!r}")
+    if own is not None and years is not None:
+        raise HazardError(f"{where} names the years of a probability, so years must not be given: {name[:40]!r}")
+    time = years if own is None else own
+    if not time:
+        raise HazardError(f"{where} names a probability in 0 years, got {name[:40]!r}")
+    return Quantity(kind, time, unit), weight
+
+
+def _belongs(time: re.Match[str], kind: str) -> bool:
+    """Return True if a time says what a quantity needs: rates are per time, return periods are times."""
+    per = bool(time["power"]) or (time["per"] or "").strip() not in ("", "in")
+    if kind == "return period":
+        return not per and time["number"] is None
+    return per or time["number"] is not None or (kind == "rate" and time["per"] is not None)
 
 
 class _SiteRow(NamedTuple):
@@ -159,44 +215,107 @@ def read_openquake(
     years: float | None,
 ) -> HazardCurve:
     """Read one site of an OpenQuake export of hazard curves; its comment and column names have been read."""
-    stated = re.search(r"imt=['\"]{1,2}([^'\"]{1,60})['\"]", comment)
-    label = agreed_measure(lines, None if stated is None else program_measure(lines, stated[1]), im)
-    time = re.search(r"investigation_time=['\"]?([^,'\"\s]{1,40})", comment)
+    label, unnamed = _named_measure(lines, comment, im)
+    time = stated(lines, comment, "investigation_time")
     if (time is None) == (years is None):
         problems = "states no investigation_time: give years", "states its time, so years must not be given"
         raise HazardError(f"{lines.file}: {problems[time is not None]}")
     above = max(lines.number - 1, 1)
-    period = years if time is None else lines.value(time[1], "investigation_time", above=0.0, at=above)
+    period = years if time is None else lines.value(time, "investigation_time", above=0.0, at=above)
     assert period is not None
     if units is not None:
         raise HazardError(f"{lines.file}: OpenQuake's units are known, so units must not be given, got {units!r:.40}")
-    # older engines begin the comment with the kind
-    kind = re.search(r"kind=['\"]{1,2}([\w.-]{1,40})", comment) or re.match(
-        r"#\s{0,9}([a-z]{1,20}[\d.-]{0,20}),", comment
-    )
-    name = kind[1].lower() if kind else ""
-    if name.startswith("std"):
-        raise HazardError(f"{lines.file}: holds standard deviations of a hazard curve (kind {name!r}), not a curve")
+    name = _curve_kind(lines, comment)
     quantile = re.fullmatch(r"quantile-(0?\.\d{1,9})", name)
+    if not (quantile or re.fullmatch(r"|mean|rlz-\d{1,9}", name)):
+        what = "standard deviations of a hazard curve" if name.startswith("std") else "no mean, quantile or realisation"
+        raise HazardError(f"{lines.file}: holds {what} (kind {name[:40]!r}): give the mean")
     heading = lines.number
     columns = [at for at, one in enumerate(names) if one.startswith("poe-")]
     levels = [lines.value(names[at][4:], "a level", at=heading) for at in columns]
     row = _selected_site(lines, _sites(lines, names, columns), site)
     rates = [rate_of_word(lines, word, "poe", Quantity("probability", period), row.line) for word in row.words]
-    fractile = float(quantile[1]) if quantile and 0.0 < float(quantile[1]) < 1.0 else None
-    text = f"OpenQuake{f' {name}' if name else ''}, {_site_text(row)}"
+    fractile = float(quantile[1]) if quantile and float(quantile[1]) > 0.0 else None
+    text = f"OpenQuake{f' {name}' if name else ''}{unnamed}, {_site_text(row)}"
     return curve_of(lines.file, label, unit_of_program(label), levels, [rates], None, text, fractile)
 
 
+def stated(lines: Lines, comment: str, key: str) -> str | None:
+    """Return the value that a comment gives a key, quoted or not; None if it has no such key."""
+    value = r"['\"]{1,2}(?P<quoted>[^'\"]{0,60})['\"]|(?P<plain>[^\s,'\"()]{0,60}(?:\([^\s'\"()]{0,40}\))?)"
+    matches = re.finditer(rf"(?<![A-Za-z_]){key}\s?[=:]\s?(?:{value})", comment)
+    values = list(dict.fromkeys(match["quoted"] if match["plain"] is None else match["plain"] for match in matches))
+    if len(values) > 1:
+        raise HazardError(f"{lines.file}: states {key} as {plain(values[0])!r} and as {plain(values[1])!r}")
+    return values[0] if values else None
+
+
+def _curve_kind(lines: Lines, comment: str) -> str:
+    """Return the kind of OpenQuake's curve, which older engines write first, or else in the name of the file alone."""
+    kind = stated(lines, comment, "kind")
+    if kind is not None:
+        return kind.lower()
+    first = re.match(r"#\s{0,9}([a-z]{1,20}[\d.-]{0,20})(?:,|$)", comment)
+    if first:
+        return first[1]
+    name = re.match(
+        r"(hazard|quantile)_curve-(mean|max|std|(?:rlz|quantile)-[\d.]{1,9}|[\d.]{1,9})[-_.]", lines.file.name
+    )
+    if name is None:
+        return ""
+    return name[2] if name[1] == "hazard" else f"quantile-{name[2].removeprefix('quantile-')}"
+
+
+def _named_measure(lines: Lines, comment: str, im: str | None) -> tuple[str, str]:
+    """Return the measure of another program's file, and a text for its source if neither it nor its place names one.
+
+    The comment names it, or else the name of the file or of a folder above it.
+    """
+    text = stated(lines, comment, "imt")
+    if text is not None:
+        return agreed_measure(lines, program_measure(lines, text), im), ""
+    place = _measure_of_place(lines.file.resolve())
+    if place is not None and im is not None and place != im:
+        raise HazardError(
+            f"{lines.file}: its name or folder says {place}, but {im} is needed, the measure of the levels: rename it "
+            "if that is wrong"
+        )
+    return agreed_measure(lines, place, im), "" if place is not None else f" ({UNNAMED})"
+
+
+def _measure_of_place(file: Path) -> str | None:
+    """Return the measure in the name of a file or of one of two folders above it, as nshmp-haz' ``SA1P0``."""
+    for text in (file.stem, file.parent.name, file.parent.parent.name):
+        found = set(_PLACE.findall(text))
+        if len(found) == 1:
+            return measure_label(found.pop())
+        with suppress(ValueError):
+            return measure_label(text)
+    return None
+
+
+def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, list[str]]:
+    """Return the measure that is read of OpenQuake's older table of several, and the names of columns of one measure.
+
+    names: as ``pga-0.1`` and ``sa(0.1)-0.1``; those of the measure are returned as ``poe-0.1``.
+    """
+    matches = [OF_MEASURES.fullmatch(name) for name in names]
+    labels = [None if match is None else program_measure(lines, match[1]) for match in matches]
+    held = dict.fromkeys(label for label in labels if label is not None)
+    if im is None and len(held) > 1:
+        raise HazardError(f"{lines.file}: holds curves of {', '.join(held)}: give im")
+    label = im or next(iter(held))
+    if label not in held:
+        raise HazardError(f"{lines.file}: holds no curve of {label}, only of {', '.join(held)}")
+    columns = zip(names, matches, labels, strict=True)
+    return label, [f"poe-{match[2]}" if match is not None and own == label else name for name, match, own in columns]
+
+
 def read_nshmp(
-    lines: Lines, names: list[str], im: str | None, site: Site, units: str | None, years: float | None
+    lines: Lines, comment: str, names: list[str], im: str | None, site: Site, units: str | None, years: float | None
 ) -> HazardCurve:
-    """Read one site of nshmp-haz' curves.csv or total.csv; its column names have been read."""
-    try:
-        folder = program_measure(lines, lines.file.resolve().parent.name)
-    except HazardError:
-        folder = None
-    label = agreed_measure(lines, im or folder, None)
+    """Read one site of nshmp-haz' curves.csv or total.csv; its comment and column names have been read."""
+    label, unnamed = _named_measure(lines, comment, im)
     heading = lines.number
     columns = [at for at, one in enumerate(names) if re.fullmatch(r"[\d.][\d.eE+-]{0,30}", one)]
     other = [one for at, one in enumerate(names) if at not in columns and one not in ("name", "lon", "lat", "vs30")]
@@ -208,7 +327,13 @@ def read_nshmp(
     quantity = Quantity("rate") if years is None else Quantity("probability", years)
     rates = [rate_of_word(lines, word, quantity.kind, quantity, row.line) for word in row.words]
     return curve_of(
-        lines.file, label, units or unit_of_program(label), levels, [rates], None, f"nshmp-haz, {_site_text(row)}"
+        lines.file,
+        label,
+        units or unit_of_program(label),
+        levels,
+        [rates],
+        None,
+        f"nshmp-haz{unnamed}, {_site_text(row)}",
     )
 
 
@@ -217,7 +342,7 @@ def _sites(lines: Lines, names: list[str], columns: list[int]) -> Iterator[_Site
     if not {"lon", "lat"} <= set(names):
         raise HazardError(f"{lines.file}: line {lines.number} must name lon and lat, got {names[0][:40]!r}, …")
     longitude, latitude = names.index("lon"), names.index("lat")
-    title = names.index("name") if "name" in names else None
+    title = next((names.index(one) for one in ("name", "custom_site_id") if one in names), None)
     for line in lines:
         if not line.strip() or line.startswith("#"):
             continue
@@ -244,16 +369,21 @@ def _selected_site(lines: Lines, rows: Iterator[_SiteRow], site: Site) -> _SiteR
         return named[0]
     if isinstance(site, tuple | list) and len(site) == 2:
         longitude, latitude = (checks.number("site", one, unit="degrees") for one in site)
-        nearest, distance = None, math.inf
+        nearest, distance, alike = None, math.inf, 0
         for row in rows:
             turn = abs((row.longitude - longitude + 180.0) % 360.0 - 180.0)
             apart = max(turn, abs(row.latitude - latitude))
+            alike = 1 if apart < distance else alike + (apart == distance)
             if apart < distance:
                 nearest, distance = row, apart
         if nearest is None or distance > NEAR:
             there = "none" if nearest is None else f"the nearest is {_site_text(nearest)}"
             raise HazardError(
                 f"{lines.file}: holds no site within {NEAR} degrees of ({longitude:g}, {latitude:g}); {there}"
+            )
+        if alike > 1:
+            raise HazardError(
+                f"{lines.file}: holds {alike} sites as near as {_site_text(nearest)}: give a number or a name"
             )
         return nearest
     index = checks.count("site", site)
@@ -307,6 +437,12 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     else:
         values = _member(file, named[component], "values")
         levels, rates = _member(file, values, "xs"), _member(file, values, "ys")
+    about = (found[label] if old else response).get("metadata")
+    for key, text in about.items() if isinstance(about, dict) else ():
+        if key.lower() == "ylabel" and "probab" in str(text).lower():
+            raise HazardError(
+                f"{file}: gives {_shown(text)}, but annual rates are needed: save the response with these"
+            )
     x, y = (_numbers(file, name, one) for name, one in (("levels", levels), ("rates", rates)))
     if x.size != y.size:
         raise HazardError(f"{file}: {label} must have one rate a level, got {y.size} for {x.size} levels")

@@ -20,6 +20,8 @@ from ...motions.readers.lines import Lines, plain
 from .curve import HazardCurve, check_points, hazard_measure, unit_to_si
 
 MOST_LEVELS = 10_000
+UNNAMED = "the file names no measure"
+"""Part of the source of a curve whose measure is only that of the levels."""
 
 
 class HazardError(ValueError):
@@ -27,10 +29,14 @@ class HazardError(ValueError):
 
 
 class Quantity(NamedTuple):
-    """Quantity of a file's numbers: a "rate" (1/year), a "return period" (years), or a "probability" in `years`."""
+    """Quantity of a file's numbers: a "rate" per `years`, a "return period" in units of `years`, or a "probability".
+
+    Probabilities are in `years`, and multiples of `unit`, 0.01 for per cent.
+    """
 
     kind: str
-    years: float = 0.0
+    years: float = 1.0
+    unit: float = 1.0
 
 
 def row_words(lines: Lines, line: str, separator: str) -> list[str]:
@@ -46,15 +52,16 @@ def rate_of_word(lines: Lines, word: str, name: str, quantity: Quantity, at: int
     """Return a number of the line read last (or of line `at`) as an annual rate; infinite for a probability of 1."""
     what = repr(name[:40])
     if quantity.kind == "return period":
-        return 1.0 / lines.value(word, what, above=0.0, at=at)
+        return 1.0 / (lines.value(word, what, above=0.0, at=at) * quantity.years)
     value = lines.value(word, what, at=at)
     possible = quantity.kind == "probability"
-    if value < 0.0 or (possible and value > 1.0):
-        allowed = "between 0 and 1" if possible else ">= 0"
+    most = 1.0 / quantity.unit if possible else math.inf
+    if not 0.0 <= value <= most:
+        allowed = f"between 0 and {most:g}" if possible else ">= 0"
         raise HazardError(f"{lines.file}: line {at or lines.number} gives {what} as {word[:30]!r}, must be {allowed}")
     if not possible:
-        return value
-    return math.inf if value == 1.0 else -math.log1p(-value) / quantity.years
+        return value / quantity.years
+    return math.inf if value == most else -math.log1p(-value * quantity.unit) / quantity.years
 
 
 def curve_of(

@@ -138,7 +138,7 @@ class HazardTable(Table):
                 if rare > often:
                     raise ValueError(
                         f"hazard.rates must never rise, got {often:g} per year at {low:g} {self.unit} and {rare:g} at "
-                        f"{high:g} {self.unit}"
+                        f"{high:g} {self.unit}{': give 1/return period' if min(self.rates) > 1.0 else ''}"
                     )
             return HazardCurve.from_points(self.levels, self.rates, name, self.unit, "study file", at=self.at)
         assert self.k0 is not None  # one of four ways, checked above

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
@@ -15,6 +16,7 @@ from ...doubts import Doubt
 from ...fragility import notes, screen
 from ...fragility.analyses.sliding import number_of_slides
 from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, state_name
+from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.risk.inversion import check_family
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
@@ -304,7 +306,9 @@ class FragilityStudy(BlockStudy, Study):
     @property
     def doubts(self) -> list[Doubt]:
         others = [one for design in self.further.values() for one in design.doubts]
-        return [*super().doubts, *others]
+        hazards = [] if self.branches is None else [hazard for hazard, _ in self.branches.hazards.values()]
+        # (the study's own hazard is among those of its branches)
+        return list(dict.fromkeys([*super().doubts, *others, *chain.from_iterable(map(hazard_doubts, hazards))]))
 
     @property
     def curves(self) -> int:

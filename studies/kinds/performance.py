@@ -16,6 +16,7 @@ from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
 from ...fragility import HazardCurve
 from ...fragility import notes as screen_notes
+from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE, intensity_measure
@@ -506,7 +507,11 @@ class PerformanceStudy(Study):
         levels = [] if measure is None else level_doubts(self.levels, measure.units)
         far = self.reading.far if self.im == SCALE else ()
         own = (*self.reading.doubts, *self.struck)
-        return [*block_doubts([row.block for row in self.inventory.rows]), *own, *far, *levels, *others]
+        branches = [] if self.branches is None else [branch.hazard for branch in self.branches.every]
+        hazards = [] if self.hazard is None else [self.hazard, *branches]
+        # (branches share hazards)
+        said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
+        return [*block_doubts([row.block for row in self.inventory.rows]), *own, *far, *levels, *said, *others]
 
     @cached_property
     def reading(self) -> Reading:

@@ -125,7 +125,7 @@ class PooledStudy(BlockStudy, Study):
 
     @property
     def doubts(self) -> list[Doubt]:
-        return [*block_doubts(self.region), *self.design.doubts]
+        return [*block_doubts(self.region), *self.design.doubts, *self.risk_doubts]
 
     @property
     def _read(self) -> list[Any]:

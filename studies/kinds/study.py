@@ -23,6 +23,7 @@ from ... import checks
 from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility.hazard.curve import HazardCurve
+from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.runs.plan import OUTPUT_TYPES, SECONDS_PER_PLANE_SAMPLE, SECONDS_PER_SAMPLE
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
@@ -542,7 +543,12 @@ class BlockStudy:
 
     @property
     def doubts(self) -> list[Doubt]:
-        return [*block_doubts(self.blocks), *self.design.doubts]
+        return [*block_doubts(self.blocks), *self.design.doubts, *self.risk_doubts]
+
+    @property
+    def risk_doubts(self) -> list[Doubt]:
+        """The doubts in the hazard curve."""
+        return [] if self.risk is None else hazard_doubts(self.risk.hazard)
 
     @property
     def reading(self) -> Reading:

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 import toppling as tp
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
+from toppling.fragility.hazard.plausibility import hazard_doubts
 from toppling.studies.file.hazard import HazardTable
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -282,6 +283,146 @@ class TestFiles:
         quoted = saved(tmp_path, '"Sa(1.0, 0.02) (g)",rate\n0.1,0.5\n0.4,0.02\n')
         assert read_hazard(quoted).im == "Sa(1.0, 0.02)"
 
+    # (what a heading says, and the number that it gives a rate of once in 50 years)
+    TIMES = (
+        ("rate (1/yr)", 0.02),
+        ("annual frequency of exceedance", 0.02),
+        ("rate [yr^-1]", 0.02),
+        ("rate of exceedance in a year", 0.02),
+        ("rate per 50 years", 1.0),
+        ("rate (1/50 yr)", 1.0),
+        ("rate per century", 2.0),
+        ("rate (1/kyr)", 20.0),
+        ("return period (yr)", 50.0),
+        ("return period in years", 50.0),
+        ("return period (kyr)", 0.05),
+        ("mean return period [centuries]", 0.5),
+        ("probability in 50 yr", 0.6321205588),
+        ("probability in 50 yr (%)", 63.21205588),
+        ("percent probability of exceedance in 50 years", 63.21205588),
+        ("probability in 0.05 kyr", 0.6321205588),
+        ("annual probability", 0.0198013267),
+    )
+
+    @pytest.mark.parametrize(("heading", "number"), TIMES)
+    def test_times_and_per_cent_of_a_column(self, tmp_path, heading, number):
+        """Once in 50 years, by hand: 1 - exp(-1) = 0.632… in 50 years, 1 - exp(-0.02) in one."""
+        rare = number * (10.0 if "return period" in heading else 0.1)
+        found = read_hazard(saved(tmp_path, f"pga (g),{heading}\n0.05,{number}\n0.8,{rare}\n"))
+        assert found.rates[0] == pytest.approx(0.02, rel=1e-8)
+
+    @pytest.mark.parametrize(
+        "heading",
+        [
+            "return period (days)",
+            "return period (1/yr)",
+            "return period (100 yr)",
+            "rate (yr)",
+            "rate (%/yr)",
+            "rate (1e-3/yr)",
+            "rate (0.1/yr)",
+            "log10 rate (1/yr)",
+            "rate std (1/yr)",
+            "max rate (1/yr)",
+            "median rate (1/yr)",
+            "84th percentile rate (1/yr)",
+            "rate of non-exceedance (1/yr)",
+            "rate of occurrence (1/yr)",
+            "daily rate",
+            "annual rate per 50 years",
+            "annual probability in 50 yr",
+            "probability of non-exceedance in 50 yr",
+            '"probability in 2,475 yr"',
+            "probability in 50 yr (permille)",
+            "probability in 50 days",
+            "probability (yr)",
+        ],
+    )
+    def test_a_heading_that_is_not_understood(self, tmp_path, heading):
+        path = saved(tmp_path, f"pga (g),{heading}\n0.05,0.5\n0.8,0.02\n")
+        with pytest.raises(HazardError, match=r"line 1 (must give|names a prob)"):
+            read_hazard(path)
+
+    def test_per_cent_above_a_hundred(self, tmp_path):
+        path = saved(tmp_path, "pga (g),probability in 50 yr (%)\n0.05,120\n0.8,2\n")
+        with pytest.raises(HazardError, match=r"line 2 gives .* as '120', must be between 0 and 100"):
+            read_hazard(path)
+
+    @pytest.mark.parametrize(
+        "comment",
+        [
+            "# mean, investigation_time=50.0,imt=SA(1.0)",
+            "# source_model_tree_path=('b1',), gsim_tree_path=('b1',), investigation_time=50.0,imt=SA(1.0)",
+            "#,,,\"kind='mean', investigation_time=50.0, imt=PGV\"",
+            "# investigation_time=50.0",
+        ],
+    )
+    def test_openquake_of_another_measure(self, tmp_path, comment):
+        """Without quotes, as engines until 2018 wrote it; without a measure in the comment the file's name says it."""
+        text = f"{comment}\nlon,lat,depth,poe-0.1,poe-0.4\n10,45,0,1e-1,1e-2\n"
+        path = saved(tmp_path, text, "hazard_curve-mean-SA(1.0).csv")
+        with pytest.raises(HazardError, match=r"(Sa\(1.0\)|pgv), but pga is needed"):
+            read_hazard(path, "pga")
+        assert read_hazard(path).im == ("pgv" if "PGV" in comment else "Sa(1.0)")
+
+    @pytest.mark.parametrize("kind", ["kind='max'", "kind=max", "max", "kind='std'", "std"])
+    def test_openquake_of_another_kind(self, tmp_path, kind):
+        text = f"# {kind}, investigation_time=50.0, imt='PGA'\nlon,lat,depth,poe-0.1,poe-0.4\n10,45,0,1e-1,1e-2\n"
+        with pytest.raises(HazardError, match=r"kind '(max|std)'"):
+            read_hazard(saved(tmp_path, text))
+
+    def test_openquake_kind_of_the_name(self, tmp_path):
+        text = "# investigation_time=50.0, imt='PGA'\nlon,lat,depth,poe-0.1,poe-0.4\n10,45,0,1e-1,1e-2\n"
+        assert read_hazard(saved(tmp_path, text, "quantile_curve-0.84-PGA_12.csv")).fractile == 0.84
+        with pytest.raises(HazardError, match="kind 'max'"):
+            read_hazard(saved(tmp_path, text, "hazard_curve-max-PGA_12.csv"))
+
+    def test_openquake_time_of_the_risk(self, tmp_path):
+        text = (
+            "# risk_investigation_time=1.0, investigation_time=50.0, imt='PGA'\nlon,lat,poe-0.1,poe-0.4\n1,2,0.1,0.01\n"
+        )
+        assert read_hazard(saved(tmp_path, text)).rates[0] == pytest.approx(-np.log(0.9) / 50.0, rel=1e-14)
+        with pytest.raises(HazardError, match=r"states investigation_time as '50.0' and as '1.0'"):
+            read_hazard(saved(tmp_path, text.replace("#", "# investigation_time=50.0,").replace("risk_", "")))
+
+    def test_openquake_of_several_measures(self, tmp_path):
+        """The table of engines until 2017: a column for each measure and level."""
+        text = (
+            "# mean, investigation_time=50.0\nlon,lat,PGA-0.1,PGA-0.4,SA(0.1)-0.2,SA(0.1)-0.8\n1,2,0.1,0.01,0.2,0.02\n"
+        )
+        path = saved(tmp_path, text)
+        found = read_hazard(path, "Sa(0.1)")
+        np.testing.assert_allclose(found.levels, np.array([0.2, 0.8]) * G)
+        np.testing.assert_allclose(found.rates, -np.log1p([-0.2, -0.02]) / 50.0)
+        with pytest.raises(HazardError, match=r"holds curves of pga, Sa\(0.1\): give im"):
+            read_hazard(path)
+        with pytest.raises(HazardError, match="holds no curve of pgv"):
+            read_hazard(path, "pgv")
+
+    def test_two_sites_at_one_place(self, tmp_path):
+        """OpenQuake's custom_site_id tells two soils of one place apart."""
+        heading = "# mean, investigation_time=50.0, imt='PGA'\ncustom_site_id,lon,lat,poe-0.1,poe-0.4\n"
+        text = f"{heading}0:CD,1,2,0.1,0.01\n0:BC,1,2,0.2,0.02\n"
+        path = saved(tmp_path, text)
+        with pytest.raises(HazardError, match="holds 2 sites as near as 0:CD"):
+            read_hazard(path, site=(1.0, 2.0))
+        assert read_hazard(path, site="0:BC").rates[0] == pytest.approx(-np.log(0.8) / 50.0, rel=1e-14)
+
+    def test_a_measure_that_nothing_names(self, tmp_path):
+        """It is the one that is asked for, and said; a folder or a comment with another one is not passed over."""
+        assert "the file names no measure" in read_hazard(saved(tmp_path, NSHMP, "h/total.csv"), "pga", 0).source
+        for name in ("SA1P0/total.csv", "x/total-SA1P0.csv"):
+            with pytest.raises(HazardError, match=r"says Sa\(1.0\), but pga is needed"):
+                read_hazard(saved(tmp_path, NSHMP, name), "pga", 0)
+        for text in (NSHMP, PLAIN):
+            with pytest.raises(HazardError, match=r"gives (Sa\(1.0\), but pga|pgv, but Sa\(1.0\))|gives Sa"):
+                read_hazard(saved(tmp_path, f"# imt=SA(1.0)\n{text}"), "pga", 0 if text == NSHMP else None)
+
+    def test_services_in_probabilities(self, tmp_path):
+        text = services(old=True).replace('"xlabel"', '"ylabel": "Probability in 50 years", "xlabel"')
+        with pytest.raises(HazardError, match="annual rates are needed"):
+            read_hazard(saved(tmp_path, text), "pga")
+
     def test_plain_realisations(self, tmp_path):
         hazard = read_hazard(saved(tmp_path, REALISATIONS))
         assert hazard.weights == (0.25, 0.75)
@@ -409,6 +550,42 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         slowest = max(slowest, time.process_time() - start)
     assert slowest < 3.0
     assert read > 0
+
+
+@pytest.mark.parametrize(
+    ("levels", "rates", "im", "units", "sentence", "grave"),
+    [
+        # return periods in place of rates
+        ([0.1, 0.4, 0.8], [9975.0, 475.0, 50.0], "pga", "g", "0.1 g is exceeded 9,975 times per year", True),
+        # per cent in place of rates: 3 % per year at 0.1 g
+        ([0.1, 0.4], [3.0, 0.2], "Sa(1.0)", "g", "0.1 g is exceeded 3 times per year", False),
+        ([5.0, 50.0], [3.0, 0.2], "pgv", "cm/s", "10 cm/s is exceeded", False),
+        # levels in per cent of g, in cm/s2, in cm/s
+        ([5.0, 20.0, 80.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once in 475 years", False),
+        ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once", True),
+        ([5.0, 20.0, 80.0], [2e-2, 3e-3, 2e-5], "pgv", "m/s", "1000 cm/s is exceeded more than once", False),
+        ([0.05, 0.8], [2e-2, 2e-5], "pga", "cm/s2", "ends at 0.0008158 g", False),
+    ],
+)
+def test_what_no_site_has(levels, rates, im, units, sentence, grave):
+    (doubt,) = hazard_doubts(HazardCurve.from_points(levels, rates, im, units, "study file"))
+    assert sentence in doubt.sentence
+    assert doubt.grave == grave
+    assert doubt.kind == "hazard"
+
+
+@pytest.mark.parametrize(
+    "hazard",
+    [
+        HazardCurve.from_points([0.05, 0.1, 0.2, 0.4, 0.8], [2e-2, 6e-3, 1.2e-3, 2e-4, 2e-5], "pga", "g"),
+        HazardCurve.from_points([0.01, 0.1, 1.0, 3.0], [20.0, 0.4, 2e-3, 1e-5], "Sa(0.2)", "g"),
+        HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "cav", "m/s"),
+        HazardCurve.power_law(1e-3, 3.0, "pga", "g"),
+        HazardCurve.log_quadratic(1e-4, 2.0, 0.2, "pga", "g"),
+    ],
+)
+def test_what_sites_have(hazard):
+    assert hazard_doubts(hazard) == []
 
 
 @pytest.mark.parametrize("above", ["extend", "none", "hold"])

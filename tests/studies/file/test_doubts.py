@@ -127,6 +127,42 @@ class TestNotes:
         (note,) = tp.Study.from_toml(path).notes
         assert "of its peak on floor 2): zeros after" in note
 
+    @pytest.mark.parametrize(
+        ("hazard", "sentence"),
+        [
+            (
+                'levels = [5, 20, 80]\nrates = [2e-2, 1.2e-3, 2e-5]\nunit = "g"',
+                "5 g is exceeded more than once in 475 y",
+            ),
+            ('levels = [0.1, 0.4]\nrates = [3, 0.2]\nunit = "g"', "0.1 g is exceeded 3 times per year"),
+            ('file = "h/curves.csv"', "curves.csv: the file names no measure: it is taken as pga"),
+        ],
+    )
+    def test_a_hazard_like_no_other(self, tmp_path, capsys, hazard, sentence):
+        """Before anything runs, and in a dry run."""
+        (tmp_path / "h").mkdir()
+        (tmp_path / "h/curves.csv").write_text("name,lon,lat,0.1,0.4\nA,1,2,1e-2,1e-3\n", encoding="utf-8")
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8")
+        path.write_text(f"{text}[hazard]\n{hazard}\n", encoding="utf-8")
+        (note,) = tp.Study.from_toml(path).notes
+        assert sentence in note
+        main(["run", str(path), "--dry-run"])
+        assert sentence in " ".join(capsys.readouterr().out.split())
+        path.write_text(f'accept = ["hazard"]\n{path.read_text(encoding="utf-8")}', encoding="utf-8")
+        assert tp.Study.from_toml(path).notes == []
+
+    def test_return_periods_in_place_of_rates(self, tmp_path):
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8")
+        for rates, message in (
+            ("9975, 475, 50", "exceeded 9,975 times per year"),
+            ("50, 475, 9975", "1/return period"),
+        ):
+            path.write_text(f'{text}[hazard]\nlevels = [0.1, 0.4, 0.8]\nrates = [{rates}]\nunit = "g"\n')
+            with pytest.raises(StudyError, match=message):
+                tp.Study.from_toml(path)
+
     def test_an_unknown_kind(self, tmp_path):
         with pytest.raises(StudyError, match=r"accept.* must be one of block size, .*, got 'ofset'.*did you mean"):
             tp.Study.from_toml(write(tmp_path, top='accept = ["ofset"]'))

@@ -1,0 +1,75 @@
+"""Plausibility of hazard curves: rates and levels unlike those of any site, with the likely slip of units."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ...doubts import Doubt
+from ...motions.intensity.naming import written_level
+from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from .curve import HazardCurve
+from .pieces import NONE
+from .reading import UNNAMED
+
+MOST_OFTEN, IMPOSSIBLY_OFTEN = 1.0, 10.0
+"""Annual rate of damaging shaking above which no site is, and above which nothing real can be meant."""
+RETURN_PERIOD = 475.0
+KIND = "hazard"
+
+
+class _Bounds(NamedTuple):
+    """Levels in SI: the weakest that damages, the highest of any site in 475 years, and the highest that can be meant.
+
+    weakest: a curve that ends below it says nothing of damage.
+    """
+
+    damaging: float
+    highest: float
+    beyond: float
+    weakest: float
+
+
+_BOUNDS = {
+    ACCELERATION: _Bounds(*(level * STANDARD_GRAVITY for level in (0.1, 5.0, 50.0, 0.01))),
+    VELOCITY: _Bounds(0.1, 10.0, 100.0, 0.01),
+}
+
+
+def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
+    """Return the doubts in a hazard curve: damaging shaking every year, levels beyond any site, no stated measure."""
+    name = hazard.source.partition(",")[0] or "hazard"
+    found = []
+    if UNNAMED in hazard.source:
+        found.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
+    bounds = _BOUNDS.get(hazard.units)
+    if bounds is None or str(hazard.im) in ("arias", "cav"):
+        return found
+    damaging = max(bounds.damaging, hazard.levels[0])
+    often = float(hazard.rate_at(damaging, above=NONE))
+    if often > MOST_OFTEN:
+        found.append(
+            Doubt(
+                KIND,
+                f"{name}: {written_level(hazard.measure, damaging)} is exceeded {often:,.4g} times per year, more "
+                "often than at any site: return periods or per cent in place of annual rates?",
+                often > IMPOSSIBLY_OFTEN,
+            )
+        )
+    if hazard.rate_at(bounds.highest, above=NONE) > 1.0 / RETURN_PERIOD:
+        found.append(
+            Doubt(
+                KIND,
+                f"{name}: {written_level(hazard.measure, bounds.highest)} is exceeded more than once in "
+                f"{RETURN_PERIOD:g} years, which no site is known for: per cent or another unit of the levels?",
+                bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIOD),
+            )
+        )
+    if hazard.levels[-1] < bounds.weakest:
+        found.append(
+            Doubt(
+                KIND,
+                f"{name}: the curve ends at {written_level(hazard.measure, hazard.levels[-1])}, below all shaking that "
+                "damages: another unit of the levels?",
+            )
+        )
+    return found
