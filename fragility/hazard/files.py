@@ -68,8 +68,8 @@ def read_hazard(
       in cm/s, PGD in cm, Arias intensity in m/s, CAV in g s.  Means, quantiles and realisations are read, no others.
     - **nshmp-haz** (USGS), ``curves.csv`` and ``total.csv``: ``name,lon,lat,0.001,…`` (the name may be missing), annual
       rates; the measure is that of the folder (``PGA``, ``SA1P0``), else `im`, and `source` says so.  With the other
-      value format of the program, Poisson probabilities, the file looks the same: give `years`.  Accelerations in g, PGV
-      in cm/s.
+      value format of the program, Poisson probabilities, the file looks the same: give `years`.  Accelerations in g,
+      PGV in cm/s.
     - **USGS web services**, JSON: of the Unified Hazard Tool (``response`` is a list, with xvalues and yvalues) and of
       the later services (``response.hazardCurves``, with xs and ys).
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,11 +14,23 @@ from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share
 from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.states import OVERTURNED, State, state_name
 from ...fragility.hazard.curve import FLOOR
+from ...fragility.hazard.pieces import EXTEND, HOLD
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.common_measure import per_block
 from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
 from ...units import DIMENSIONLESS, PER_YEAR
-from ..text.curve_notes import AT_HIGHEST, BEYOND, EXCEEDED, SETTLED, UNDER, LevelEnd, family_notes, rate_notes, verb_of
+from ..text.curve_notes import (
+    AT_HIGHEST,
+    BEYOND,
+    EXCEEDED,
+    LEFT_OUT,
+    SETTLED,
+    UNDER,
+    LevelEnd,
+    family_notes,
+    rate_notes,
+    verb_of,
+)
 from ..text.level_advice import other_levels
 
 if TYPE_CHECKING:
@@ -129,6 +141,9 @@ class Risk:
                 "probability of overturning, of the curve, at the highest shaking that was run",
             ),
         }
+        if (self.below, self.above) != (EXTEND, EXTEND):
+            text = "share of the rate of an extended hazard curve that is left out beyond the curve's ends"
+            of_levels[LEFT_OUT] = (self._left_out(curves, rates["rate"]), text)
         rare = self.hazard.rate_at(_levels_of(curves, highest), self.below, self.above)
         above = xr.zeros_like(rates["rate"]) + xr.DataArray(rare, dims=["block"] * np.ndim(rare))
         text = "annual rate of shaking above the highest that was run"
@@ -211,6 +226,15 @@ class Risk:
         of_one = math.prod(curves.sizes.get(dim, 1) for dim in ("model", "floor", "replicate"))
         sizes = {"block": curves.sizes["block"], "sample": of_one * len(self.hazard.weights or (1.0,))}
         return gathered(of, curves, ("block",), sizes)
+
+    def _left_out(self, curves: xr.Dataset, rate: xr.DataArray) -> xr.DataArray:
+        """Return the share of the rate of an extended hazard curve that is missing in a rate by the study's rules."""
+        extended = replace(self, below=EXTEND, above=EXTEND)
+        try:
+            whole = extended.rates(_plain(curves), 0.9)["rate"]
+        except ValueError:  # (a curve whose last two rates are equal has no slope to go on with)
+            whole = replace(extended, above=HOLD).rates(_plain(curves), 0.9)["rate"]
+        return (1.0 - rate / whole.where(whole > 0.0)).where(np.isfinite(rate))
 
     def _beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """The share of each rate from shaking above the highest that was run."""

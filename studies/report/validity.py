@@ -35,7 +35,7 @@ from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..plan.slides import GATED, GATED_RATE, INSTEAD
 from ..region.rows import is_pooled
 from ..store.content import AS_WRITTEN, EDITED
-from ..text.curve_notes import BEYOND, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
+from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
 from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
 from ..text.precision import asked_of, is_missed, reached_by
@@ -641,14 +641,29 @@ def _hazard(results: xr.Dataset) -> Check:
     if not bool(known.any()):
         return Check(HAZARD, INVALID, "There is no rate: no curve has one.", CURES["above"], "there is no annual rate")
     far = _beyond_hazard({side: results[f"rate_share_{side}"].where(known) for side in CURES})
-    if far.word != GOOD:
-        return far
+    odd = [check for check in (_left_out(results, known), far) if check.word != GOOD]
+    if odd:
+        return next((check for check in odd if check.word == INVALID), odd[0])
     alike = results["rate_lower"] == results["rate_upper"] if "rate_lower" in results else results["rate"] < 0.0
     if bool(alike.any()):
         n = int(alike.sum())
         none = f"the interval of {counted(n, 'annual rate')} has no width"
         return Check(HAZARD, CARE, f"{none[:1].upper()}{none[1:]}.", "Take closer levels.", none)
     return far
+
+
+def _left_out(results: xr.Dataset, known: NDArray[np.bool_]) -> Check:
+    """Check how much of the rates the study's rules leave out beyond the hazard curve's ends."""
+    left = results.get(LEFT_OUT, xr.zeros_like(results["rate"])).where(known)
+    share, where = _worst(left)
+    clause = f"up to {two_digit_percent(share)} of an annual rate is left out beyond the hazard curve’s ends"
+    return Check(
+        HAZARD,
+        GOOD if share <= NOTABLE else INVALID if float(left.min()) > MOST else CARE,
+        f"{clause[:1].upper()}{clause[1:]} ({where}), by hazard.below and hazard.above.",
+        "Give the hazard curve at lower and higher levels, or leave out hazard.below and hazard.above.",
+        clause,
+    )
 
 
 def _run_levels(results: xr.Dataset) -> Check:

@@ -12,6 +12,7 @@ from toppling import motions as mo
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, checks_of
+from toppling.studies.report.validity import HAZARD as OF_HAZARD
 
 DT = 0.01
 STUDY = """
@@ -151,6 +152,17 @@ class TestNotes:
         assert sentence in " ".join(capsys.readouterr().out.split())
         path.write_text(f'accept = ["hazard"]\n{path.read_text(encoding="utf-8")}', encoding="utf-8")
         assert tp.Study.from_toml(path).notes == []
+
+    @pytest.mark.parametrize(("rule", "levels"), [('above = "none"', "0.0005, 0.1"), ('below = "none"', "2, 4")])
+    def test_a_hazard_that_leaves_out_what_the_rate_needs(self, tmp_path, rule, levels):
+        path = write(tmp_path, offset=0.0, highest=2.0)
+        hazard = f'[hazard]\nlevels = [{levels}]\nrates = [1e-2, 2e-3]\nunit = "g"\n'
+        text = path.read_text(encoding="utf-8")
+        for more in ("", rule):
+            path.write_text(f"{text}{hazard}{more}\n", encoding="utf-8")
+            check = next(one for one in checks_of(tp.Study.from_toml(path).run()) if one.question == OF_HAZARD)
+            assert check.word != GOOD
+        assert "is left out beyond the hazard curve’s ends" in check.reason
 
     def test_return_periods_in_place_of_rates(self, tmp_path):
         path = write(tmp_path, offset=0.0)
