@@ -179,9 +179,8 @@ def begin_run(x, k, model, o, begin):
     reset(x, k, begin[0], begin[1], begin[2], int(begin[3]), int(model.parameters[o, PAR_START]))
     if model.parameters[o, PAR_SIDED] != 0.0:
         k[SIDED] = 1
-        if x[FRONT] < FLAT:
-            x[FRONT] = max(x[THETA], 0.0)
-            x[BACK] = max(-x[THETA], 0.0)
+        x[FRONT] = max(x[THETA], 0.0)
+        x[BACK] = max(-x[THETA], 0.0)
 
 
 @kernel(**FUSED)

@@ -14,7 +14,6 @@ from .tables import (
     BACK,
     BARE,
     DEGREE,
-    FLAT,
     FRONT,
     FUSED,
     LEAST_WEIGHT,
@@ -324,8 +323,6 @@ def begin_runs(batch, start, skip, flags_only):
                 tally[TALLY_BEFORE_UPLIFT] += n - 1
                 continue
         tally[TALLY_BEFORE_UPLIFT] += first[j]
-        if flags_only and skip:
-            begin[j, 2] = FLAT  # no turn matters then
         if model.parameters[o, PAR_EXACT] != 0.0:
             exact[exact_runs] = j
             exact_runs += 1

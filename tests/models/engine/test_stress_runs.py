@@ -33,7 +33,7 @@ from stress_cases import (
 
 import toppling as tp
 from toppling.models.runs import TALLY, run_many, trace
-from toppling.motions import OneCycleSine
+from toppling.motions import KanaiTajimi, OneCycleSine
 from toppling.units import STANDARD_GRAVITY as G
 
 
@@ -278,3 +278,19 @@ class TestStiffness:
         record = threshold(oscillator) * shake(np.random.default_rng(81), 401, 0.05)
         for level in (1e-3, 0.9, 2.0):
             check_sane(answer(trace, oscillator, level * record, 0.05, seconds=15.0), block)
+
+
+@pytest.mark.parametrize("law", [tp.EnergyConsistent(), tp.HousnerImpact()])
+def test_a_run_at_the_brink_does_not_depend_on_what_is_asked_for(law):
+    """Runs that a change of their scale by 1e-15 decides: the flags alone, with skips, are those of whole runs."""
+    motion = KanaiTajimi(duration=30.0).sample(15, seed=0)[14]
+    record, dt = motion.values, float(motion["dt"])
+    scale = 0.981 * 20.0 ** (9.0 / 49.0) / np.abs(record).max()
+    factors = scale * (1.0 + 1e-15 * np.arange(40.0))[None]
+    oscillators = [law.oscillator(tp.Block(0.25, 2.0))]
+    whole = run_many(oscillators, factors, record, dt, skip=False)[..., OVERTURNED]
+    for flags_only in (False, True):
+        found = run_many(oscillators, factors, record, dt, True, flags_only)[..., OVERTURNED]
+        np.testing.assert_array_equal(found, whole)
+    if law == tp.EnergyConsistent():
+        assert 0 < whole.sum() < whole.size
