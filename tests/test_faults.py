@@ -1,5 +1,7 @@
 """The faults that tests must find still apply, and the README lists them; `tests/faults/find.py` runs the search."""
 
+import csv
+
 import pytest
 from faults import FIELDS, FOLDER, HEADING, NAME, README, ROOT, Fault, faults, read, table
 
@@ -30,6 +32,16 @@ def test_tests_that_find_faults_exist():
             if "::" in test:
                 file, *_, function = test.split("::")
                 assert f"def {function}(" in (ROOT / "tests" / file).read_text("utf-8"), (fault.name, test)
+
+
+def test_tests_of_mended_mistakes_exist():
+    """`faults.csv`: what outsiders found wrong without a word, or misleading, and the test that holds each."""
+    with (ROOT / "tests/faults.csv").open(encoding="utf-8", newline="") as table:
+        tests = [row["test"] for row in csv.DictReader(table) if "::" in row["test"]]
+    assert len(tests) > 30
+    for test in tests:
+        file, *_, function = test.split("::")
+        assert f"def {function}(" in (ROOT / "tests" / file).read_text("utf-8"), test
 
 
 def test_sixty_are_numbered_without_gaps():

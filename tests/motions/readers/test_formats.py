@@ -154,6 +154,16 @@ class TestEsm:
         assert float(motion.vs30[0]) == 760.0
         assert motion.vs30.attrs["units"] == "m s-1"
 
+    def test_dyna_1_0(self, tmp_path):
+        """Its header ends with USER4."""
+        values = shaking()
+        motion = mo.read(saved(tmp_path, files.esm(values).replace("USER5: \n", "").replace("USER1: a: b", "USER4: ")))
+        np.testing.assert_allclose(motion.values[0], 0.01 * values, rtol=1e-15)
+
+    @pytest.mark.parametrize("word", ["ND", "soft", "", "nan"])
+    def test_words_in_place_of_numbers(self, tmp_path, word):
+        assert "vs30" not in mo.read(saved(tmp_path, files.esm(shaking(), vs30=word))).coords
+
     @pytest.mark.parametrize(("unit", "factor"), [("cm/s^2", 0.01), ("m/s^2", 1.0), ("g", G), ("mm/s^2", 0.001)])
     def test_units(self, tmp_path, unit, factor):
         motion = mo.read(saved(tmp_path, files.esm([1.0, 2.0], unit=unit)))
@@ -189,6 +199,16 @@ class TestCosmos:
         assert motion.component.values.tolist() == ["1: 90 deg", "2: 180 deg"]
         assert motion.event.values[0] == "Somewhere Earthquake of Fri Nov 30, 2018 17:29 UTC"
         assert motion.magnitude.values.tolist() == [6.7, 6.7]
+
+    @pytest.mark.parametrize(
+        ("new", "old"),
+        [("(04)Format", "(04),Format"), ("(04) Format", "(04),Format"), ("points, approx", "pts, approx")],
+    )
+    def test_announcements(self, tmp_path, new, old):
+        text = files.cosmos([[("acceleration", [1.0, 2.0, 3.0])]])
+        assert old in text
+        motion = mo.read(saved(tmp_path, text.replace(old, new)))
+        np.testing.assert_allclose(motion.values[0], [0.01, 0.02, 0.03], rtol=1e-14)
 
     @pytest.mark.parametrize(
         ("unit", "factor"), [("g (02)", G), ("cm/s^2 (4)", 0.01), ("cm/s^2", 0.01), ("m/sec2(99)", 1.0)]
