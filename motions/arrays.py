@@ -328,6 +328,37 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     return coordinates
 
 
+def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
+    """Return the coordinates of motions beside those of records, such as magnitudes and stations, on ``motion``.
+
+    The motions are in the order of `records`.  Of arrays without a coordinate it is NaN, or '' where it is a text.
+    ValueError where its unit differs between arrays.
+    """
+    own = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
+    described = [
+        {str(key): one for key, one in array.coords.items() if key not in own and {*one.dims} <= {"motion"}}
+        for array in arrays
+    ]
+    found = {}
+    for name in dict.fromkeys(key for known in described for key in known):
+        having = [known[name] for known in described if name in known]
+        units = sorted({str(one.attrs.get("units", "")) for one in having})
+        if len(units) > 1:
+            raise ValueError(f"motions: {name} must have one unit in all arrays, got {units[0]!r} and {units[1]!r}")
+        text = any(one.dtype.kind in "OSU" for one in having)
+        missing = np.array("NaT", having[0].dtype) if having[0].dtype.kind in "mM" else math.nan
+        columns = []
+        for array, known in zip(arrays, described, strict=True):
+            n, floors = array.sizes.get("motion", 1), array.sizes.get("floor", 1)
+            values = np.broadcast_to(known[name].values if name in known else missing, n)
+            if text:
+                whole = xr.DataArray(values.astype(object)).fillna("")
+                values = np.array([str(value) for value in whole.values], dtype=object)
+            columns.append(np.repeat(values, floors))
+        found[name] = xr.Variable("motion", np.concatenate(columns), having[0].attrs)
+    return found
+
+
 def polarity_coordinate(reversed_ones: Flags) -> xr.Variable:
     """Return the polarity of motions (motion,): 1 as given, -1 for those that are reverses."""
     signs = np.where(reversed_ones, -1, 1).astype(np.int8)

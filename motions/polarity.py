@@ -25,8 +25,14 @@ REVERSED = ", reversed"
 
 def records_under(motions: xr.DataArray | Iterable[xr.DataArray], polarity: str) -> list[Record]:
     """Return the records of motions, with `polarity` "both" each followed by its reverse; errors as `records`."""
+    return records(arrays_under(motions, polarity))
+
+
+def arrays_under(motions: xr.DataArray | Iterable[xr.DataArray], polarity: str) -> list[xr.DataArray]:
+    """Return motions as a list of arrays, with `polarity` "both" each motion followed by its reverse."""
     chosen = checks.choice("polarity", polarity, POLARITIES)
-    return records(both_polarities(motions) if chosen == BOTH else motions)
+    arrays = list(motions) if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray) else [motions]
+    return both_polarities(arrays) if chosen == BOTH else arrays
 
 
 def both_polarities(motions: Any) -> Any:

@@ -15,7 +15,8 @@ import xarray as xr
 from ...doubts import Doubt, warn
 from ...models import Block, describe_block, describe_law
 from ...models.runs import Specimen
-from ...motions.arrays import BOTH_AXES, Record, motion_coordinates
+from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
+from ...motions.intensity.measure import MEASURES
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import BOTH
 from ...units import provenance
@@ -34,6 +35,9 @@ from .measuring import MeasuringThread
 
 OF_WIDTH = ", of the component along the width"
 """End of the long name of measures of motions along both axes.  (Their screen is that of the width, too.)"""
+
+MEANT = ("intensity", "stripe", "level", RECORD, POLARITY, DRAW, DOWNWARD)
+"""Coordinates that tell how runs were made: those of motions as given have another meaning."""
 
 
 class Specimens(NamedTuple):
@@ -57,7 +61,8 @@ class Design(NamedTuple):
 
     name: ida, stripes or cloud; factors (block, level, motion): those of the runs; scale: the same by dimension, for
     the screen; sizes: of the dimensions beside those of the specimens, in order; coordinates: the intensities and the
-    measure behind them; configuration: the design as plain values.
+    measure behind them; configuration: the design as plain values; described: other coordinates of the motions,
+    of which a result keeps those whose names it does not use itself.
     """
 
     name: str
@@ -68,6 +73,7 @@ class Design(NamedTuple):
     sizes: Mapping[str, int]
     coordinates: Mapping[str, xr.Variable]
     configuration: Mapping[str, Any]
+    described: Mapping[str, xr.Variable]
 
 
 def specimens_of(request: Request) -> Specimens:
@@ -164,13 +170,15 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
             **known,
         },
     )
-    if characteristics is None:
-        return labelled
-    # (about both axes the screen is that of the width, the axis about which the block overturns more easily)
-    given = ScreenInput(sizes, coordinates, design.scale)
-    if request.compute:
-        return with_screen(labelled, given, characteristics, request.runner.array)
-    return with_lazy_screen(labelled, given, characteristics)
+    if characteristics is not None:
+        # (about both axes the screen is that of the width, the axis about which the block overturns more easily)
+        given = ScreenInput(sizes, coordinates, design.scale)
+        if request.compute:
+            labelled = with_screen(labelled, given, characteristics, request.runner.array)
+        else:
+            labelled = with_lazy_screen(labelled, given, characteristics)
+    taken = {*labelled.variables, *labelled.dims, *MEANT, *MEASURES}
+    return labelled.assign_coords({name: one for name, one in design.described.items() if name not in taken})
 
 
 def _about(axes: str, request: Request) -> Request:

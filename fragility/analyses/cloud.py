@@ -9,8 +9,9 @@ import xarray as xr
 
 from ...aliases import Progress
 from ...models import Block, Model
+from ...motions.arrays import other_coordinates, records
 from ...motions.intensity.measure import Measure
-from ...motions.polarity import AS_RECORDED, records_under
+from ...motions.polarity import AS_RECORDED, arrays_under, records_under
 from ..runs.factors import unscaled
 from ..runs.provenance import CLOUD, GROUND
 from ..runs.request import check_request
@@ -80,7 +81,8 @@ def cloud(
     ('motion',)
     """
     request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
-    plain = records_under(motions, polarity)
+    arrays = arrays_under(motions, polarity)
+    plain = records(arrays)
     at = plain if ground is None else ground_of(plain, records_under(ground, polarity))
     measure = intensity_measure(im)
     if measure is None:
@@ -99,5 +101,6 @@ def cloud(
         {"motion": len(plain)},
         {"intensity": xr.Variable(dims, values, attributes)},
         {"design": CLOUD, "im": measure.label, **({} if ground is None else {"im_at": GROUND})},
+        other_coordinates(arrays),
     )
     return analyse(request, specimens_of(request), design)

@@ -9,8 +9,9 @@ import xarray as xr
 
 from ...aliases import Progress
 from ...models import Block, Model
+from ...motions.arrays import other_coordinates, records
 from ...motions.intensity.measure import Measure
-from ...motions.polarity import AS_RECORDED, records_under
+from ...motions.polarity import AS_RECORDED, arrays_under, records_under
 from ...motions.simulated.generator import Generator
 from ..adaptive.curve import RUNS
 from ..adaptive.until import Until, until_of
@@ -130,6 +131,7 @@ def ida(
         `run_motion`, `level`, `wave` and, for a rate, `weight`; and on (block, model) the estimates with their
         intervals, `stopped_because` and `account` (docs/adaptive.md).  Where motions are run both ways, each is
         followed by its reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
+        Except at adaptive levels, coordinates of the motions on motion, such as `magnitude` and `station`, are kept.
         Bit-identical for any chunking, any scheduler and any number of workers.
 
     Raises
@@ -195,7 +197,8 @@ def incremental(
     polarity: str = AS_RECORDED,
 ) -> Design:
     """Return the design in which every motion is run at every level; arguments as for `ida`."""
-    plain = records_under(motions, polarity)
+    arrays = arrays_under(motions, polarity)
+    plain = records(arrays)
     below = None if ground is None else ground_of(plain, records_under(ground, polarity))
     scaled = scaling(levels, plain, im, blocks, below)
     attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
@@ -214,4 +217,5 @@ def incremental(
             "levels": scaled.levels.tolist(),
             **({"im_at": GROUND} if scaled.ground else {}),
         },
+        other_coordinates(arrays),
     )

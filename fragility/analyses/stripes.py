@@ -11,9 +11,9 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array, Flags, Progress
 from ...models import Block, Model
-from ...motions.arrays import AS_GIVEN, RECORD, Record
+from ...motions.arrays import AS_GIVEN, RECORD, Record, other_coordinates, records
 from ...motions.intensity.measure import Measure
-from ...motions.polarity import AS_RECORDED, records_under
+from ...motions.polarity import AS_RECORDED, arrays_under
 from ...motions.selection.select import Selection
 from ...units import DIMENSIONLESS
 from ..runs.factors import dense, unscaled
@@ -116,8 +116,8 @@ def stripes(
         raise TypeError(f"inconsistent must be True or False, got {inconsistent!r:.40}")
     values = increasing(levels)
     consistent = _consistent(motions, values, im, inconsistent)
-    sets = _sets("motions", motions, values.size, polarity)
-    below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)
+    arrays, sets = _sets("motions", motions, values.size, polarity)
+    below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)[1]
     plain = [record for own in sets for record in own]
     # (motions that belong to their level, those of floors that yield, are taken as they are)
     bound = sets if scale else [[one._replace(own_level=False) for one in own] for own in sets]
@@ -155,6 +155,7 @@ def stripes(
             "scale": scale,
             **({"im_at": GROUND} if scaled.ground else {}),
         },
+        other_coordinates(arrays),
     )
     return analyse(request, specimens_of(request), design)
 
@@ -194,17 +195,21 @@ def _joined(scalings: Sequence[Scaling]) -> Scaling:
     )
 
 
-def _sets(name: str, motions: Sequence[Motions], n: int, polarity: str) -> list[list[Record]]:
-    """The plain records of each stripe."""
+def _sets(
+    name: str, motions: Sequence[Motions], n: int, polarity: str
+) -> tuple[list[xr.DataArray], list[list[Record]]]:
+    """The arrays of all stripes, and the plain records of each."""
     if not isinstance(motions, list | tuple):
         raise TypeError(f"{name} must be a list of motions, one set a level, got {checks.kind(motions)}")
     sets = list(motions)
     if len(sets) != n:
         raise ValueError(f"{name} must hold one set of motions for each of the {n} levels, got {len(sets)}")
-    found = []
+    every, found = [], []
     for i, one in enumerate(sets, start=1):
         try:
-            found.append(records_under(one.motions if isinstance(one, Selection) else one, polarity))
+            arrays = arrays_under(one.motions if isinstance(one, Selection) else one, polarity)
+            found.append(records(arrays))
         except (TypeError, ValueError) as error:
             raise type(error)(f"{name}[{i}]: {error}") from None
-    return found
+        every += arrays
+    return every, found

@@ -168,3 +168,85 @@ class TestDamageStates:
     def test_wrong_states(self, ida, state, message):
         with pytest.raises((TypeError, ValueError), match=message):
             tp.overturning_probability(ida.drop_vars("uplifted"), state=state)
+
+
+def described_motions(names, **coordinates):
+    waves = np.sin(np.arange(400) * 0.05) * np.linspace(2.0, 4.0, len(names))[:, None]
+    array = tp.motions.from_array(waves, 0.01, names)
+    return array.assign_coords({name: ("motion", list(values)) for name, values in coordinates.items()})
+
+
+class TestCoordinatesOfMotions:
+    """Magnitude and the like go with the motions, by their labels."""
+
+    BLOCK, LAW = tp.Block(0.4, 1.6, name="a"), tp.HousnerImpact()
+
+    def of(self, result, name):
+        return dict(zip(result["motion"].values.tolist(), result[name].values.tolist(), strict=True))
+
+    def runs(self, analysis, motions, **options):
+        if analysis == "ida":
+            return tp.ida(self.BLOCK, self.LAW, motions, [1.0, 3.0], **options)
+        if analysis == "stripes":
+            return tp.stripes(self.BLOCK, self.LAW, motions, [1.0, 3.0], **options)
+        return tp.cloud(self.BLOCK, self.LAW, motions, **options)
+
+    @pytest.mark.parametrize("compute", [True, False])
+    @pytest.mark.parametrize("analysis", ["ida", "cloud"])
+    def test_are_kept_and_missing_where_an_array_has_none(self, analysis, compute):
+        first = described_motions(["p", "q"], magnitude=[6.5, 7.0], station=["AAA", "BBB"])
+        first["magnitude"].attrs["long_name"] = "moment magnitude"
+        second = described_motions(["r"], vs30=[360])
+        runs = self.runs(analysis, iter([first, second]), compute=compute)
+        assert self.of(runs, "station") == {"p": "AAA", "q": "BBB", "r": ""}
+        assert runs["magnitude"].values[:2].tolist() == [6.5, 7.0]
+        assert np.isnan(runs["magnitude"].values[2])
+        assert runs["magnitude"].attrs["long_name"] == "moment magnitude"
+        assert np.isnan(runs["vs30"].values[:2]).all()
+        assert runs["vs30"].values[2] == 360.0
+
+    def test_of_a_single_motion(self):
+        one = described_motions(["p", "q"], magnitude=[6.5, 7.0]).isel(motion=1)
+        assert self.runs("cloud", one)["magnitude"].values.tolist() == [7.0]
+
+    def test_of_motions_run_both_ways(self):
+        runs = self.runs("ida", described_motions(["p", "q"], magnitude=[6.5, 7.0]), polarity="both")
+        assert self.of(runs, "magnitude") == {"p": 6.5, "p, reversed": 6.5, "q": 7.0, "q, reversed": 7.0}
+
+    def test_of_floor_motions(self):
+        ground = described_motions(["p", "q"], magnitude=[6.5, 7.0])
+        floors = xr.concat([ground, 2.0 * ground], xr.Variable("floor", [1, 2])).transpose("motion", "floor", "time")
+        runs = self.runs("ida", floors.assign_attrs(ground.attrs))
+        assert self.of(runs, "magnitude") == {"p floor 1": 6.5, "p floor 2": 6.5, "q floor 1": 7.0, "q floor 2": 7.0}
+
+    def test_of_stripes(self):
+        weak = described_motions(["p", "q"], magnitude=[6.5, 7.0], stripe=[8, 9])
+        runs = self.runs("stripes", [weak, described_motions(["q", "s"], magnitude=[7.0, 7.5])])
+        assert runs["magnitude"].values.tolist() == [6.5, 7.0, 7.0, 7.5]
+        assert runs["stripe"].values.tolist() == [1, 1, 2, 2]
+
+    def test_times_are_kept(self):
+        day = np.datetime64("1999-08-17", "ns")
+        runs = self.runs("cloud", [described_motions(["p"], origin=[day]), described_motions(["r"])])
+        assert runs["origin"].values[0] == day
+        assert np.isnat(runs["origin"].values[1])
+
+    @pytest.mark.parametrize("name", ["pga", "height", "overturned", "verdict", "scale_factor", "floor", "intensity"])
+    def test_names_of_results_have_their_own_meaning(self, name):
+        motions = described_motions(["p", "q"])
+        plain = self.runs("ida", motions)
+        runs = self.runs("ida", motions.assign_coords({name: ("motion", [91.0, 92.0])}))
+        xr.testing.assert_identical(runs.drop_attrs(), plain.drop_attrs())
+
+    def test_two_units_are_refused(self):
+        arrays = [described_motions([name], distance=[20.0]) for name in "pr"]
+        for array, unit in zip(arrays, ("km", "m"), strict=True):
+            array["distance"].attrs["units"] = unit
+        with pytest.raises(ValueError, match="distance must have one unit in all arrays, got 'km' and 'm'"):
+            self.runs("cloud", arrays)
+
+    def test_are_written_with_results(self, tmp_path):
+        arrays = [described_motions(["p"], station=["AAA"], blind=[True]), described_motions(["r"], station=[12])]
+        self.runs("cloud", arrays).to_netcdf(tmp_path / "runs.nc")
+        with xr.open_dataset(tmp_path / "runs.nc") as kept:
+            assert kept["station"].values.tolist() == ["AAA", "12"]
