@@ -16,6 +16,7 @@ from ... import checks
 from ...aliases import Array
 from ...units import DIMENSIONLESS
 from ..fitting.links import LINKS, LOGNORMAL
+from ..runs.provenance import load_coordinates
 
 UPLIFT = "uplift-lognormal"
 ISOTONIC = "isotonic"
@@ -159,6 +160,7 @@ def form_name(curves: xr.Dataset) -> str:
     """
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset as fit_fragility returns it, got {checks.kind(curves)}")
+    load_coordinates(curves)
     if "run_block" in curves and "form" not in curves.attrs:  # (a study holds fitted curves beside its runs)
         raise ValueError("curves must be a dataset as fit_fragility returns it, got runs at adaptive levels")
     stated = curves.attrs.get("form")

@@ -25,6 +25,7 @@ from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
     as_given,
+    load_coordinates,
     motions_by_floor,
     number_of_motions,
     polarity_pairs,
@@ -162,6 +163,8 @@ def rank_measures(
         checks.number("confidence", confidence, above=0.0, below=1.0),
         checks.count("seed", seed),
     )
+    if isinstance(runs, xr.Dataset):
+        load_coordinates(runs)
     ordered = ordered_runs(runs if options.pool else _first_block_and_law(runs), state)
     if set(ordered.overturned.dims) != {"block", "model", "motion", "level"}:
         raise ValueError(f"overturned must lie on block, model, motion and level, got {ordered.overturned.dims}")

@@ -19,7 +19,7 @@ from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ...units import DIMENSIONLESS
 from ..runs.plan import UNKNOWN
-from ..runs.provenance import RUN, about_both_axes
+from ..runs.provenance import RUN, about_both_axes, load_coordinates
 
 OVERTURNED = "overturned"
 UPLIFTED = "uplifted"
@@ -199,6 +199,7 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     needs = needed_output(state)
     if not isinstance(runs, xr.Dataset) or needs not in runs:
         raise TypeError(f"{name} needs runs with `{needs}` (see outputs), as toppling.ida returns them")
+    load_coordinates(runs)
     if about_both_axes(runs):
         check_axes_of(state)
     values = runs[needs]

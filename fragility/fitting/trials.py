@@ -26,6 +26,7 @@ from ..runs.provenance import (
     STRIPES,
     clusters_of,
     design_of,
+    load_coordinates,
     motions_by_floor,
     number_of_motions,
 )
@@ -184,6 +185,7 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
     """
     if not isinstance(data, xr.Dataset):
         raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")
+    load_coordinates(data)
     if RUN in data.dims:
         return _trials_of_adaptive(data, first, state, together)
     on_motion = any("motion" in one.dims for one in data.data_vars.values())

@@ -57,6 +57,15 @@ def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
+def load_coordinates(data: xr.Dataset) -> None:
+    """Load the coordinates of a dataset in place, as reading their values does.
+
+    xarray compares what two datasets share as it merges them: lazily, with a warning, where that is not the same array.
+    """
+    for name in data.coords:
+        data[name].variable.load()
+
+
 def levels_of_the_ground(data: xr.Dataset) -> bool:
     """Return True if levels refer to the ground motion below a floor and not to the floor motion."""
     return bool(data.attrs.get("im_at", configuration_of(data).get("im_at")) == GROUND)

@@ -305,3 +305,44 @@ class TestAmplitude:
             for one in (SHAKES, record)
         ]
         assert far == [0.0, 1.0]
+
+
+HAZARD = tp.HazardCurve([0.1, 1.0, 10.0], [1.0, 0.03, 0.0005], "pga")
+DERIVED = {
+    "reached": lambda runs: tp.fragility.reached(runs).to_dataset(name="fell"),
+    "overturning_probability": tp.overturning_probability,
+    "fit_fragility": tp.fit_fragility,
+    "goodness_of_fit": tp.fragility.goodness_of_fit,
+    "overturning_capacity": tp.fragility.overturning_capacity,
+    "rank_measures": lambda runs: tp.fragility.rank_measures(runs, replicates=0),
+}
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    path = tmp_path_factory.mktemp("merging") / "runs.nc"
+    motions = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
+    blocks = [tp.Block(0.4, 1.6, name="a"), tp.Block(0.4, 2.0, name="b")]
+    tp.ida(blocks, tp.HousnerImpact(), motions, [1.0, 2.0, 4.0]).to_netcdf(path)
+    return path
+
+
+class TestMerging:
+    """What is made of a reopened dataset merges with it without a warning of xarray."""
+
+    @pytest.mark.filterwarnings("error::FutureWarning")
+    @pytest.mark.parametrize("name", DERIVED)
+    def test_with_runs(self, stored, name):
+        with xr.open_dataset(stored) as runs:
+            merged = runs.merge(DERIVED[name](runs))
+        with xr.open_dataset(stored) as runs:
+            again = DERIVED[name](runs).merge(runs)
+        assert merged["alpha"].values.tolist() == again["alpha"].values.tolist() != []
+
+    @pytest.mark.filterwarnings("error::FutureWarning")
+    def test_with_each_other_and_with_rates(self, stored, tmp_path):
+        with xr.open_dataset(stored) as runs:
+            tp.fit_fragility(runs).to_netcdf(tmp_path / "curves.nc")
+            assert "median" in tp.overturning_probability(runs).merge(tp.fit_fragility(runs))
+        with xr.open_dataset(tmp_path / "curves.nc") as curves:
+            assert "median" in tp.annual_rate(curves, HAZARD).merge(curves)
