@@ -32,10 +32,11 @@ KINDS: dict[str, str] = {
     "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
     "scaling": "recordings scaled far before they go through a building or an isolator that yields",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
+    "table": "lines with too few cells, lines and sheets that are left out, and hidden cells that are read",
 }
 """Kinds of doubts, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more
-_noted: ContextVar[bool] = ContextVar("noted", default=False)
+_noted: ContextVar[list[Doubt] | None] = ContextVar("noted", default=None)
 
 
 class Doubt(NamedTuple):
@@ -67,7 +68,9 @@ def first_of(texts: Sequence[str]) -> str:
 
 def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput) -> None:
     """Warn of doubts where the package was called; nothing is said where the caller notes them itself (`noted`)."""
-    if _noted.get():
+    keeper = _noted.get()
+    if keeper is not None:
+        keeper.extend(found)
         return
     package = __name__.rpartition(".")[0]
     level, frame = 1, sys._getframe()
@@ -78,10 +81,11 @@ def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput)
 
 
 @contextmanager
-def noted() -> Iterator[None]:
-    """Keep doubts silent within: for callers that have noted them."""
-    token = _noted.set(True)
+def noted() -> Iterator[list[Doubt]]:
+    """Keep doubts silent within, and yield the list of them: for callers that note them."""
+    keeper: list[Doubt] = []
+    token = _noted.set(keeper)
     try:
-        yield
+        yield keeper
     finally:
         _noted.reset(token)

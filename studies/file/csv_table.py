@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import NamedTuple, NoReturn, TypeVar
 
 from ... import checks
+from ...doubts import Doubt, first_of, warn
 from ...wording import system_reason
 from ..text.error import StudyError
 from .table import shown
-from .workbook import SUFFIXES, Unreadable, WorkbookError, sheet_rows
+from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
 
 UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}
 """The advice for sizes in other units."""
@@ -45,18 +46,26 @@ class CsvTable:
 
     A table in UTF-8 is separated by commas, semicolons or tabs; empty lines and lines that begin with # are skipped,
     and empty cells are treated as if the column were not there.  A workbook's sheet is read as if it had been saved so.
-    Errors are of the kind's own type, one sentence that names the file, and line and column where there is one.
+    Errors are of the kind's own type, one sentence that names the file, and line and column where there is one.  Lines
+    that a person may see otherwise in a spreadsheet program are doubts of the kind ``table``, once all lines are read.
     """
 
     def __init__(self, file: Path, kind: TableKind) -> None:
         self.file, self.kind = file, kind
         self.decimal = ""  # "." or ",", once a number has shown which
+        self.unsure: tuple[CsvLine, str] | None = None  # the first 1.200 before that
+        self._short: list[int] = []
+        self._odd: list[str] = []
+        raw = ""
         if kind.sheet is not None and file.suffix.lower() in SUFFIXES:
             self.word, self.delimiter = "row", ","  # (no decimal commas: numbers of a workbook are no text)
             self._whole = ""
-            self._lines = iter(self._sheet(kind.sheet))
+            rows, self._odd = self._sheet(kind.sheet)
+            self._lines = iter(rows)
         else:
-            self._whole = text = self._text()
+            raw = self._text()
+            # (quotes in comments do not quote; empty lines in their place keep the numbers of the other lines)
+            self._whole = text = _COMMENT.sub(r"\1", raw)
             self.word, self.delimiter = "line", _delimiter(text)
             self._lines = self._read(text)
         number, header = next(self._lines, (0, []))
@@ -67,6 +76,7 @@ class CsvTable:
         twice = next((name for i, name in enumerate(self.columns) if name and name in self.columns[:i]), None)
         if twice is not None:
             raise kind.error(f"{self.where}: column {twice!r} stands there twice")
+        self._odd += self._lines_left_out(raw)
 
     def at(self, number: int) -> str:
         """Return the words that say where a line of the file is."""
@@ -79,7 +89,30 @@ class CsvTable:
         last = next(islice(ends, self._header_line - 1, None), None) if self._header_line else None
         return "" if last is None else self._whole[last.end() :]
 
+    def _lines_left_out(self, raw: str) -> list[str]:
+        """Return the doubt in comments that are lines of the table in a spreadsheet program: ``#3 rack;0.5;1.8``."""
+        found = []
+        for n, line in enumerate(io.StringIO(raw, newline="") if "#" in raw else (), start=1):
+            if n > self._header_line and _MARKED.match(line) and line.count(self.delimiter) >= len(self.columns) - 1:
+                found.append(str(n))
+        return [f"{self._named('line', found)}: left out, since # begins a comment"] if found else []
+
+    def _named(self, word: str, numbers: list[str]) -> str:
+        return f"{self.file.name}, {word}{'s' if len(numbers) > 1 else ''} {first_of(numbers)}"
+
+    def _doubts(self) -> list[Doubt]:
+        """Return the doubts in what was read, once it is."""
+        odd = list(self._odd)
+        if self._short:
+            numbers = [str(number) for number in self._short]
+            have = "have" if len(numbers) > 1 else "has"
+            odd.append(
+                f"{self._named('line', numbers)} {have} fewer cells than the header: the others are assumed to be empty"
+            )
+        return [Doubt("table", sentence) for sentence in odd]
+
     def __iter__(self) -> Iterator[CsvLine]:
+        named = max((i for i, name in enumerate(self.columns, start=1) if name), default=0)
         for n, (number, cells) in enumerate(self._lines, start=1):
             if n > self.kind.most_rows:
                 raise self.kind.error(f"{self.file}: more than {self.kind.most_rows:,} {self.word}s")
@@ -93,11 +126,20 @@ class CsvTable:
             for name, cell in line.cells.items():
                 if isinstance(cell, Unreadable):
                     line.refuse(name, cell.why)
+                if isinstance(cell, Numeric) and cell.unit and not name.endswith(f"_{cell.unit}"):
+                    line.refuse(name, f"must be in the unit of its heading, got {cell} shown in {cell.unit}")
+            if self._whole and len(cells) < named:
+                self._short.append(number)
             yield line
+        if self.unsure is not None and self.decimal != ".":
+            self.unsure[0].refuse_ambiguous(self.unsure[1])
+        warn(self._doubts())
 
     def _read(self, text: str) -> Iterator[tuple[int, list[str]]]:
         """Yield the number and the cells of each line of a text that is not empty."""
-        reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True)
+        source = io.StringIO(text, newline="")
+        reader = csv.reader(source, delimiter=self.delimiter, strict=True)
+        ended, width = text.endswith(("\n", "\r")), 0
         while True:
             try:
                 cells = next(reader)
@@ -107,13 +149,20 @@ class CsvTable:
                 raise self.kind.error(f"{self.at(reader.line_num)}: no CSV ({error})") from None
             cells = [cell.strip() for cell in cells]
             if any(cells):
+                width = width or len(cells)
+                if len(cells) < width and not ended and source.tell() == len(text):
+                    raise self.kind.error(
+                        f"{self.at(reader.line_num)}: has {len(cells)} of {width} cells and no line end: the file is "
+                        "cut; save it again"
+                    )
                 yield reader.line_num, cells
 
-    def _sheet(self, name: str) -> list[tuple[int, list[str]]]:
-        """Return the number and the cells of each row of a workbook's sheet that is not empty."""
+    def _sheet(self, name: str) -> tuple[list[tuple[int, list[str]]], list[str]]:
+        """Return the number and the cells of each row of a workbook's sheet that is not empty, and what is odd."""
         content = self._content()
         try:
-            return sheet_rows(content, name, self.kind.most_bytes, self.kind.most_rows)
+            rows, odd = sheet_rows(content, name, self.kind.most_bytes, self.kind.most_rows)
+            return rows, [f"{self.file.name}: {sentence}" for sentence in odd]
         except WorkbookError as wrong:
             raise self.kind.error(f"{self.file}: {wrong}") from None
 
@@ -152,7 +201,7 @@ class CsvTable:
             raise error(f"{file}: cannot be read ({system_reason(wrong)})") from None
 
     def _text(self) -> str:
-        """Return the text of the file, without its comments."""
+        """Return the text of the file."""
         file, error = self.file, self.kind.error
         content = self._content()
         if content.startswith(b"PK"):
@@ -164,8 +213,7 @@ class CsvTable:
             raise error(f"{file}: not a text file in UTF-8; save it as CSV in UTF-8") from None
         if "\0" in text:
             raise error(f"{file}: holds NUL characters, not a text file")
-        # (quotes in comments do not quote; empty lines in place of the comments keep the numbers of the other lines)
-        return _COMMENT.sub(r"\1", text)
+        return text
 
 
 @dataclass(frozen=True)
@@ -185,7 +233,7 @@ class CsvLine:
         cell = self.cells.get(column, "")
         if len(cell) > MAX_TEXT or not cell.isprintable():
             self.refuse(column, f"must be at most {MAX_TEXT} printable characters, got {shown(cell)}")
-        return cell
+        return str(cell)
 
     def number_in(
         self,
@@ -201,17 +249,32 @@ class CsvLine:
             return None
         if not _NUMBER.fullmatch(cell) or ("," in cell and self.table.delimiter == ","):
             self.refuse(column, f"must be a number, got {shown(cell)}")
-        mark = "," if "," in cell else "." if "." in cell else ""
-        if mark == "," and _THOUSANDS.fullmatch(cell):
-            plain = cell.replace(",", "")
-            self.refuse(column, f"is ambiguous, write {plain} or {cell.replace(',', '.')}, got {shown(cell)}")
-        if mark and self.table.decimal not in {"", mark}:
-            self.refuse(column, f"must have its decimals as the numbers above ({self.table.decimal}), got {cell!r}")
-        self.table.decimal = self.table.decimal or mark
+        if not isinstance(self.cells[column], Numeric):
+            self._check_mark(column, cell)
         value = float(cell.replace(",", "."))
         return self.checked(
             column, lambda: checks.number(column, value, above=above, at_least=at_least, at_most=at_most)
         )
+
+    def _check_mark(self, column: str, cell: str) -> None:
+        """Refuse decimals that are not marked as those above, and numbers that may have no decimals at all."""
+        table, mark = self.table, "," if "," in cell else "." if "." in cell else ""
+        sure = mark == "." and (table.decimal == "." or column.endswith("_m"))
+        if mark and not sure and _THOUSANDS.fullmatch(cell):
+            # (a German spreadsheet writes 1200 as 1.200, and no other number shows that points mark decimals)
+            if mark == "," or table.decimal:
+                self.refuse_ambiguous(column)
+            table.unsure = table.unsure or (self, column)
+            return
+        if mark and table.decimal not in {"", mark}:
+            self.refuse(column, f"must have its decimals as the numbers above ({table.decimal}), got {cell!r}")
+        table.decimal = table.decimal or mark
+
+    def refuse_ambiguous(self, column: str) -> NoReturn:
+        """Raise an error about 1.200 or 1,200, which may be a thousand or one."""
+        cell = self.text(column)
+        whole, mark, fraction = cell.partition("," if "," in cell else ".")
+        self.refuse(column, f"is ambiguous, write {whole}{fraction} or {whole}{mark}{fraction}0, got {shown(cell)}")
 
     def count_in(self, column: str) -> int | None:
         """Return a cell as a whole number, None where it is empty."""
@@ -243,7 +306,8 @@ YES = ("yes", "y", "true", "1")
 NO = ("no", "n", "false", "0")
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
-_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
+_MARKED = re.compile(r"[ \t]*#\S")
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 
 
 def _delimiter(text: str) -> str:

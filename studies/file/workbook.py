@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import datetime
 import io
+import re
 import warnings
 import zipfile
 from typing import TYPE_CHECKING, Any
+
+from ...doubts import first_of
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -23,6 +26,9 @@ MOST_ROWS = 2**20
 """Rows of a sheet (the format's own limit)."""
 MOST_COLUMNS = 1024
 """Columns that a row may reach, empty ones among them."""
+_UNITS = ("mm", "cm", "m", "in", "ft", "g", "kg", "t", "lb", "n", "kn")
+"""Units that number formats write beside numbers, in lower case."""
+_LITERAL = re.compile(r'"([^"]*)"|\\(.)')
 _OLD = b"\xd0\xcf\x11\xe0"
 
 
@@ -44,8 +50,25 @@ class Unreadable(str):
         return made
 
 
-def sheet_rows(content: bytes, sheet: str, most_bytes: int, most_rows: int) -> list[tuple[int, list[str]]]:
-    """Return the number and the cells of each row of a sheet that is neither empty nor a comment.
+class Numeric(str):
+    """The text of a cell that is a number, and the unit in which its format shows it, '' where it shows none."""
+
+    __slots__ = ("unit",)
+    unit: str
+
+    @classmethod
+    def cell(cls, text: str, format_code: str) -> Numeric:
+        """Return such a cell, of a number format such as ``0.0" cm"``."""
+        made = cls(text)
+        shown = "".join(map("".join, _LITERAL.findall(format_code.partition(";")[0]))).strip().lower()
+        made.unit = shown if shown in _UNITS else ""
+        return made
+
+
+def sheet_rows(
+    content: bytes, sheet: str, most_bytes: int, most_rows: int
+) -> tuple[list[tuple[int, list[str]]], list[str]]:
+    """Return the rows of a sheet that are neither empty nor comments, and what a person sees otherwise.
 
     Parameters
     ----------
@@ -61,8 +84,10 @@ def sheet_rows(content: bytes, sheet: str, most_bytes: int, most_rows: int) -> l
     Returns
     -------
     list of (int, list of str)
-        Numbers as the sheet counts them, from 1; a row ends with its last cell that is not empty.  A row whose first
-        cell begins with # is a comment.  Cells without a text are `Unreadable`.
+        Numbers as the sheet counts them, from 1, and cells; a row ends with its last cell that is not empty.  A row
+        whose first cell begins with # is a comment.  Cells without a text are `Unreadable`, numbers `Numeric`.
+    list of str
+        Sentences on hidden rows, columns and sheets that are read, and on visible sheets that are not.
 
     Raises
     ------
@@ -87,7 +112,7 @@ def sheet_rows(content: bytes, sheet: str, most_bytes: int, most_rows: int) -> l
         raise WorkbookError(f"not a workbook (XLSX) that can be read ({type(error).__name__})") from None
 
 
-def _rows(content: bytes, name: str, most_rows: int) -> list[tuple[int, list[str]]]:
+def _rows(content: bytes, name: str, most_rows: int) -> tuple[list[tuple[int, list[str]]], list[str]]:
     from openpyxl import load_workbook  # noqa: PLC0415 - for workbooks alone
 
     # (values and formulas are two readings of one file; merged cells are in the second alone)
@@ -120,7 +145,36 @@ def _rows(content: bytes, name: str, most_rows: int) -> list[tuple[int, list[str
             found.append((number or n, cells))
             if len(found) > most_rows + 1:
                 break
-    return found
+    others = [other.title for other in values.worksheets if other.title in seen and other.title != title]
+    return found, _hidden(formulas, found) + _unread(title, [other for other in others if _is_filled(values[other])])
+
+
+def _hidden(sheet: Worksheet, rows: list[tuple[int, list[str]]]) -> list[str]:
+    """Return a sentence on each kind of hidden cells that are read."""
+    columns = [
+        letter
+        for letter, of in sorted(sheet.column_dimensions.items())
+        if of.hidden and any(any(cells[(of.min or 1) - 1 : of.max]) for _, cells in rows)
+    ]
+    hidden = {
+        "row": [str(number) for number, _ in rows if sheet.row_dimensions[number].hidden],
+        "column": columns,
+        "sheet": [repr(sheet.title)] if sheet.sheet_state != "visible" else [],
+    }
+    return [
+        f"hidden {what}{'s' if len(names) > 1 else ''} {first_of(names)} {'are' if len(names) > 1 else 'is'} read, too"
+        for what, names in hidden.items()
+        if names
+    ]
+
+
+def _unread(title: str, others: list[str]) -> list[str]:
+    return [f"only the sheet {title!r} is read, not {first_of([repr(other) for other in others])}"] if others else []
+
+
+def _is_filled(sheet: Any) -> bool:
+    """True if a sheet has a cell that is not empty."""
+    return any(cell is not None for row in sheet.iter_rows(values_only=True) for cell in row)
 
 
 def _text(cell: Any, formulas: Worksheet, merged: dict[tuple[int, int], str]) -> str:
@@ -140,6 +194,7 @@ def _text(cell: Any, formulas: Worksheet, merged: dict[tuple[int, int], str]) ->
         return Unreadable.cell(shown, f"must be text or a number, got the date or time {shown}")
     if isinstance(value, bool):
         return str(value).upper()
-    if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
+    if isinstance(value, int | float):
+        whole = isinstance(value, int) or (value.is_integer() and abs(value) < 2**53)
+        return Numeric.cell(str(int(value)) if whole else repr(value), cell.number_format or "")
     return str(value).strip()

@@ -185,9 +185,15 @@ def read_inventory(
     ========================== =========================================================================================
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
+    1.200 is refused where no other number shows that points mark decimals.  A last line with fewer cells than the
+    header and without its end is refused: the file is cut.
 
-    Of a workbook the values count, those of formulas as they were when it was saved, hidden rows among them.  Dates,
-    errors, formulas without a value and merged cells are refused; macros and other sheets are ignored.
+    Of a workbook the values count, those of formulas as they were when it was saved.  Dates, errors, formulas without a
+    value, merged cells, and numbers that are shown in another unit than the heading's are refused; macros are ignored.
+
+    Warnings (`toppling.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells than
+    the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible sheets
+    that are not.
 
     Examples
     --------

@@ -511,7 +511,8 @@ class PerformanceStudy(Study):
         hazards = [] if self.hazard is None else [self.hazard, *branches]
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
-        return [*block_doubts([row.block for row in self.inventory.rows]), *own, *far, *levels, *said, *others]
+        pieces = block_doubts([row.block for row in self.inventory.rows])
+        return [*self.of_tables, *pieces, *own, *far, *levels, *said, *others]
 
     @cached_property
     def reading(self) -> Reading:

@@ -125,7 +125,7 @@ class PooledStudy(BlockStudy, Study):
 
     @property
     def doubts(self) -> list[Doubt]:
-        return [*block_doubts(self.region), *self.design.doubts, *self.risk_doubts]
+        return [*self.of_tables, *block_doubts(self.region), *self.design.doubts, *self.risk_doubts]
 
     @property
     def _read(self) -> list[Any]:

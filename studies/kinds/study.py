@@ -10,7 +10,7 @@ import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import asdict, astuple, dataclass, field, replace
 from functools import cached_property
 from importlib import import_module, metadata
 from pathlib import Path
@@ -21,7 +21,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Progress
-from ...doubts import Doubt
+from ...doubts import Doubt, noted
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
@@ -82,11 +82,12 @@ class Study(ABC):
     """A study, ready to run.
 
     `Study.from_toml` makes the kind of study that the file asks for; `configuration` is the file's content as plain
-    values.
+    values; `of_tables`: the doubts in tables of other files.
     """
 
     title: str
     configuration: dict[str, Any]
+    of_tables: tuple[Doubt, ...] = field(default=(), kw_only=True)
     kind: ClassVar[str]
     results_are_of: ClassVar[str] = ""
     """The kind that results are of, where it differs: they hold what that kind's do."""
@@ -111,7 +112,11 @@ class Study(ABC):
         content = read_study_file(file)
         try:
             import_module(f".{content.kind}", __package__)  # (the class of a kind is known once its module is loaded)
-            study = Study._kinds[content.kind].of(content, file.parent)
+            with noted() as found:
+                study = Study._kinds[content.kind].of(content, file.parent)
+            # (those of motions are among the study's own)
+            tables = tuple(doubt for doubt in found if doubt.kind == "table")
+            study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
             for one in study.doubts:
                 if one.grave and one.kind not in study.accepted:
@@ -524,6 +529,7 @@ class BlockStudy:
     """The shared part of the kinds of studies that shake known or uncertain blocks by a design."""
 
     configuration: dict[str, Any]
+    of_tables: tuple[Doubt, ...]
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]
     design: Design
@@ -543,7 +549,7 @@ class BlockStudy:
 
     @property
     def doubts(self) -> list[Doubt]:
-        return [*block_doubts(self.blocks), *self.design.doubts, *self.risk_doubts]
+        return [*self.of_tables, *block_doubts(self.blocks), *self.design.doubts, *self.risk_doubts]
 
     @property
     def risk_doubts(self) -> list[Doubt]:

@@ -109,6 +109,9 @@ def _columns(table: CsvTable) -> dict[str, Array] | None:
         )
     except (ValueError, pd.errors.ParserError):
         return None
+    # (lines with fewer cells are read one by one, which finds cut files)
+    if text.count(table.delimiter) < (len(table.columns) - 1) * len(frame):
+        return None
     # (an index other than the numbers of the lines: these have more cells than the header)
     if not isinstance(frame.index, pd.RangeIndex) or not 0 < len(frame) <= MOST_BLOCKS:
         return None

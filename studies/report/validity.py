@@ -58,6 +58,7 @@ UNSTABLE = 0.05
 """Share of outcomes that a change of a millionth reverses, from which outcomes need care."""
 MOST_NAMES = 4
 ODD = {
+    "table": "a table may not be read as a spreadsheet program shows it",
     "block size": "the size of a piece looks wrong",
     "level": "the highest level is stronger than any real shaking",
     "scenario": "the motions or their scenario lie outside what ground-motion data support",

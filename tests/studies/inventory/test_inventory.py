@@ -14,6 +14,7 @@ import openpyxl
 import pytest
 
 import toppling as tp
+from toppling.doubts import ImplausibleInput
 from toppling.studies import StudyError
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
@@ -153,7 +154,7 @@ BAD_FILES = [
     ("width_m,height_m,floor\n0.4,2,1,7\n", "line 2: has 4 cells, the header names 3 columns"),
     ('width_m,height_m,floor\n"0,4",2,1\n', "column 'width_m': must be a number, got '0,4'"),
     ("width_m;height_m;floor;value\n0,4;1.9;1;5\n", "column 'height_m': must have its decimals as the numbers above"),
-    ("width_m;height_m;floor;value\n0,4;1,9;1;1,200\n", "column 'value': is ambiguous, write 1200 or 1.200"),
+    ("width_m;height_m;floor;value\n0,4;1,9;1;1,200\n", "column 'value': is ambiguous, write 1200 or 1,2000"),
     ("catalogue,floor,count\nbookcase-5-shelf,1,0\n", "column 'count': must be from 1 to 1000000, got 0"),
     ("catalogue,floor,count\nbookcase-5-shelf,1,2.5\n", "column 'count': must be a whole number, got '2.5'"),
     ("catalogue,floor,e\nbookcase-5-shelf,1,1.1\n", "column 'e': must be finite and > 0 and <= 1, got 1.1"),
@@ -245,6 +246,94 @@ def test_bad_paths(tmp_path):
     big.write_bytes(b"x" * (16 * 2**20 + 1))
     with pytest.raises(StudyError, match="larger than 16 MiB"):
         read_inventory(big)
+
+
+# ambiguous: 1200 or 1.2?
+THOUSANDS = {
+    "semicolons": "catalogue;floor;value\nbookcase-5-shelf;0;1.200\n",
+    "tabs": "catalogue\tfloor\tmass_kg\nbookcase-5-shelf\t0\t1.200\n",
+    "commas": 'catalogue,floor,anchoring_cost\nbookcase-5-shelf,0,"2.450"\n',
+    "beside decimal commas": "catalogue;floor;value;e\nbookcase-5-shelf;0;1.200;0,9\nbookcase-4-shelf;0;5;0,8\n",
+    "below decimal commas": "catalogue;floor;e;value\nbookcase-5-shelf;0;0,9;5\nbookcase-4-shelf;0;;1.200\n",
+    "a gap in mm": "catalogue;floor;wall_gap_mm\nbookcase-5-shelf;0;1.200\n",
+}
+
+
+@pytest.mark.parametrize("text", THOUSANDS.values(), ids=THOUSANDS)
+def test_points_may_separate_thousands(tmp_path, text):
+    wrong = "2.450" if "2.450" in text else "1.200"
+    number = next(n for n, line in enumerate(text.splitlines(), start=1) if wrong in line)
+    plain = wrong.replace(".", "")
+    with pytest.raises(InventoryError, match=f"line {number}, .*is ambiguous, write {plain} or {wrong}0, got"):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize("written", ["1200", "1.2000", "1,2000"])
+def test_what_the_refusal_of_thousands_offers_is_read(tmp_path, written):
+    (row,) = read(tmp_path, f"catalogue;floor;value\nbookcase-5-shelf;0;{written}\n").rows
+    assert row.value == (1200.0 if written == "1200" else 1.2)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "width_m;height_m;floor;value\n1.200;2.450;0;1.250\n",
+        "catalogue;floor;value;e\nbookcase-5-shelf;0;1.250;0.95\n",
+        "catalogue;floor;value;e\nbookcase-5-shelf;0;1.250;\nbookcase-4-shelf;0;;0.95\n",
+    ],
+    ids=["sizes in metres", "before", "after"],
+)
+def test_points_that_other_numbers_show_to_mark_decimals(tmp_path, text):
+    assert read(tmp_path, text).rows[0].value == 1.25
+
+
+CUT = "item,catalogue,floor,count,anchored\nshelf,bookcase-5-shelf,0,1,no\ncase,bookcase-4-shelf,1,12,yes\n"
+
+
+@pytest.mark.parametrize("end", ["case,bookcase-4-shelf,1,1", "case,bookcase-4-shelf,1", "case,bookcase-4-shelf,1,"])
+@pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])
+def test_a_cut_last_line(tmp_path, end, line_end):
+    whole = CUT[: CUT.index(end) + len(end)].replace("\n", line_end)
+    with pytest.raises(InventoryError, match=r"line 3: has \d of 5 cells and no line end: the file is cut"):
+        read(tmp_path, whole)
+
+
+def test_a_whole_last_line_without_its_end(tmp_path):
+    assert read(tmp_path, CUT[:-1]) == read(tmp_path, CUT)
+
+
+def test_short_lines_and_lines_left_out_are_named(tmp_path):
+    text = (
+        CUT + "#3 rack,bookcase-3-shelf,1,5,no\nrack,bookcase-3-shelf,1\n# shelf, as it was, on floor 2, no, yes\nlow,,"
+    )
+    with pytest.raises(InventoryError, match="line 7: has 3 of 5 cells"):
+        read(tmp_path, text)
+    text = text[: text.index("low")]
+    with pytest.warns(ImplausibleInput) as caught:
+        found = read(tmp_path, text)
+    assert [str(one.message) for one in caught] == [
+        "inventory.csv, line 4: left out, since # begins a comment",
+        "inventory.csv, line 5 has fewer cells than the header: the others are assumed to be empty",
+    ]
+    assert [(row.label, row.count, row.anchored) for row in found.rows][1:] == [("case", 12, True), ("rack", 1, False)]
+
+
+def test_studies_note_what_is_odd_in_their_tables(tmp_path):
+    """An inventory, and blocks in a file, which is a table too."""
+    motions = '[motions]\ngenerator = "clough-penzien"\nnumber = 2\nduration_s = 4\ndt_s = 0.02\n'
+    top = f'title = "t"\n{{}}[[models]]\nlaw = "housner"\n{motions}'
+    (tmp_path / "items.csv").write_text("item,catalogue,floor,count\nshelf,bookcase-5-shelf,0\n", encoding="utf-8")
+    (tmp_path / "blocks.csv").write_text("name,width_m,height_m,mass_kg\na,0.4,1.8\n", encoding="utf-8")
+    of_items = top.format("") + '[performance]\ninventory = "items.csv"\n'
+    levels = '[ida]\nim = "pga"\nlevels = { values = [0.1, 0.2], unit = "g" }\n'
+    of_blocks = top.format('blocks_file = "blocks.csv"\n') + levels
+    for text, name in ((of_items, "items.csv"), (of_blocks, "blocks.csv")):
+        path = tmp_path / "study.toml"
+        path.write_text(text, encoding="utf-8")
+        note = f"{name}, line 2 has fewer cells than the header: the others are assumed to be empty"
+        assert note in tp.Study.from_toml(path).notes
+        path.write_text(f'accept = ["table"]\n{text}', encoding="utf-8")
+        assert note not in tp.Study.from_toml(path).notes
 
 
 PLAIN_FILES = [
@@ -366,13 +455,15 @@ class TestWorkbooks:
         sheet.cell(6, 1, "# notes below")
         book.create_sheet("costs")["A1"] = "nothing of ours"
         book.save(path)
-        assert read_inventory(path) == read(tmp_path, SMALL)
+        with pytest.warns(ImplausibleInput, match="only the sheet 'Sheet' is read, not 'costs'"):
+            assert read_inventory(path) == read(tmp_path, SMALL)
         # the first that is not hidden …
         book.create_sheet("lists", 0)["A1"] = "nothing of ours"
         book["lists"].sheet_state = "hidden"
         book.active = 1
         book.save(path)
-        assert read_inventory(path) == read(tmp_path, SMALL)
+        with pytest.warns(ImplausibleInput, match="only the sheet 'Sheet' is read, not 'costs'"):
+            assert read_inventory(path) == read(tmp_path, SMALL)
         # … or the one of that name, wherever it is
         book.create_sheet("first", 0)["A1"] = "nothing of ours"
         book.save(path)
@@ -380,7 +471,68 @@ class TestWorkbooks:
             read_inventory(path)
         sheet.title = "Inventory"
         book.save(path)
-        assert read_inventory(path) == read(tmp_path, SMALL)
+        with pytest.warns(ImplausibleInput, match="only the sheet 'Inventory' is read, not 'first', 'costs'"):
+            assert read_inventory(path) == read(tmp_path, SMALL)
+
+    @pytest.mark.parametrize(
+        ("hide", "message"),
+        [
+            (lambda book: setattr(book.active.row_dimensions[3], "hidden", True), "hidden row 3 is read, too"),
+            (lambda book: setattr(book.active.column_dimensions["C"], "hidden", True), "hidden column C is read, too"),
+            (lambda book: book.active.column_dimensions.group("B", "C", hidden=True), "hidden column B is read, too"),
+            (
+                lambda book: book.create_sheet("floor 2").append(["item"]),
+                "only the sheet 'Sheet' is read, not 'floor 2'",
+            ),
+        ],
+        ids=["row", "column", "group", "sheet"],
+    )
+    def test_what_a_person_does_not_see_or_sees_in_vain(self, tmp_path, hide, message):
+        rows = [["catalogue", "floor", "count"], ["bookcase-5-shelf", 1, 3], ["bookcase-4-shelf", 1, 2]]
+        path = book_of(rows, tmp_path / "i.xlsx")
+        book = openpyxl.load_workbook(path)
+        hide(book)
+        book.save(path)
+        with pytest.warns(ImplausibleInput, match=rf"^i\.xlsx: {re.escape(message)}$"):
+            assert read_inventory(path).pieces == 5
+
+    def test_a_hidden_sheet_of_the_name(self, tmp_path):
+        path = book_of([["catalogue", "floor"], ["bookcase-5-shelf", 1]], tmp_path / "i.xlsx")
+        book = openpyxl.load_workbook(path)
+        book.active.title = "inventory"
+        book.active.sheet_state = "hidden"
+        book.active = book.create_sheet("empty")
+        book.save(path)
+        with pytest.warns(ImplausibleInput, match=r"^i\.xlsx: hidden sheet 'inventory' is read, too$"):
+            assert read_inventory(path).pieces == 1
+
+    @pytest.mark.parametrize("code", ['0.0" cm"', '0" mm"', '0.00\\ "ft"', '0.0" CM";-0.0" CM"'])
+    def test_units_of_number_formats(self, tmp_path, code):
+        """A person sees 45 cm below width_m."""
+        rows = [["width_m", "height_m", "floor", "mass_kg"], [0.45, 2.0, 1, 80]]
+        path = book_of(rows, tmp_path / "i.xlsx")
+        book = openpyxl.load_workbook(path)
+        book.active["A2"].number_format, book.active["B2"].number_format = '0.00" m"', '0.00\\ "m"'
+        book.active["D2"].number_format = '0" kg"'
+        book.save(path)
+        assert read_inventory(path).rows[0].block.width == 0.45
+        book.active["A2"].number_format, book.active["A2"].value = code, 45
+        book.save(path)
+        with pytest.raises(InventoryError, match="row 2, column 'width_m': must be in the unit of its heading, got 45"):
+            read_inventory(path)
+
+    def test_shares_in_per_cent_and_numbers_as_text(self, tmp_path):
+        rows = [["catalogue", "floor", "persons_exposed", "injury_probability", "value"]]
+        path = book_of([*rows, ["bookcase-5-shelf", 1, 1.125, 0.4, "250"]], tmp_path / "i.xlsx", lambda cell: cell)
+        book = openpyxl.load_workbook(path)
+        book.active["D2"].number_format = "0%"  # (shows 40 %)
+        book.save(path)
+        (row,) = read_inventory(path).rows
+        assert (row.injury.probability, row.injury.persons, row.value) == (0.4, 1.125, 250.0)
+        book.active["E2"].value = "1.200"  # (text: as a person wrote it)
+        book.save(path)
+        with pytest.raises(InventoryError, match="row 2, column 'value': is ambiguous, write 1200"):
+            read_inventory(path)
 
     def test_macros_are_not_looked_at(self, tmp_path):
         path = book_of(rows_of(SMALL), tmp_path / "i.xlsm")
@@ -477,6 +629,7 @@ def replaced(book, parts):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
 def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):
     """2,000 damaged files: bytes changed, cut out, doubled, put in from a list of nasty ones."""
     whole = Path(example_path()).read_bytes()

@@ -123,6 +123,10 @@ def test_columns_are_what_lines_give(text, tmp_path):
         ("name,width_m,height_m,wall_gap_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
         ("name,width_m,height_m,edge_distance_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
         ("name,width_m,height_m\n", "has a header but no blocks"),
+        (
+            "name,width_m,height_m,cm_height_m,inertia_factor\na,0.4,1.8,1.0,1.3\nb,0.4,1.8",
+            "line 3: has 3 of 5 cells and no line end: the file is cut",
+        ),
         ("name,width_mm,height_m\na,400,1.8\n", "sizes are in metres"),
     ],
 )
