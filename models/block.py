@@ -20,6 +20,12 @@ from .scenes.wall import Wall, describe_wall
 UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
 MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
 
+WIDEST = 1.5
+"""m: the smaller plan size of furniture and equipment; those of the catalogue are at most 0.9 m."""
+WIDTHS, HEIGHTS, RATIOS = (0.05, WIDEST), (0.1, 4.0), (1.0, 12.0)
+"""Plausible widths, m, heights, m, and heights over widths; the catalogue's are 0.13-0.9, 0.23-2.4 and 1.04-8.5."""
+FACTORS = (10.0, 100.0, 1000.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Block:
@@ -350,9 +356,11 @@ class Block:
             front, back = self.b - self.cm_offset, self.b + self.cm_offset
             e = (square - front * back) / math.sqrt((square + front**2) * (square + back**2))
         if e <= 0.0:
+            likely = likely_sizes(self.width, self.height)
+            meant = f"{likely}? If not, " if likely else ""
             raise ValueError(
                 f"Housner's restitution of a block with alpha = {self.alpha:.4g} rad is {e:.4g}, not positive: "
-                "so squat a block needs an explicit e with 0 < e <= 1"
+                f"{meant}so squat a block needs an explicit e with 0 < e <= 1"
             )
         return e
 
@@ -434,3 +442,28 @@ def block_from(described: Mapping[str, Any]) -> Block:
     if values.get("edge") is not None:
         values["edge"] = Edge(**values["edge"])
     return Block(**values)
+
+
+def likely_sizes(width: float, height: float) -> str:
+    """Return the plausible sizes that a slip may have turned into these, in words; '' for none.
+
+    Examples
+    --------
+    >>> likely_sizes(1.95, 0.45)
+    '0.45 m × 1.95 m with width and height exchanged'
+    >>> likely_sizes(0.45, 1.95)
+    ''
+    """
+    slips = [(height, width, "with width and height exchanged")]
+    slips += [(width / factor, height / factor, f"with both divided by {factor:g}") for factor in FACTORS]
+    slips += [(width / factor, height, f"with the width divided by {factor:g}") for factor in FACTORS]
+    slips += [(width, height / factor, f"with the height divided by {factor:g}") for factor in FACTORS]
+    slips += [(height / factor, width / factor, f"with both exchanged and divided by {factor:g}") for factor in FACTORS]
+    if _plausible(width, height):
+        return ""
+    return next((f"{wide:g} m × {high:g} m {words}" for wide, high, words in slips if _plausible(wide, high)), "")
+
+
+def _plausible(width: float, height: float) -> bool:
+    bounded = ((width, WIDTHS), (height, HEIGHTS), (height / width, RATIOS))
+    return all(low <= value <= high for value, (low, high) in bounded)

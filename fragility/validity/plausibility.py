@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from ...aliases import Array, Flags
-from ...doubts import Doubt, first_names, first_of
+from ...doubts import NAMED, Doubt, first_names, first_of
 from ...models import Block, Model, Sliding
+from ...models.block import WIDEST, likely_sizes
 from ...models.columns import BlockArray
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
@@ -18,6 +19,7 @@ SLIDES_ON = 0.05
 """Share of a slip that comes after the end of the motion."""
 LEAST_SLIP = 1e-4  # m
 IMPOSSIBLY_LARGE, IMPOSSIBLY_SMALL = 100.0, 0.001  # m
+NEVER = np.zeros(1, dtype=bool)
 HIGHEST: dict[str, tuple[float, float, str]] = {
     ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "g written where m/s² is meant?"),
     VELOCITY: (10.0, 100.0, "cm/s meant?"),
@@ -26,39 +28,51 @@ HIGHEST: dict[str, tuple[float, float, str]] = {
 
 
 def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
-    """Return the doubt in the sizes of blocks: sides above 20 m or below 0.01 m."""
+    """Return the doubt in the sizes of blocks: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
     if isinstance(blocks, BlockArray):
-        return _size_doubts(np.stack([blocks.width, blocks.height], axis=1), lambda i: str(blocks.names[i]))
+        sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / np.tan(blocks.alpha)
+        return _size_doubts(sides, slenderness, lambda i: str(blocks.names[i]))
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
     # (a block without a name is called by its sizes)
-    return _size_doubts(sides, lambda i: every[i].name)
+    return _size_doubts(sides, np.array([block.h / block.b for block in every]), lambda i: every[i].name)
 
 
-def _size_doubts(sides: Array, name: Callable[[int], str | None]) -> list[Doubt]:
+def _size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
     found = []
+    large, small = sides.max(axis=1) > LARGEST, sides.min(axis=1) < SMALLEST
+    wide = ~large & ~small & (sides[:, 0] > WIDEST)
+    squat = ~large & ~small & ~wide & (slenderness < 1.0 - 1e-9)
     for odd, beyond, text, slip in (
         (
-            sides.max(axis=1) > LARGEST,
+            large,
             sides > IMPOSSIBLY_LARGE,
-            f"above {LARGEST:g} m",
+            f"sides above {LARGEST:g} m",
             "centimetres or millimetres written as metres?",
         ),
+        (small, sides < IMPOSSIBLY_SMALL, f"sides below {SMALLEST:g} m", "another unit than metres?"),
+        (wide, NEVER, f"a width above {WIDEST:g} m", "the width is the size in the direction in which a block tips"),
         (
-            sides.min(axis=1) < SMALLEST,
-            sides < IMPOSSIBLY_SMALL,
-            f"below {SMALLEST:g} m",
-            "another unit than metres?",
+            squat,
+            NEVER,
+            "a centre of mass lower than half the width",
+            "such a block slides or bounces, and hardly rocks",
         ),
     ):
         named = np.flatnonzero(odd).tolist()
         if named:
-            own = [f"{name(i)}: " if name(i) else "" for i in named]
-            sizes = first_of([f"{one}{sides[i, 0]:g} m × {sides[i, 1]:g} m" for one, i in zip(own, named, strict=True)])
+            sizes = first_of([*(_sizes(sides[i], name(i)) for i in named[:NAMED]), *map(str, named[NAMED:])])
             have = "has" if len(named) == 1 else "have"
-            of = f"{len(named):,} of {len(sides):,} blocks {have} sides" if len(sides) > 1 else "the block has sides"
+            of = f"{len(named):,} of {len(sides):,} blocks {have}" if len(sides) > 1 else "the block has"
             found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
     return found
+
+
+def _sizes(sides: Array, name: str | None) -> str:
+    """Return the name and the sizes of a block, and those that may be meant."""
+    width, height = map(float, sides)
+    likely = likely_sizes(width, height)
+    return f"{f'{name}: ' if name else ''}{width:g} m × {height:g} m{f', or {likely}?' if likely else ''}"
 
 
 def rocking_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:

@@ -291,7 +291,7 @@ def assess(
     realisations = REALISATIONS if draws is None else draws.realisations
     scores = PieceScores(realisations, consequence_correlation, precision.seed)
     check_drawn(inventory, realisations)
-    warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.given)])
+    warn([*block_doubts([replace(row.block, name=row.label) for row in inventory.rows]), *record_doubts(shaking.given)])
     if sides is None:
         sides = tells_sides(inventory)
     slips = None

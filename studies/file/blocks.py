@@ -11,6 +11,8 @@ from typing import Annotated, Any, NoReturn, Self
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from ...doubts import warn
+from ...fragility.validity.plausibility import block_doubts
 from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.edge import CENTRE, FALLS_WHEN
@@ -447,7 +449,9 @@ def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -
         found[block.label] = (line.number, block)
     if not found:
         raise KIND.error(f"{file}: has a header but no blocks")
-    return tuple(block for _, block in found.values())
+    blocks = tuple(block for _, block in found.values())
+    warn(block_doubts(blocks))
+    return blocks
 
 
 def _surrounded(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) -> Block:

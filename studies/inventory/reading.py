@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...doubts import warn
+from ...fragility.validity.plausibility import block_doubts
 from ...models import Block, Edge
 from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, FixedFriction, LognormalFriction
 from ...models.scenes.edge import FALLS_WHEN
@@ -193,7 +195,7 @@ def read_inventory(
 
     Warnings (`toppling.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells than
     the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible sheets
-    that are not.
+    that are not; and sizes that are not plausible.
 
     Examples
     --------
@@ -229,6 +231,7 @@ def read_inventory(
         inventory.check_supports()
     except ValueError as error:
         raise InventoryError(f"{file}: {error}") from None
+    warn(block_doubts([replace(row.block, name=row.label) for row in inventory.rows]))
     return inventory
 
 

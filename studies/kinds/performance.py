@@ -511,7 +511,7 @@ class PerformanceStudy(Study):
         hazards = [] if self.hazard is None else [self.hazard, *branches]
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
-        pieces = block_doubts([row.block for row in self.inventory.rows])
+        pieces = block_doubts([replace(row.block, name=row.label) for row in self.inventory.rows])
         return [*self.of_tables, *pieces, *own, *far, *levels, *said, *others]
 
     @cached_property

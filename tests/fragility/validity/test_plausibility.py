@@ -8,6 +8,7 @@ import pytest
 import toppling as tp
 from toppling.doubts import ImplausibleInput, noted
 from toppling.fragility.validity.plausibility import block_doubts, level_doubts
+from toppling.models.columns import BlockArray
 from toppling.units import STANDARD_GRAVITY as G
 
 CABINET = tp.Block(0.4, 1.8, name="cabinet")
@@ -18,8 +19,11 @@ SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
     ("width", "height", "expected"),
     [
         (0.4, 1.8, None),
-        (5.0, 19.9, None),
+        (1.5, 1.9, None),
+        (1.51, 19.9, False),
         (5.0, 20.1, False),
+        (0.8, 0.8, None),
+        (0.81, 0.8, False),
         (40.0, 99.0, False),
         (400.0, 1800.0, True),
         (0.011, 0.05, None),
@@ -31,6 +35,48 @@ def test_sizes(width, height, expected):
     found = block_doubts([tp.Block(width, height, name="one")])
     assert [one.grave for one in found] == ([] if expected is None else [expected])
     assert all(f"one: {width:g} m × {height:g} m" in one.sentence for one in found)
+
+
+# (what was written, what was meant, by hand)
+@pytest.mark.parametrize(
+    ("width", "height", "meant"),
+    [
+        (1.95, 0.45, "0.45 m × 1.95 m with width and height exchanged"),
+        (450.0, 1950.0, "0.45 m × 1.95 m with both divided by 1000"),
+        (1950.0, 450.0, "0.45 m × 1.95 m with both exchanged and divided by 1000"),
+        (45.0, 1.95, "0.45 m × 1.95 m with the width divided by 100"),
+        (0.45, 1950.0, "0.45 m × 1.95 m with the height divided by 1000"),
+        (45.0, 195.0, "0.45 m × 1.95 m with both divided by 100"),
+        (4.5, 19.5, "0.45 m × 1.95 m with both divided by 10"),
+        (0.9, 0.8, "0.8 m × 0.9 m with width and height exchanged"),
+        (2.0, 60.0, ""),
+    ],
+)
+def test_likely_sizes(width, height, meant):
+    (doubt,) = block_doubts([CABINET, tp.Block(width, height, name="shelf")])
+    assert (f", or {meant}?" in doubt.sentence) if meant else (", or " not in doubt.sentence)
+    assert "shelf: " in doubt.sentence
+    assert "cabinet" not in doubt.sentence
+    many = BlockArray([0.4, width], [1.8, height], names=["cabinet", "shelf"])
+    assert block_doubts(many) == [doubt]
+
+
+def test_the_message_on_a_restitution_asks_for_exchanged_sizes():
+    with pytest.raises(ValueError, match=r"not positive: 0.45 m × 1.95 m with width and height exchanged\? If not, so"):
+        _ = tp.Block(1.95, 0.45).restitution
+
+
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        (tp.Block(0.6, 1.2, 0.2, 1.3), "a centre of mass lower than half the width (0.6 m × 1.2 m):"),
+        (tp.Block(0.9, 1.2), None),
+    ],
+)
+def test_the_centre_of_mass_counts_and_not_the_height(block, said):
+    assert [one.sentence.partition(":")[0] + ":" for one in block_doubts([block])] == (
+        [] if said is None else [f"the block has {said}"]
+    )
 
 
 @pytest.mark.parametrize(

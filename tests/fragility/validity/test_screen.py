@@ -635,7 +635,8 @@ class TestNotes:
         assert "house: its centre of mass is 1.5 half widths high" in wide[0]
         assert (
             wide[1]
-            == "the block has sides above 20 m (house: 40 m × 60 m): centimetres or millimetres written as metres?"
+            == "the block has sides above 20 m (house: 40 m × 60 m, or 0.4 m × 0.6 m with both divided by 100?): "
+            "centimetres or millimetres written as metres?"
         )
 
 

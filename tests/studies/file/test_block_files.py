@@ -383,7 +383,9 @@ class TestManyBlocks:
         ]
         huge = [tp.Block(10.0, 40.0, name=f"h{i}") for i in range(9)]
         (said,) = block_notes(huge)
-        assert said.startswith("9 of 9 blocks have sides above 20 m (h0: 10 m × 40 m, h1")
+        assert said.startswith(
+            "9 of 9 blocks have sides above 20 m (h0: 10 m × 40 m, or 1 m × 4 m with both divided by 10?, h1: "
+        )
         assert said.endswith(" and 6 more): centimetres or millimetres written as metres?")
         assert block_notes([tp.Block(4e-4, 1.8e-3, name="mm"), tp.Block(0.3, 1.0)]) == [
             "1 of 2 blocks has sides below 0.01 m (mm: 0.0004 m × 0.0018 m): another unit than metres?"

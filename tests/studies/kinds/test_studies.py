@@ -100,7 +100,9 @@ class TestStudy:
         assert len(notes) == 2
         assert "crate: its centre of mass is 1.2 half widths high" in notes[1]
         (tall,) = tp.Study.from_toml(write(tmp_path, SMALL.replace("= 1.2", "= 40"))).notes
-        assert tall.endswith("(crate: 0.5 m × 40 m): centimetres or millimetres written as metres?")
+        assert tall.endswith(
+            "(crate: 0.5 m × 40 m, or 0.5 m × 4 m with the height divided by 10?): centimetres or millimetres written as metres?"
+        )
         assert tp.Study.from_toml(write(tmp_path)).notes == []
 
     def test_matches_the_api(self, tmp_path):
