@@ -48,7 +48,10 @@ def test_centre_of_mass_off_the_middle():
 
 def test_squat_blocks_need_an_explicit_restitution():
     squat = tp.Block(width=1.5, height=1.0)
-    with pytest.raises(ValueError, match="not positive: so squat a block needs an explicit e"):
+    with pytest.raises(
+        ValueError,
+        match=r"not positive: 1 m × 1.5 m with width and height exchanged\? If not, so squat a block needs an explicit e",
+    ):
         _ = squat.restitution
     with pytest.raises(ValueError, match="explicit e"):
         tp.ida(squat, tp.HousnerImpact(), tp.motions.OneCycleSine(3.0, 6.0).sample(1), [1.0])

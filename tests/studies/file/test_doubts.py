@@ -207,7 +207,7 @@ class TestRefused:
             (
                 {"width": 400, "height": 1800},
                 "block size",
-                r"cabinet: 400 m × 1800 m, or 0.4 m × 1.8 m with both divided by 1000\?\): centimetres or millimetres written as metres",
+                r"cabinet: 400 m × 1800 m, or 0.4 m × 1.8 m with both divided by 1000\?\): centimetres or millimetres",
             ),
             ({"highest": 98}, "level", "the highest level, 98 g, is beyond any shaking: g written where m/s² is meant"),
         ],

@@ -101,7 +101,8 @@ class TestStudy:
         assert "crate: its centre of mass is 1.2 half widths high" in notes[1]
         (tall,) = tp.Study.from_toml(write(tmp_path, SMALL.replace("= 1.2", "= 40"))).notes
         assert tall.endswith(
-            "(crate: 0.5 m × 40 m, or 0.5 m × 4 m with the height divided by 10?): centimetres or millimetres written as metres?"
+            "(crate: 0.5 m × 40 m, or 0.5 m × 4 m with the height divided by 10?): centimetres or millimetres "
+            "written as metres?"
         )
         assert tp.Study.from_toml(write(tmp_path)).notes == []
 
