@@ -14,7 +14,7 @@ from ... import checks
 from ...aliases import Array
 from ...models import Block
 from ...motions.arrays import BOTH_AXES, Record
-from ...motions.intensity.dataset import measure_named, positive_measure
+from ...motions.intensity.dataset import SCALABLE, measure_named, positive_measure
 from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import MEASURES, Measure
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
@@ -73,7 +73,7 @@ BLOCK_MEASURES: dict[str, BlockMeasure] = {
 }
 """Measures that depend on the block: PGA/(g tan alpha), 1 where a rigid block uplifts, and p PGV/(g tan alpha)."""
 
-INTENSITY_MEASURES = (*(name for name, one in MEASURES.items() if one.power != 0.0), *BLOCK_MEASURES, SCALE)
+INTENSITY_MEASURES = (*SCALABLE, *BLOCK_MEASURES, SCALE)
 """Names of the measures that levels can have; measures with parameters are also allowed (`intensity_measure`)."""
 
 
@@ -114,7 +114,7 @@ def intensity_measure(im: str | Measure) -> Measure | BlockMeasure | None:
             return None
         if im in BLOCK_MEASURES:
             return BLOCK_MEASURES[im]
-    return measure_named(im, "im", (*BLOCK_MEASURES, SCALE))
+    return measure_named(im, "im", (*BLOCK_MEASURES, SCALE), SCALABLE)
 
 
 def scaling(

@@ -22,10 +22,17 @@ from .measure import MEASURES, Measure
 from .parametric_measures import PARAMETRIC_MEASURES
 
 _AROUND = re.compile(r"\s*(\w+)\s*\(\s*(\w.{0,200}?)\s*\)\s*", re.DOTALL)
+SCALABLE = tuple(name for name, known in MEASURES.items() if known.power != 0.0)
+"""Measures to which motions can be scaled."""
 _WRITTEN = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*")
 
 
-def measure_named(name: str | Measure, what: str = "intensity measure", also: Sequence[str] = ()) -> Measure:
+def measure_named(
+    name: str | Measure,
+    what: str = "intensity measure",
+    also: Sequence[str] = (),
+    listed: Sequence[str] = (*MEASURES,),
+) -> Measure:
     """Return the measure of a name or label such as ``pgv``, ``Sa(1.0)``, ``Sa(1.0, 0.02)`` or ``AvgSa(0.2:2.0:10)``.
 
     Parameters
@@ -36,8 +43,9 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
         blanks or written as first:last:number.  RotD50, RotD100 and GeometricMean take the measure of one motion, as
         ``RotD50(Sa(1.0))``: they are of both horizontal components.  Capitals make no difference.  A measure is
         returned as it is.
-    what, also : str, sequence of str
-        Words for the message: the quantity that is named, and further names that are allowed.
+    what, also, listed : str, sequence of str
+        Words for the message: the quantity that is named, further names that are allowed, and those of `MEASURES` that
+        the caller allows.
 
     Raises
     ------
@@ -58,7 +66,7 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
         around = _AROUND.fullmatch(name)
         pair = None if around is None else as_known(around.group(1), PAIR_MEASURES)
         if around is not None and pair is not None:
-            base = measure_named(around.group(2), what, also)
+            base = measure_named(around.group(2), what, also, listed)
             if isinstance(base, PairMeasure):
                 raise ValueError(f"{what} {name!r}: {pair} takes a measure of one motion")
             return PAIR_MEASURES[pair](base)
@@ -69,7 +77,7 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
                 return PARAMETRIC_MEASURES[kind].read(match.group(2).split(","))
             except (TypeError, ValueError) as error:
                 raise ValueError(f"{what} {name!r}: {_plainly(error, kind)}") from None
-    allowed = ", ".join(repr(one) for one in (*MEASURES, *also))
+    allowed = ", ".join(repr(one) for one in (*listed, *also))
     shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
     more = " or ".join(f"{one}(…)" for one in (*PARAMETRIC_MEASURES, *PAIR_MEASURES))
     raise ValueError(f"{what} must be one of {allowed}, or {more}, got {shown}")
@@ -104,7 +112,7 @@ def positive_measure(name: str | Measure, motions: Sequence[Record]) -> Array:
     """Return a measure to scale by, shape (motion,); ValueError if it is zero or does not grow with the motion."""
     one = measure_named(name)
     if one.power == 0.0:
-        scalable = ", ".join(repr(key) for key, known in MEASURES.items() if known.power != 0.0)
+        scalable = ", ".join(map(repr, SCALABLE))
         raise ValueError(
             f"{one.label!r} does not grow with the motion and cannot be scaled to: take {scalable} or a spectral one"
         )

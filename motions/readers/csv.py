@@ -100,7 +100,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         if factor is None:
             raise RecordError(
                 f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
-                "give unit (g, gal, cm/s2, m/s2)"
+                "give unit, in a study motions.unit (g, gal, cm/s2, m/s2)"
             )
         with np.errstate(over="ignore"):  # infinity is refused later, as beyond any shaking
             acceleration = values[:, column] * factor
@@ -207,7 +207,7 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
             raise RecordError(f"{file}: its header says dt = {written:g} s, so dt must not be {dt:g}")
         return step
     if written is None:
-        raise RecordError(f"{file}: has no time column, so dt must be given (s)")
+        raise RecordError(f"{file}: has no time column, so dt must be given (s), in a study motions.dt_s")
     return written
 
 

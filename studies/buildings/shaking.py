@@ -30,7 +30,7 @@ from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, records_under
 from ...units import DIMENSIONLESS
-from ..inventory.contents import Contents, Inventory
+from ..inventory.contents import Contents, Inventory, floor_text
 from ..inventory.stands import Stand
 
 
@@ -141,9 +141,7 @@ class Shaking:
         """Return the floors that contents stand on, in the building's order; ValueError for a floor that it lacks."""
         for row in inventory.rows:
             if str(row.floor) not in self.known:
-                hint = "; give a building, or floor motions" if self.known == ["0"] and self.building is None else ""
-                shown = ", ".join(self.known if len(self.known) <= 12 else [*self.known[:5], "…", self.known[-1]])
-                raise ValueError(f"floor of {row.label!r} must be one of {shown}, got {row.floor!r}{hint}")
+                raise ValueError(f"floor of {row.label!r} {floor_text(self.known, row.floor)}")
         standing = {str(row.floor) for row in inventory.rows}
         return [floor for floor in self.known if floor in standing]
 

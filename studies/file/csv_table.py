@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import difflib
 import io
 import re
 from collections.abc import Callable, Iterator
@@ -16,7 +15,7 @@ from ... import checks
 from ...doubts import Doubt, first_of, warn
 from ...wording import system_reason
 from ..text.error import StudyError
-from .table import shown
+from .table import nearest_key, shown
 from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
 
 UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}
@@ -182,8 +181,8 @@ class CsvTable:
                 f"{self.where}: unknown column {shown(heading)}; sizes are in metres: name it {stem}_m, and "
                 f"{UNITS[unit]}"
             )
-        near = difflib.get_close_matches(heading.lower()[:MAX_TEXT], known, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}?" if near else f"allowed are {', '.join(known)}"
+        near = nearest_key(heading[:MAX_TEXT], known)
+        hint = f"did you mean {near!r}?" if near else f"allowed are {', '.join(known)}"
         raise self.kind.error(f"{self.where}: unknown column {shown(heading)}; {hint}")
 
     def _content(self) -> bytes:

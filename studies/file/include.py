@@ -46,6 +46,8 @@ _TOML_WORDS = (
     ("Expected '=' after a key", "a key needs a = and a value after it"),
     ("Expected ']' at the end of a table declaration", "the header of the table is not closed: ]"),
 )
+_HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]")
+_KEY = re.compile(r'\s*"?([\w-]+)"?\s*=')
 _DIRECTING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
 
@@ -138,6 +140,32 @@ def _parsed(path: Path) -> dict[str, Any]:
         raise StudyError(f"{path}: not valid TOML: {_reason(error, data.decode('utf-8'))}") from None
     _refuse_strange(path, content)
     return content
+
+
+def line_of(text: str, location: tuple[int | str, ...]) -> int:
+    r"""Return the number of the line of a TOML text that begins with a key or its table; 0 where none does.
+
+    Examples
+    --------
+    >>> line_of("[[models]]\nlaw = 'housner'\n[[models]]\nlow = 3", ("models", 1, "low"))
+    4
+    """
+    above: tuple[int | str, ...] = ()
+    several: dict[tuple[str, ...], int] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        header, key = _HEADER.match(line), _KEY.match(line)
+        if header is not None:
+            names = tuple(name.strip(' "') for name in header[2].split("."))
+            if header[1] == "[[":
+                several[names] = several.get(names, -1) + 1
+            above = ()
+            for i, name in enumerate(names, start=1):
+                above += (name,) if names[:i] not in several else (name, several[names[:i]])
+            if location in (names, above):
+                return number
+        elif key is not None and location == (*above, key[1]):
+            return number
+    return 0
 
 
 def _reason(error: Exception, text: str) -> str:

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from .include import tables_of
-from .table import UNIT_SUFFIXES, KeyInfo, Table, nearest, shown, suffix_of
+from .table import UNIT_SUFFIXES, KeyInfo, Table, nearest_key, shown, suffix_of
 
 NO_TABLE = ("model_type", "model_attributes_type", "dict_type")
 NO_LIST = ("list_type", "tuple_type")
@@ -16,6 +16,8 @@ NO_INTEGER = ("int_type", "int_from_float", "int_parsing", "int_parsing_size")
 NO_NUMBER = ("float_type", "float_parsing", "finite_number")
 OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 MOST_WRITTEN = 1e9
+MOST_HOMES = 6
+"""Most tables that are named as those of a key in the wrong one."""
 DEPTHS = ("depth_m", "depth", "length_m", "length", "thickness_m")
 """Keys that are tried for the third size of a block."""
 """Bounds from here on are written with a power of ten."""
@@ -29,14 +31,14 @@ HINTS = {
 
 def refusal(
     errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
-) -> tuple[str, tuple[str, ...]]:
+) -> tuple[str, tuple[int | str, ...]]:
     """Return the sentence for the first error of `content`, as `refusals` has it."""
     return refusals(errors, content, table, above)[0]
 
 
 def refusals(
     errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
-) -> list[tuple[str, tuple[str, ...]]]:
+) -> list[tuple[str, tuple[int | str, ...]]]:
     """Return a sentence for each error of `content`, which should be a `table`, and the location of the error.
 
     `above`: the location of the table itself in the study file.  Unknown keys come first; keys that are missing are
@@ -45,13 +47,12 @@ def refusals(
     found = errors.errors(include_url=False)
     unknown = [one for one in found if one["type"] == "extra_forbidden"]
     others = [one for one in found if one not in unknown and not (unknown and one["type"] == "missing")]
-    of_keys: dict[str, tuple[str, tuple[str, ...]]] = {}
+    of_keys: dict[str, tuple[str, tuple[int | str, ...]]] = {}
     for error in (*unknown, *others):
         location = _stated(error["loc"], content, error["type"])
         key = _written((*above, *location))
         if key not in of_keys:
-            names = tuple(part for part in (*above, *location) if isinstance(part, str))
-            of_keys[key] = _sentence(error, location, key, table), names
+            of_keys[key] = _sentence(error, location, key, table), (*above, *location)
     return list(of_keys.values())
 
 
@@ -78,8 +79,7 @@ def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> s
     fields = _fields(table)
     if len(location) > 1 and name in fields:
         if next(tables_of(fields[name].annotation), None) is not None:
-            header = f"[[{name}]]" if "list" in str(fields[name].annotation) else f"[{name}]"
-            return f"unknown key {shown(key, 120)}: {name} is a table of the file itself, write {header}"
+            return f"unknown key {shown(key, 120)}: {name} is a table of the file itself, write {_header(name, fields)}"
         inside = _written(tuple(part for part in location[:-1] if isinstance(part, str)))
         return (
             f"unknown key {shown(key, 120)}: {name} is a key of the whole file, and every line below [{inside}] "
@@ -91,9 +91,18 @@ def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> s
             f"unknown key {shown(key, 120)}: width_m is the size in the direction in which the block tips, which of a "
             "bookcase is its depth from front to back; its length along the wall is not needed"
         )
-    near = nearest(name, known)
-    hint = f"; did you mean {near!r}?" if near else f", allowed are {', '.join(known)}"
+    near = nearest_key(name, known)
+    homes = [_header(top, fields) for top in fields if top not in location and name in _known_keys(table, (top,))]
+    hint = f", allowed are {', '.join(known)}"
+    if near:
+        hint = f"; did you mean {near!r}?"
+    elif 0 < len(homes) <= MOST_HOMES and len(location) > 1:
+        hint = f"; {name} is a key of {', '.join(homes)}"
     return f"unknown key {shown(key, 120)}{hint}"
+
+
+def _header(name: str, fields: dict[str, FieldInfo]) -> str:
+    return f"[[{name}]]" if "list" in str(fields[name].annotation) else f"[{name}]"
 
 
 def _allowed(kind: str, location: tuple[int | str, ...], table: type[Table], error: Any) -> str:

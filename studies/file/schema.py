@@ -58,7 +58,7 @@ from .analyses import (
 )
 from .blocks import BlockTable, RestraintTable
 from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
-from .include import read_content
+from .include import line_of, read_content
 from .models import ModelTable
 from .motions import PAIR, BuildingTable, MotionsTable
 from .refusals import refusal, refusals
@@ -755,9 +755,12 @@ def read_study_file(path: Path) -> StudyFile:
         return StudyFile.model_validate(merged.content)
     except ValidationError as error:
         said = []
-        for message, key in refusals(error, merged.content, StudyFile):
+        for message, location in refusals(error, merged.content, StudyFile):
+            key = tuple(part for part in location if isinstance(part, str))
             origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
-            said.append(message if origin == path else f"{message} (in {origin})")
+            line = line_of(origin.read_text(encoding="utf-8"), location) if message.startswith("unknown key") else 0
+            where = [f"in {origin}"] * (origin != path) + [f"line {line}"] * (line > 0)
+            said.append(f"{message} ({', '.join(where)})" if where else message)
         raise StudyError(f"{path}: {all_errors(said)}") from None
 
 

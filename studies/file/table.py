@@ -34,6 +34,9 @@ _MORE = {
     **{"N/mm": (1e3, STIFFNESS), "kN/m": (1e3, STIFFNESS), "N/m": (1.0, STIFFNESS)},
 }
 _SPELLINGS = {"m/s²": "m/s2", "m/s^2": "m/s2", "cm/s²": "cm/s2", "cm/s^2": "cm/s2", "Gal": "gal", "°": "deg"}
+SIMILAR = 0.75
+"""Similarity (`difflib`) from which a word may be meant."""
+_SAME = {"weight": "mass", "restitution": "e"}
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _EXAMPLES = {
     **{ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"},
@@ -96,8 +99,19 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
 def nearest(value: str, words: Iterable[str]) -> str | None:
     """Return the word that is most similar to `value`, ignoring capitals; None where none is similar."""
     known = {word.casefold(): word for word in words}
-    near = difflib.get_close_matches(value[:100].casefold(), known, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(value[:100].casefold(), known, n=1, cutoff=SIMILAR)
     return known[near[0]] if near else None
+
+
+def nearest_key(name: str, keys: Iterable[str]) -> str | None:
+    """Return the key that may be meant: one of a similar name, whose unit is of the same kind; None without one."""
+    name = name.casefold()
+    stem, suffix = bare(name), suffix_of(name)
+    alike = [key for key in keys if not suffix or _KINDS.get(suffix_of(key), "") in ("", _KINDS[suffix])]
+    near = nearest(_SAME.get(stem, stem), [bare(key) for key in alike])
+    return next((key for key in alike if key.casefold() == name), None) or next(
+        (key for key in alike if bare(key) == near), None
+    )
 
 
 def checked(value: str, allowed: Iterable[str], beside: str = "") -> str:
@@ -215,6 +229,9 @@ UNIT_SUFFIXES = {
     "_m": "m",
     "_s": "s",
 }
+
+
+_KINDS = {suffix: {"_mm": "_m", "_rad": "_deg"}.get(suffix, suffix) for suffix in UNIT_SUFFIXES}
 
 
 def suffix_of(key: str) -> str:

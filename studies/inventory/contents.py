@@ -6,6 +6,7 @@ Pieces of one row are alike in sizes, restitution and value.  Files are read in 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,10 +27,20 @@ MAX_VALUE = 1e15
 MAX_TRIP = 10.0
 """Farthest obstacle, m."""
 MAX_CONSEQUENCES = 40
+MOST_FLOORS = 12  # that a message lists
 HARMLESS = "none"
 """The word, in place of consequences, that says that nobody is harmed where a piece falls."""
 RESERVED = ("number", "loss", "any")
 """Words that cannot be consequences, because results use them for everything that falls."""
+
+
+def floor_text(known: Sequence[str], floor: object) -> str:
+    """Return why a floor cannot be used that is not among those known, and what to do."""
+    listed = ", ".join(known if len(known) <= MOST_FLOORS else [*known[:5], "…", known[-1]])
+    hint = "; give a building, or floor motions" if list(known) == ["0"] else ""
+    if str(floor) == "0":
+        hint = "; add the histories of the ground, which is floor 0"
+    return f"must be one of {listed}, got {shown(floor)}{hint}"
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from ..file.table import shown
 from ..plan.slides import Slides
 from ..text.error import StudyError
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
-from .contents import MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory
+from .contents import MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory, floor_text
 from .kits import Kit
 from .stands import Stand
 
@@ -217,9 +217,7 @@ def read_inventory(
     for line in table:
         found.append((line, _contents(line, kits or {}, sliding, stands or {})))
         if floors is not None and str(found[-1][1].floor) not in floors:
-            known = ", ".join(floors if len(floors) <= 12 else [*floors[:5], "…", floors[-1]])
-            hint = "; give a building, or floor motions" if list(floors) == ["0"] else ""
-            line.refuse("floor", f"must be one of {known}, got {shown(line.text('floor'))}{hint}")
+            line.refuse("floor", floor_text(floors, line.text("floor")))
         stated = line.text("currency")
         if stated and currency and stated != currency:
             line.refuse("currency", f"must be {currency!r} as in the {table.word}s above, got {stated!r}")

@@ -162,7 +162,11 @@ BAD_STUDIES = [
     (lambda: bare([0.0, 1.5e308, 0.0], 1.0), ValueError, "at most 1e.09 m/s²"),
     (lambda: bare([0.0, 1.0, 0.0], 1.0, [0.0, -2e9, 0.0]), ValueError, "at most 1e.09 m/s²"),
     (lambda: bare([0.0, NAN, 0.0], 1.0), ValueError, "must be finite"),
-    (lambda: study(im="pgx"), ValueError, "im must be one of 'pga', 'pgv', .*'scale', or Sa.*, got 'pgx'"),
+    (
+        lambda: study(im="pgx"),
+        ValueError,
+        "im must be one of 'pga', 'pgv', 'pgd', 'arias', 'cav', 'housner_intensity', 'pga_normalised', .*, got 'pgx'",
+    ),
     (lambda: study(outputs=[]), ValueError, "at least one of overturned"),
     (lambda: study(outputs=["peak"]), ValueError, "outputs must be one of"),
     (lambda: study(motions=mo.from_array(np.zeros(9), 0.01)), ValueError, "has pga = 0"),

@@ -13,6 +13,7 @@ from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file import include
 from toppling.studies.file import table as study_tables
+from toppling.studies.file.include import line_of
 from toppling.studies.file.schema import StudyFile, read_study_file
 from toppling.studies.file.table import expand
 from toppling.studies.plan import size
@@ -204,6 +205,13 @@ class TestInclude:
 
 
 MESSAGES = [
+    (SMALL.replace("width_m", "weight_kg"), "'blocks[1].weight_kg'; did you mean 'mass_kg'? (line "),
+    (SMALL.replace("width_m", "thickness_kg"), "'blocks[1].thickness_kg', allowed are catalogue"),
+    (SMALL.replace("width_m", "width_mm"), "'blocks[1].width_mm'; did you mean 'width_m'?"),
+    (SMALL.replace("[ida]", '[ida]\nlaw = "housner"'), "unknown key 'ida.law'; law is a key of [[models]] (line "),
+    (SMALL.replace("[ida]", "[ida]\nnumbr = 3"), "unknown key 'ida.numbr', allowed are im, im_at, polarity, levels"),
+    (SMALL + 'title = "t"\n', "move it above the first [table] (line "),
+    ("colour = 3\n" + SMALL, "unknown key 'colour', allowed are title"),
     ("", "key 'title' is missing; every study has one, as title = \"Office contents\""),
     ('title = "t"\n', "key 'models' is missing; a study has one [[models]] table for each damping law"),
     (
@@ -533,3 +541,45 @@ def test_the_command_writes_nothing(tmp_path, text, capsys):
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err.startswith(f"toppling: {path}: ")
     assert not (tmp_path / "out").exists()
+
+
+LINES = """title = "t" # line 1
+
+[[blocks]]
+name = "a"
+[[blocks]]
+name = "b"
+low = 1
+[hazard.nested]
+"quoted" = 2
+[[uncertainty.cases]]
+[[uncertainty.cases]]
+deep = 1
+inline = { hidden = 3 }
+"""
+
+
+@pytest.mark.parametrize(
+    ("location", "line"),
+    [
+        (("title",), 1),
+        (("blocks", 0), 3),
+        (("blocks", 1, "name"), 6),
+        (("blocks", 0, "low"), 0),
+        (("blocks", 1, "low"), 7),
+        (("hazard", "nested", "quoted"), 9),
+        (("uncertainty", "cases", 1, "deep"), 12),
+        (("uncertainty", "cases", 1, "inline", "hidden"), 0),
+    ],
+)
+def test_lines_of_keys(location, line):
+    assert line_of(LINES, location) == line
+
+
+def test_the_line_of_an_unknown_key_and_its_file(tmp_path):
+    (tmp_path / "common.toml").write_text('[motions]\ngenerator = "clough-penzien"\nnumbr = 3\n', encoding="utf-8")
+    text = SMALL[: SMALL.index("[motions]")] + SMALL[SMALL.index("[ida]") :]
+    said = refused(tmp_path, 'include = ["common.toml"]\n' + text.replace("width_m", "widht_m"))
+    number = 2 + text[: text.index("width_m")].count("\n")
+    assert f"'blocks[1].widht_m'; did you mean 'width_m'? (line {number})" in said
+    assert re.search(r"'motions.numbr'; did you mean 'number'\? \(in .*common\.toml, line 3\)", said)

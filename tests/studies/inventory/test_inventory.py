@@ -344,6 +344,29 @@ PLAIN_FILES = [
 ]
 
 
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ("item,weight_kg,floor", "unknown column 'weight_kg'; did you mean 'mass_kg'?"),
+        ("item,lean_mm,floor", "unknown column 'lean_mm'; allowed are item"),
+        ("item,wall_gap_m,floor", "unknown column 'wall_gap_m'; did you mean 'wall_gap_mm'?"),
+    ],
+)
+def test_suggested_columns_are_of_the_same_quantity(tmp_path, columns, message):
+    with pytest.raises(InventoryError, match=re.escape(message)):
+        read(tmp_path, f"{columns}\nshelf,1,0\n")
+
+
+def test_a_floor_without_histories(tmp_path):
+    path = tmp_path / "i.csv"
+    path.write_text("catalogue,floor\nbookcase-5-shelf,0\n", encoding="utf-8")
+    with pytest.raises(InventoryError, match="must be one of 1, 2, got '0'; add the histories of the ground, which is"):
+        read_inventory(path, ["1", "2"])
+    path.write_text("catalogue,floor\nbookcase-5-shelf,3\n", encoding="utf-8")
+    with pytest.raises(InventoryError, match=r"must be one of 1, 2, got '3'$"):
+        read_inventory(path, ["1", "2"])
+
+
 class TestWorkbooks:
     """A workbook says what the CSV of its sheet says, and is refused as that is."""
 
