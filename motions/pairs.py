@@ -283,7 +283,9 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
 
     Components of one recording are the channels of one file, or files whose names differ in the direction alone:
     K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
-    databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``).
+    databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
+    number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
+    the name.
 
     Parameters
     ----------

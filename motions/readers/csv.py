@@ -43,16 +43,18 @@ FEW = 10  # samples, which no record has
 def read_csv(path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None) -> xr.DataArray:
     """Read the motions in a plain table with commas, semicolons, tabs or blanks between values.
 
-    Two columns are time (s) and acceleration; one column is acceleration, with `dt` (s) given here or in a header line
-    as ``dt = 0.01``.  More columns are time and one acceleration each; the line above the numbers must then name them,
-    time first.  Lines before the first number are the header: a unit named there (g, cm/s², gal, m/s²) is used, an
-    unknown unit is an error; if the header names no unit, `unit` must be given.
+    Two columns are time (s or ms) and acceleration; one column is acceleration, with `dt` (s) given here or in a header
+    line such as ``dt = 0.01`` or ``sampling rate: 100 Hz``.  More columns need a line above the numbers that names
+    them: time first, or directions alone (NS, EW, UD).  Columns of velocity and displacement are left out.  The unit
+    (g, cm/s², gal, m/s²) stands in a column's name or in the header; if it is nowhere, `unit` must be given.  A single
+    number in the first line that counts the lines below is not a sample, which is noted in ``processing``.
 
     Raises
     ------
     RecordError
-        A file that cannot be read, rows of unequal length, a value that is no number, a time step that is not uniform,
-        no dt, a unit stated twice or not at all.
+        A file that cannot be read, rows of unequal length, a value that is no number, a time step that is not uniform
+        or is stated twice, a first column that counts or is a period, velocity or displacement alone, another number of
+        samples than declared, an unknown unit, two units that differ, no unit or step.
     """
     with Lines(path) as lines:
         return single(lines.file, arrays_of(lines.file, csv_components(lines, dt, unit)))
