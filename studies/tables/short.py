@@ -100,6 +100,14 @@ def _pieces(results: xr.Dataset) -> Rows:
             cells.append("–" if high == 0.0 else chances_between(low, high, about_percent))
         rows.append((*cells, one.recommendation))
     first = f"; the first {MOST} of {len(every):,}" if len(every) > MOST else ""
+    # (pieces are in the order of what to do about them: one below may fall more often than one above)
+    least = min((one.chance.value for one in every[:MOST] if not one.held), default=math.inf)
+    above = [one.chance for one in every[MOST:] if not one.held and one.chance.value > least]
+    if above:
+        highest = max(above, key=lambda chance: chance.value)
+        highest = chances_in(highest, YEARS) if yearly else highest
+        chance = about_percent(highest.value)
+        first += f", of the others {len(above):,} more often than some of these (up to {chance})"
     falling = f"falls in {YEARS:g} years" if yearly else "falls"
     headings = ("piece", "floor", "number", falling, *(["over branches (90 %)"] if spread else []), "recommendation")
     sure = f"{confidence_text(results)} intervals"

@@ -11,9 +11,12 @@ import xarray as xr
 from rich.console import Console
 
 import toppling as tp
+from toppling.studies.buildings.pieces import pieces_of
+from toppling.studies.buildings.recommendations import Range
 from toppling.studies.command.cli import main
 from toppling.studies.report.actions import next_steps
 from toppling.studies.report.basis import basis
+from toppling.studies.tables import short
 from toppling.studies.tables.kits import (
     kit_lines,
     kit_rows,
@@ -155,7 +158,21 @@ class TestReading:
         assert "the wall is assumed to move with the floor" in notes
 
 
+def short_title(results):
+    return short.short_rows(results).title
+
+
 class TestResults:
+    def test_a_piece_below_the_table_that_falls_more_often_is_said(self, results, monkeypatch):
+        """Rates of 0.001 are shown, one of 0.004 is not: 1 - exp(-0.2) in 50 years."""
+        piece = pieces_of(results)[0]
+        rates = [0.001] * 8 + [0.004, 0.0005]
+        pieces = [piece._replace(recommendation="small effect", chance=Range(rate, rate, rate)) for rate in rates]
+        monkeypatch.setattr(short, "pieces_of", lambda *_: pieces)
+        assert "the first 8 of 10, of the others 1 more often than some of these (up to 18" in short_title(results)
+        monkeypatch.setattr(short, "pieces_of", lambda *_: pieces[:8] + pieces[9:])
+        assert short_title(results).endswith("; the first 8 of 9)")
+
     def test_the_runs_are_counted(self, tmp_path):
         """4 pieces as they are less the fixed one, and with kits: two on two lines, one on the strapped one."""
         made = study(tmp_path)
