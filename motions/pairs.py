@@ -18,7 +18,8 @@ from ..units import DIMENSIONLESS, RADIAN
 from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
 from .readers.directions import direction_of, of_file, said_of
 from .readers.lines import RecordError
-from .readers.read import read_all
+from .readers.patterns import expand, is_pattern
+from .readers.read import read_file
 
 AZIMUTH = {"units": RADIAN, "long_name": "azimuth of the component, clockwise from north"}
 RANDOM = "random"
@@ -290,7 +291,7 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
     Parameters
     ----------
     paths : sequence of path
-        Record files, in any order.
+        Record files, in any order, or patterns that name several (``"records/*.AT2"``).
 
     Returns
     -------
@@ -305,7 +306,10 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
     """
     if isinstance(paths, str | os.PathLike):
         raise TypeError(f"paths must be several record files, got {str(paths)!r:.60}")
-    return pair_up({Path(path): read_all(path) for path in paths})
+    files: list[str | os.PathLike[str]] = []
+    for path in paths:
+        files += expand(os.fspath(path), Path(), "paths") if is_pattern(path) else [path]
+    return pair_up({Path(file): read_file(file) for file in files})
 
 
 def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr.DataArray]) -> xr.DataArray:

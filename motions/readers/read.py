@@ -11,16 +11,19 @@ from typing import NamedTuple
 
 import xarray as xr
 
+from ...doubts import Doubt, first_names, warn
 from .at2 import is_at2, read_at2
 from .components import Component, arrays_of, single
 from .cosmos import cosmos_components, is_cosmos
 from .csmip import csmip_components, is_csmip
 from .csv import csv_components
+from .directions import LEFT_OUT, horizontal_motions
 from .esm import esm_components, is_esm
 from .geonet import geonet_components, is_geonet
 from .knet import is_knet, knet_components
 from .lines import Lines, RecordError, beginning, existing, refuse_packed
 from .obspy import is_obspy_text, obspy_components
+from .patterns import expand, is_pattern
 
 
 class Format(NamedTuple):
@@ -84,24 +87,47 @@ def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | floa
     0.01
     """
     file = existing(path)
-    return single(file, read_all(file, dt, unit))
+    return single(file, read_file(file, dt, unit))
 
 
 def read_all(
     path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None
 ) -> list[xr.DataArray]:
-    """Read the motions in one record file as `read`, with an array for each step and length of its components.
+    """Read the motions in record files as `read`, with an array for each step and length of the components of each.
+
+    Parameters
+    ----------
+    path : path
+        One file, or a pattern that names several, such as ``"records/*.AT2"`` (``**`` is any depth of folders).  Their
+        arrays are in the order of the sorted names, without vertical components, of which a warning names the first.
+    dt, unit
+        As for `read`, of every file.
 
     Raises
     ------
     RecordError
-        As `read`, except for components that differ.
+        As `read`, except for components that differ; a pattern that names no file, or vertical components alone.
 
     Examples
     --------
     >>> [array.sizes["motion"] for array in read_all(example_path())]
     [1]
     """
+    if not is_pattern(path):
+        return read_file(path, dt, unit)
+    pattern = os.fspath(path)
+    found = horizontal_motions({file: read_file(file, dt, unit) for file in expand(pattern, Path(), "path")}, [pattern])
+    if LEFT_OUT in found[0].attrs:
+        out = found[0].attrs[LEFT_OUT]
+        many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
+        warn([Doubt("vertical", f"{many} left out ({first_names(out)}): read a file by itself to take it")])
+    return found
+
+
+def read_file(
+    path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None
+) -> list[xr.DataArray]:
+    """Return the motions in one record file, an array for each step and length; arguments and errors as `read`."""
     file = existing(path)
     refuse_packed(file)
     if b"\0" in beginning(file):

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from ...motions import read_all
 from ...motions.arrays import records
 from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
+from ...motions.readers.read import read_file
 from ..plan.size import refuse_samples
 from ..text.error import StudyError
 from .analyses import LEVEL_UNITS
@@ -94,7 +94,7 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
             line.refuse("direction", f"must be x or y, got {shown(line.text('direction'))}")
         file = table.file.parent / texts["file"]
         if file not in files:
-            files[file] = read_all(file, dt, unit)
+            files[file] = read_file(file, dt, unit)
             samples += sum(array.size for array in files[file])
             refuse_samples(samples, "the floor histories")
         one = _chosen(line, files[file], texts["file"])

@@ -22,6 +22,7 @@ from ...motions.intensity.peaks import peak_velocity
 from ...motions.matching.targets import EDITIONS
 from ...motions.pairs import RANDOM, correct_together, pair_up
 from ...motions.readers.directions import horizontal_motions
+from ...motions.readers.patterns import expand
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
 from ...motions.simulated.scenario import FAULTINGS
@@ -29,7 +30,7 @@ from ...motions.simulated.seismological import SITES
 from ...units import STANDARD_GRAVITY
 from ...wording import short_digits
 from ..plan.size import refuse_samples
-from .table import KeyInfo, RelativePath, Table, bare, construct, expand, one_of, refuse_foreign
+from .table import KeyInfo, RelativePath, Table, bare, construct, one_of, refuse_foreign
 
 
 class EnvelopeTable(Table):

@@ -28,12 +28,12 @@ from ...motions.intensity.spectra import damping_of
 from ...motions.matching.targets import TargetSpectrum
 from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.readers.directions import horizontal_motions
+from ...motions.readers.patterns import expand
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
 from ...writing import whole_file
 from ..file.floor_index import read_floor_index
 from ..file.schema import read_study_file
-from ..file.table import expand
 from ..plan.reading import Reading
 from ..plots import axes
 from ..text.encoding import json_text

@@ -139,3 +139,56 @@ def test_esm_and_csmip_by_their_headers(tmp_path):
     (pair,) = mo.read_pairs(sorted(tmp_path.glob("*.V2")))
     np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), [110.0, 20.0])
     assert pair.sizes["component"] == 3
+
+
+class TestPatterns:
+    """`read_all` takes the files that a pattern names, sorted, and leaves vertical components out, as studies do."""
+
+    @pytest.fixture
+    def folder(self, tmp_path):
+        for name in ("B_090.AT2", "A_090.AT2", "A_000.AT2", "A_UP.AT2"):
+            at2(tmp_path, name, "Somewhere, 1/2/1999, Station, -")
+        (tmp_path / "deep").mkdir()
+        at2(tmp_path / "deep", "C_090.AT2")
+        return tmp_path
+
+    def names(self, arrays):
+        return [str(array["source"].values[0]).rpartition("/")[2] for array in arrays]
+
+    @pytest.mark.parametrize("kind", [str, lambda path: path], ids=["str", "path"])
+    def test_without_vertical_components(self, folder, kind):
+        with pytest.warns(tp.doubts.ImplausibleInput, match=r"a vertical component is left out \('?A_UP.AT2") as told:
+            found = mo.read_all(kind(folder / "*.AT2"))
+        assert self.names(found) == ["A_000.AT2", "A_090.AT2", "B_090.AT2"]
+        assert len(told) == 1
+
+    def test_any_depth(self, folder):
+        (folder / "A_UP.AT2").unlink()
+        assert len(mo.read_all(folder / "**" / "*.AT2")) == 4
+
+    def test_one_file_by_itself_is_taken(self, folder):
+        assert self.names(mo.read_all(folder / "A_UP.AT2")) == ["A_UP.AT2"]
+
+    def test_brackets_of_a_name_are_no_pattern(self, folder):
+        at2(folder, "D[1]_090.AT2")
+        assert self.names(mo.read_all(folder / "D[1]_090.AT2")) == ["D[1]_090.AT2"]
+
+    @pytest.mark.parametrize("pattern", ["*.v2", "X?_090.AT2", "[XY]_090.AT2"])
+    def test_that_name_nothing_are_refused(self, folder, pattern):
+        with pytest.raises(RecordError, match="path: no file matches"):
+            mo.read_all(folder / pattern)
+
+    def test_step_and_unit_go_to_every_file(self, tmp_path):
+        for name in ("a.csv", "b.csv"):
+            (tmp_path / name).write_text("\n".join(["acceleration", *map(str, SHAKE)]), encoding="utf-8")
+        found = mo.read_all(tmp_path / "*.csv", dt=0.01, unit="g")
+        assert [float(array["dt"][0]) for array in found] == [0.01, 0.01]
+        np.testing.assert_allclose(found[1].values[0], 9.80665 * SHAKE, rtol=1e-12)
+
+    def test_pairs(self, folder):
+        (pair,) = mo.read_pairs([folder / "A_0*.AT2"])
+        assert pair.sizes["component"] == 2
+
+    def test_several_files_are_no_pair_of_read(self, folder):
+        with pytest.raises(RecordError, match="no such file"):
+            mo.read(folder / "A_0*.AT2")

@@ -9,13 +9,14 @@ from pathlib import Path
 import pytest
 
 import toppling as tp
+from toppling.motions.readers import patterns
+from toppling.motions.readers.patterns import expand
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file import include
 from toppling.studies.file import table as study_tables
 from toppling.studies.file.include import line_of
 from toppling.studies.file.schema import StudyFile, read_study_file
-from toppling.studies.file.table import expand
 from toppling.studies.plan import size
 
 NUMBER = "a finite number > 0, of |θ|/α, got "
@@ -509,7 +510,7 @@ class TestFiles:
         for i in range(30):
             write(tmp_path, "x", f"{i}/deep/r.AT2")
         assert len(expand("**/*.AT2", tmp_path)) == 30
-        monkeypatch.setattr(study_tables, "MOST_FILES", 50)
+        monkeypatch.setattr(patterns, "MOST_FILES", 50)
         with pytest.raises(ValueError, match="more than 50 files to look at"):
             expand("*/deep/r.AT2", tmp_path)
         with pytest.raises(ValueError, match="more than 50 files to look at: name a folder further down"):
