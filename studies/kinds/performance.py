@@ -106,6 +106,8 @@ NOT_ASKED = Screening()
 USUAL = Slipping()
 RANKING = "ranked_"
 """Prefix of the names of the ranking's variables, beside those of the assessment."""
+SMALLER = (0.04, 0.03, 0.02, 0.01)
+"""Half widths of an elastic zone that a refusal tries."""
 DECIDED = ("code_", "budget_", "target_", "kit_cost")
 """Beginnings of the names of the variables that keys decide which change no run."""
 
@@ -274,13 +276,9 @@ class PerformanceStudy(Study):
             if word not in inventory.consequences:
                 words = ", ".join(inventory.consequences) or "none"
                 raise ValueError(f"performance.safety must name consequences in the inventory ({words}), got {word!r}")
-        for row in inventory.rows:
-            for model in study.models:
-                if row.e is None:
-                    _check_law(model, row)
-                    for kit in kits:
-                        if kit.fits(row):
-                            _check_law(model, kit.on(row))
+        pieces = [(row, model) for row in inventory.rows for model in study.models if row.e is None]
+        held = [(kit.on(row), model) for row, model in pieces for kit in kits if kit.fits(row)]
+        _check_laws([*pieces, *held])
         return study
 
     @property
@@ -796,13 +794,40 @@ def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearl
         raise ValueError(f"performance.{error}") from None
 
 
-def _check_law(model: Law, row: Contents) -> None:
-    """Raise a ValueError that names the line where a law does not apply to it."""
+def _check_laws(pieces: Sequence[tuple[Contents, Law]]) -> None:
+    """Raise a ValueError that names all lines to which the first law that does not apply to all of them does not."""
+    wrong = [(row, law, why) for row, law in pieces if (why := _law_error(law, row))]
+    if not wrong:
+        return
+    row, law, why = wrong[0]
+    alike = [one for one, other, _ in wrong if other is law]
+    held = f" with kit {row.kit!r}" if row.kit else ""
+    every = [one for one, other in pieces if other is law]
+    said = f"inventory: {row.label!r}{held} under {law.label}: {why}"
+    if len(alike) > 1:
+        labels = ", ".join(repr(label) for label in dict.fromkeys(one.label for one in alike))
+        said = f"inventory: {law.label} does not apply to {labels}{_smaller_zone(law, every)}; {row.label!r}: {why}"
+    raise ValueError(said)
+
+
+def _smaller_zone(law: Law, rows: Sequence[Contents]) -> str:
+    """Return in words a half width of the elastic zone with which a law applies to all rows; '' where none does."""
+    if not hasattr(law, "delta"):
+        return ""
+    for delta in SMALLER:
+        narrow = replace(law, delta=delta)  # type: ignore[type-var]
+        if not any(_law_error(narrow, row) for row in rows):
+            return f" (delta = {delta:g} does)"
+    return ""
+
+
+def _law_error(law: Law, row: Contents) -> str:
+    """Return why a law does not apply to a line, '' where it does."""
     try:
-        model.oscillator(row.block)
+        law.oscillator(row.block)
     except ValueError as error:
-        held = f" with kit {row.kit!r}" if row.kit else ""
-        raise ValueError(f"inventory: {row.label!r}{held} under {model.label}: {error}") from None
+        return str(error)
+    return ""
 
 
 def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:

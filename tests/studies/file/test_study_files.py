@@ -212,7 +212,7 @@ MESSAGES = [
     (SMALL.replace("[ida]", '[ida]\nlaw = "housner"'), "unknown key 'ida.law'; law is a key of [[models]] (line "),
     (SMALL.replace("[ida]", "[ida]\nnumbr = 3"), "unknown key 'ida.numbr', allowed are im, im_at, polarity, levels"),
     (SMALL + 'title = "t"\n', "move it above the first [table] (line "),
-    ("colour = 3\n" + SMALL, "unknown key 'colour', allowed are title"),
+    ("colour = 3\n" + SMALL, "unknown key 'colour', allowed are include, title"),
     ("", "key 'title' is missing; every study has one, as title = \"Office contents\""),
     ('title = "t"\n', "key 'models' is missing; a study has one [[models]] table for each damping law"),
     (
