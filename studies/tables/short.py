@@ -106,8 +106,8 @@ def _pieces(results: xr.Dataset) -> Rows:
     if above:
         highest = max(above, key=lambda chance: chance.value)
         highest = chances_in(highest, YEARS) if yearly else highest
-        chance = about_percent(highest.value)
-        first += f", of the others {len(above):,} more often than some of these (up to {chance})"
+        most_often = about_percent(highest.value)
+        first += f", of the others {len(above):,} more often than some of these (up to {most_often})"
     falling = f"falls in {YEARS:g} years" if yearly else "falls"
     headings = ("piece", "floor", "number", falling, *(["over branches (90 %)"] if spread else []), "recommendation")
     sure = f"{confidence_text(results)} intervals"

@@ -14,7 +14,6 @@ from toppling.motions.readers.patterns import expand
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file import include
-from toppling.studies.file import table as study_tables
 from toppling.studies.file.include import line_of
 from toppling.studies.file.schema import StudyFile, read_study_file
 from toppling.studies.plan import size
