@@ -755,12 +755,16 @@ def read_study_file(path: Path) -> StudyFile:
         return StudyFile.model_validate(merged.content)
     except ValidationError as error:
         said = []
-        for message, location in refusals(error, merged.content, StudyFile):
+        found = refusals(error, merged.content, StudyFile)
+        for message, location in found:
             key = tuple(part for part in location if isinstance(part, str))
             origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
-            line = line_of(origin.read_text(encoding="utf-8"), location) if message.startswith("unknown key") else 0
+            unknown = message.startswith("unknown key")
+            line = line_of(origin.read_text(encoding="utf-8"), location) if unknown else 0
+            # (several errors leave no room for lists of keys)
+            brief = message.partition(", allowed are ")[0] if unknown and len(found) > 1 else message
             where = [f"in {origin}"] * (origin != path) + [f"line {line}"] * (line > 0)
-            said.append(f"{message} ({', '.join(where)})" if where else message)
+            said.append(f"{brief} ({', '.join(where)})" if where else brief)
         raise StudyError(f"{path}: {all_errors(said)}") from None
 
 

@@ -801,13 +801,11 @@ def _check_laws(pieces: Sequence[tuple[Contents, Law]]) -> None:
         return
     row, law, why = wrong[0]
     alike = [one for one, other, _ in wrong if other is law]
-    held = f" with kit {row.kit!r}" if row.kit else ""
-    every = [one for one, other in pieces if other is law]
-    said = f"inventory: {row.label!r}{held} under {law.label}: {why}"
-    if len(alike) > 1:
-        labels = ", ".join(repr(label) for label in dict.fromkeys(one.label for one in alike))
-        said = f"inventory: {law.label} does not apply to {labels}{_smaller_zone(law, every)}; {row.label!r}: {why}"
-    raise ValueError(said)
+    labels = dict.fromkeys(f"{one.label!r} with kit {one.kit!r}" if one.kit else repr(one.label) for one in alike)
+    works, of = "", ""
+    if len(labels) > 1:
+        works, of = _smaller_zone(law, [one for one, other in pieces if other is law]), f"{row.label!r}: "
+    raise ValueError(f"inventory: {', '.join(labels)} under {law.label}{works}: {of}{why}")
 
 
 def _smaller_zone(law: Law, rows: Sequence[Contents]) -> str:

@@ -217,7 +217,7 @@ def test_all_refused_pieces_come_at_once_with_numbers_that_work(tmp_path):
     with pytest.raises(StudyError) as caught:
         tp.Study.from_toml(study)
     said = str(caught.value)
-    assert "does not apply to 'shelf', 'clock' (delta = 0.02 does)" in said
+    assert "inventory: 'shelf', 'clock' under energy-consistent e=e_R δ=0.05 (delta = 0.02 does): 'shelf': the" in said
     assert "'far'" not in said
     assert "a delta below 0.0252, or a gap of 21 mm" in said
     for changed, other in ((text.replace('"energy-consistent"', '"energy-consistent"\ndelta = 0.02'), rows),
