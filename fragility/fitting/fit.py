@@ -25,7 +25,7 @@ from .labels import label_curves
 from .likelihood import PENALTIES
 from .links import LINKS, LOGNORMAL
 from .states import DIRECTIONS, OK, OVERTURNED, State, reached
-from .trials import OVERTURNING_OUTCOMES, STATES, Sample, Trials, collect, outcomes_of
+from .trials import EXAMPLE, OVERTURNING_OUTCOMES, STATES, Sample, Trials, collect, outcomes_of
 from .two_parameter import TWO_PARAMETER_FORMS
 from .uplift import UpliftForm
 
@@ -242,7 +242,7 @@ def fit_fragility(
         checks.count("seed", seed),
         keep_replicates,
     )
-    if options.resamples and trials.clusters:
+    if options.resamples and trials.clusters and trials.samples:
         options = replace(options, weights=draw_motions(trials.strata, options.replicates, options.seed))
 
     curves = fitted_curves(trials, chosen, options, progress)
@@ -266,18 +266,19 @@ def fitted_curves(
     trials: Trials, form: Form, options: Options, progress: Callable[[int, int], None] | None = None
 ) -> xr.Dataset:
     """Return the curves of all data, labelled, with their replicates where the options keep these."""
+    samples = trials.samples or (EXAMPLE,)
 
     def columns_of(i: int) -> Columns:
-        sample = trials.samples[i]
+        sample = samples[i]
         return form.fit(sample, options, ResampledData.of(sample, options, i) if options.resamples else None)
 
     columns = []
     # (a caller's own fit may not be safe in threads)
     each = map if isinstance(form, CustomForm) else shared
-    for one in each(columns_of, range(len(trials.samples))):
+    for one in each(columns_of, range(len(samples))):
         columns.append(one)
         if progress is not None:
-            progress(len(columns), len(trials.samples))
+            progress(len(columns), len(samples))
     return label_curves(columns, trials, options.fractiles, options.confidence, options.replicates)
 
 

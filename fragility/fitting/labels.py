@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -54,7 +55,7 @@ def label_curves(
         attributes = {"units": DIMENSIONLESS, "long_name": "probability of overturning"}
         coords["fraction"] = xr.Variable("fraction", list(fractiles), attributes)
     if any(name.startswith("probability") for name in names):
-        levels = trials.samples[0].levels
+        levels = trials.samples[0].levels if trials.samples else np.empty(0)
         if any(not np.array_equal(one.levels, levels) for one in trials.samples):
             raise ValueError(
                 "curves without parameters lie on the levels of the data, which differ between blocks here: "
@@ -85,17 +86,19 @@ def label_curves(
         if base == "fractile" and not fractiles:
             continue
         values = _column([one.get(name) for one in columns], trials.shape)
+        if base == "probability":
+            values = values[..., : coords["level"].size]
         attributes = {"units": trials.level["units"] if units == LEVEL else units, "long_name": text + long_name}
         variables[name] = (tuple(dims), values, attributes)
     return xr.Dataset(variables, coords=coords)
 
 
 def _column(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.generic]:
-    """Return one variable of every curve in the shape of the curves; NaN where a curve has none."""
+    """Return one variable of every curve in the shape of the curves, if there are any; NaN where one has none."""
     known = next(value for value in values if value is not None)
     if isinstance(known, str):
-        return np.array(values, dtype=object).reshape(shape)
+        return np.array(values, dtype=object)[: math.prod(shape)].reshape(shape)
     array = np.asarray(known)
     filled = [np.full(array.shape, np.nan) if value is None else value for value in values]
-    found = np.array(filled)
+    found = np.array(filled)[: math.prod(shape)]
     return found.reshape((*shape, *array.shape))

@@ -105,6 +105,10 @@ class Sample(NamedTuple):
         return failures_of(cells, outcomes_of(OVERTURNING_OUTCOMES, self.levels.size))
 
 
+EXAMPLE = Sample(np.array([1.0, 2.0]), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]), False, math.nan, False, False, None)
+"""The data of a curve whose fit tells the variables of results without curves."""
+
+
 def gap_between(x: Array, stood: Flags, fell: Flags) -> tuple[float, float] | None:
     """Return the highest level at which a run stood and the lowest at which one fell; None if the first is no lower.
 
@@ -402,7 +406,8 @@ def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
     dims = [dim for dim in flags.dims if dim not in {"level", "motion"}]
     if not set(x.dims) <= {*dims, last} or last not in x.dims:
         raise ValueError(f"{x.name} must lie on {last} and may lie on {dims}, got dims {x.dims}")
-    _positive(str(x.name), x.values)
+    if x.size:
+        _positive(str(x.name), x.values)
     like = flags.isel({dim: 0 for dim in ("level", "motion") if dim != last and dim in flags.dims}, drop=True)
     return np.asarray(x.broadcast_like(like).transpose(*dims, last).values, dtype=float)
 

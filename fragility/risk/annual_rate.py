@@ -135,7 +135,8 @@ def annual_rate(
     }
     samples = _samples(curves, hazard, below, above, outside)
     if samples is not None:
-        lower, upper, used = percentile_interval(samples.values.reshape(found.rate.size, -1), level, samples.weights)
+        of_each = samples.values.reshape(found.rate.size, samples.values.size // max(1, found.rate.size))
+        lower, upper, used = percentile_interval(of_each, level, samples.weights)
         percent = given_percent(level)
         variables |= {
             "rate_sample": (samples.dims, samples.values, PER_YEAR, "annual rate of overturning of each sample"),

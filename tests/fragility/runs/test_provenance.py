@@ -346,3 +346,38 @@ class TestMerging:
             assert "median" in tp.overturning_probability(runs).merge(tp.fit_fragility(runs))
         with xr.open_dataset(tmp_path / "curves.nc") as curves:
             assert "median" in tp.annual_rate(curves, HAZARD).merge(curves)
+
+
+RESAMPLED = {"intervals": "bootstrap", "replicates": 10, "keep_replicates": True}
+
+
+class TestNothingSelected:
+    """Of no block, or no law, there are empty results with all variables."""
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def motions(cls):
+        return [motions.CloughPenzien(duration=10.0, dt=0.01).sample(8, seed) for seed in (1, 2)]
+
+    @pytest.mark.parametrize("dim", ["block", "model"])
+    @pytest.mark.parametrize("options", [{}, RESAMPLED, {"form": "isotonic"}], ids=str)
+    @pytest.mark.parametrize("design", ["ida", "stripes", "cloud", "counts", "normalised"])
+    def test_curves_and_rates(self, motions, design, options, dim):
+        runs = {
+            "ida": lambda: tp.ida(BLOCKS[:2], LAWS, motions[0], [1.0, 2.0, 4.0]),
+            "stripes": lambda: tp.stripes(BLOCKS[:2], LAWS, motions, [2.0, 4.0]),
+            "cloud": lambda: tp.cloud(BLOCKS[:2], LAWS, motions[0]),
+            "counts": lambda: tp.overturning_probability(tp.ida(BLOCKS[:2], LAWS, motions[0], [1.0, 2.0, 4.0])),
+            "normalised": lambda: tp.cloud(BLOCKS[:2], LAWS, motions[0], "pga_normalised"),
+        }[design]()
+        empty = runs.isel({dim: []})
+        curves = tp.fit_fragility(empty, **options)
+        assert curves["median"].sizes == {"block": 2, "model": 2, dim: 0}
+        assert curves["median"].attrs["units"] == ("1" if design == "normalised" else "m s-2")
+        if design in ("ida", "stripes"):
+            assert tp.overturning_probability(empty)["probability"].sizes[dim] == 0
+        if design != "normalised" and "form" not in options:  # (without curves, tables of them have no levels)
+            rates = tp.annual_rate(curves, HAZARD)
+            assert rates["rate"].sizes == curves["median"].sizes
+        if options.get("intervals"):
+            assert curves["median_sample"].sizes["replicate"] == 10
