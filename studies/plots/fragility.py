@@ -27,6 +27,8 @@ from . import axes, selection
 
 MOST_PANELS = 36
 """Panels of one figure at the most; the results hold all curves."""
+MOST_ROWS = 10
+"""Rows of panels of several laws at the most, so that a figure is no higher than two pages or so."""
 FAR = 3.0
 """Number of dispersions above the median beyond which a curve is flat."""
 LOW_ROWS = 2
@@ -344,7 +346,10 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     if len(every) > MOST_PANELS:
         every = [every[i] for i in np.argsort(places(results).values.ravel())]
     laws = [str(one) for one in results["model"].values]
-    cases = every[: max(1, MOST_PANELS // len(laws))]
+    most = MOST_PANELS // len(laws)
+    if len(laws) > 1:
+        most = min(most, MOST_ROWS // math.ceil(len(laws) / axes.columns_for(len(laws))))
+    cases = every[: max(1, most)]
     # (each block has its own row where its laws, or the floors of one law, fit into one)
     if len(laws) > 1:
         columns = axes.columns_for(len(laws))

@@ -590,3 +590,12 @@ def test_the_panels_of_a_figure_hold_the_curves_of_each_law():
                 np.testing.assert_array_equal(line.get_xydata(), curve.get_xydata())
             assert (ax.get_xlim(), ax.get_ylim()) == (alone.get_xlim(), alone.get_ylim())
             assert ax.get_yticks().tolist() == alone.get_yticks().tolist()
+
+
+def test_figures_of_many_blocks_under_several_laws_are_not_endless():
+    two = cases.curves(tuple(f"block {i}" for i in range(50))).isel(model=slice(2))
+    several = {2: two, 4: xr.concat([two, two.assign_coords(model=["third", "fourth"])], "model", join="outer")}
+    for laws, results in several.items():
+        figure = fragility_figure(results)
+        assert figure.get_figheight() <= 24.0  # in, 3,600 pixels
+        assert len(figure.axes) == {2: 20, 4: 20}[laws]
