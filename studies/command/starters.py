@@ -10,15 +10,9 @@ import io
 import os
 import shutil
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
 
 from ...motions import SiteBasedScenario
-from ...motions.arrays import records
-from ...motions.intensity.dataset import measure
 from ...motions.readers.at2 import write_at2
-from ...units import STANDARD_GRAVITY
 from ...wording import system_reason
 from ..inventory.reading import KIND, example_path
 from ..text.error import StudyError
@@ -26,31 +20,11 @@ from .choices import Starter
 from .piece_files import timeless
 
 STUDY = "study.toml"
-
-
-class RecordSet(NamedTuple):
-    """Simulated records of one earthquake (magnitude, km) that lie within FARTHEST of all levels of a measure, SI."""
-
-    number: int
-    magnitude: float
-    distance: float
-    im: str
-    lowest: float
-    highest: float
-
-
-RECORDS: dict[Starter, RecordSet] = {
-    "bookcase": RecordSet(60, 6.8, 15.0, "pgv", 0.1, 1.3),
-    "inventory": RecordSet(60, 7.0, 10.0, "Sa(0.5)", 0.2 * STANDARD_GRAVITY, 3.0 * STANDARD_GRAVITY),
-    "records": RecordSet(40, 7.4, 8.0, "pgv", 0.2, 2.5),
-}
-"""Those of each starter that scales records: 40 give a probability to ±0.15."""
-FARTHEST = 5.0
-"""Most by which a record is scaled, up or down; the validity check asks for no more."""
-CANDIDATES = 400
+RECORDS = 40
+"""Simulated records: enough for a probability that is known to ±0.15."""
 REPLACE: dict[Starter, str] = {
-    "bookcase": "records/ (files of your own), [[blocks]] (its sizes), [restraints.kit] (the kit), [hazard] (the site)",
-    "inventory": "inventory.xlsx (what stands where), records/ (your own), [building] in study.toml, hazard.csv",
+    "bookcase": "[[blocks]] (its sizes), [restraints.kit] (the kit), [motions] and [hazard] (the site) in study.toml",
+    "inventory": "inventory.xlsx (what stands where), [building] and [motions] in study.toml, hazard.csv (the site)",
     "hazard": "hazard.csv and disaggregation.csv (the site), [stripes.select] (its soil), [[blocks]] in study.toml",
     "records": "records/ (files of your own), [[blocks]] in study.toml (what stands there)",
     "scenario": "inventory.xlsx (what stands where), [building] and [motions] in study.toml",
@@ -104,12 +78,14 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
 def _fill(kind: Starter, folder: Path) -> None:
     """Write the files of a starter into an empty folder."""
     shutil.copyfile(_HERE / f"{kind}.toml", folder / STUDY)
-    if kind in RECORDS:
-        _write_records(folder / "records", RECORDS[kind])
+    if kind == "bookcase":
+        return
     if kind == "hazard":
         shutil.copyfile(_HERE / "hazard_of_sa.csv", folder / "hazard.csv")
         shutil.copyfile(_HERE / "disaggregation.csv", folder / "disaggregation.csv")
-    if kind not in ("inventory", "scenario"):
+        return
+    if kind == "records":
+        _write_records(folder / "records")
         return
     table = Path(example_path()).read_text(encoding="utf-8")
     (folder / "inventory.csv").write_text(table, encoding="utf-8")
@@ -137,17 +113,13 @@ def _move(staged: Path, folder: Path, there: bool) -> None:
         raise
 
 
-def _write_records(folder: Path, of: RecordSet) -> None:
+def _write_records(folder: Path) -> None:
     """Write simulated records of one earthquake as PEER AT2."""
     folder.mkdir()
-    scenario = SiteBasedScenario(magnitude=of.magnitude, distance=1e3 * of.distance, vs30=700.0, dt=0.02)
-    motions = scenario.sample(CANDIDATES, seed=1)
-    strength = measure(of.im, records(motions))
-    near = (strength >= of.highest / FARTHEST) & (strength <= of.lowest * FARTHEST)
-    of_scenario = f"SITE-BASED SCENARIO, M {of.magnitude:g}, {of.distance:g} KM, VS30 700 M/S, SEED 1"
-    for number, i in enumerate(np.flatnonzero(near)[: of.number], start=1):
-        title = f"SIMULATED, NOT RECORDED: {of_scenario}, MOTION {i + 1}"
-        write_at2(motions[i], folder / f"simulated-{number:02}.AT2", title)
+    motions = SiteBasedScenario(magnitude=7.4, distance=8e3, vs30=700.0, dt=0.02).sample(RECORDS, seed=1)
+    for i, motion in enumerate(motions, start=1):
+        title = f"SIMULATED, NOT RECORDED: SITE-BASED SCENARIO, M 7.4, 8 KM, VS30 700 M/S, SEED 1, MOTION {i}"
+        write_at2(motion, folder / f"simulated-{i:02}.AT2", title)
 
 
 def workbook_of(table: str) -> bytes:

@@ -29,6 +29,7 @@ EVERY_OUTPUT = (
 )
 FIT = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
 YEAR = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "m/s"\n'
+ENDS = '[hazard]\nlevels = [0.1, 0.5, 1]\nrates = [1e-1, 1e-2, 1e-3]\nunit = "m/s"\nabove = "none"\n'
 YIELDING = """[building]
 kind = "storeys"
 masses_kg = [2e5, 2e5, 2e5, 2e5]
@@ -54,7 +55,7 @@ STUDIES = {
     "risk": ("risk", EVERY_OUTPUT, FIT + "[friction]\nstatic = 0.4\ndispersion = 0.2\ntrip_mm = 5\n"),
     "tower": ("tower", "", FIT),
     "branches": ("branches", "", ""),
-    "uplift": ("cloud", "", FIT + 'form = "uplift-lognormal"\n'),
+    "uplift": ("cloud", "", FIT + 'form = "uplift-lognormal"\n' + ENDS),
     "first": ("bookcase", "", '[fit]\nmethod = "first-overturning"\nreplicates = 100\n'),
     "isotonic": ("stripes", "", '[fit]\nform = "isotonic"\nreplicates = 100\n'),
     "uncertainty": ("uncertainty", "", YEAR + FIT),

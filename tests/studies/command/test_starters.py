@@ -17,9 +17,9 @@ from toppling.studies.command.cli import main
 from toppling.studies.file.schema import StudyFile
 
 KINDS = {
-    "bookcase": {"study.toml", "records"},
+    "bookcase": {"study.toml"},
     "hazard": {"study.toml", "hazard.csv", "disaggregation.csv"},
-    "inventory": {"study.toml", "inventory.csv", "inventory.xlsx", "hazard.csv", "records"},
+    "inventory": {"study.toml", "inventory.csv", "inventory.xlsx", "hazard.csv"},
     "records": {"study.toml", "records"},
     "scenario": {"study.toml", "inventory.csv", "inventory.xlsx"},
 }
@@ -158,52 +158,45 @@ def test_the_workbook_is_the_table(written):
     assert all(isinstance(line[header.index("value")], int) for line in lines)
 
 
-@pytest.mark.parametrize(
-    ("kind", "number", "im", "levels"),
-    [
-        ("bookcase", 60, "pgv", (0.1, 1.3)),
-        ("inventory", 60, "Sa(0.5)", (0.2 * 9.80665, 3.0 * 9.80665)),
-        ("records", 40, "pgv", (0.2, 2.5)),
-    ],
-)
-def test_records_are_simulated_and_scaled_by_at_most_five(written, kind, number, im, levels):
-    """Their factors by hand: a level over the measure of a record, the lowest and the highest in the study's file."""
-    paths = sorted((written / kind / "records").iterdir())
-    assert len(paths) == number
-    plan = tp.Study.from_toml(written / kind / "study.toml")
-    asked = plan.levels if kind == "inventory" else plan.design.levels
-    assert (asked.min(), asked.max()) == pytest.approx(levels)
+def test_records_say_that_they_are_simulated(written):
+    paths = list((written / "records/records").iterdir())
+    assert len(paths) == starters.RECORDS
     for path in paths:
-        motion = tp.motions.read(path)
-        assert motion.dt == 0.02
+        assert tp.motions.read(path).dt == 0.02
         assert path.read_text(encoding="ascii").splitlines()[1].startswith("SIMULATED, NOT RECORDED")
-        strength = float(tp.motions.measures(motion, [im])[im].values[0])
-        assert levels[1] / strength <= 5.001
-        assert levels[0] / strength >= 0.1999
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_all_take_one_law_for_one_reason(kind, written):
-    text = (written / kind / "study.toml").read_text(encoding="utf-8")
-    models = tomllib.loads(text)["models"]
-    assert models == [{"law": "housner", "geometry": "linear"}]
-    reason = "Housner's model, the field's reference, in linear geometry, in which a piece may have a wall,"
-    assert reason in re.sub(r"\n# ", " ", text)
+def test_records_take_the_place_of_the_generator(written, tmp_path):
+    """What the comment of the inventory's study says: the keys of [motions] go, and `records` comes."""
+    folder = shutil.copytree(written / "inventory", tmp_path / "inventory")
+    shutil.copytree(written / "records/records", folder / "records")
+    text = (folder / "study.toml").read_text(encoding="utf-8")
+    assert 'write records = "records/*.AT2"' in text
+    text, n = re.subn(r"(?ms)^\[motions\]\n.*?^\n", '[motions]\nrecords = "records/*.AT2"\n\n', text)
+    assert n == 1
+    (folder / "study.toml").write_text(text, encoding="utf-8")
+    assert main(["run", str(folder / "study.toml"), "--dry-run"]) == 0
 
 
-def test_an_inventory_with_all_that_its_law_takes(written, tmp_path):
-    """Walls however near, leans and centres of mass off the middle, beside the columns that are there."""
-    folder = shutil.copytree(written / "scenario", tmp_path / "scenario")
-    study = folder / "study.toml"
-    text = study.read_text(encoding="utf-8").replace("inventory.xlsx", "inventory.csv")
+@pytest.mark.parametrize("kind", ["inventory", "scenario"])
+def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
+    assert main(["new", kind, str(tmp_path / "one")]) == 0
+    text = (tmp_path / "one/study.toml").read_text(encoding="utf-8").replace("\n# ", " ")
+    assert "then given for Housner's model" in text
+    assert "--model" in text
+
+
+@pytest.mark.slow
+def test_the_bookcase_is_compared_with_and_without_its_kit(written, tmp_path, capsys):
+    """What an owner asks is answered in the terminal: the gain of wall and kit, and how often the kit breaks."""
+    study = tmp_path / "study.toml"
+    text = (written / "bookcase/study.toml").read_text(encoding="utf-8")
     study.write_text(SEED.sub("number = 40", text), encoding="utf-8")
-    table = (folder / "inventory.csv").read_text(encoding="utf-8").splitlines()
-    start = next(i for i, line in enumerate(table) if not line.startswith("#"))
-    more = ["0,,", "5,,", "20,,", ",1,", ",,10", "2,,"]
-    table[start] += ",wall_gap_mm,lean_deg,cm_offset_mm"
-    rows = [f"{line},{more[i % len(more)]}" for i, line in enumerate(table[start + 1 :])]
-    (folder / "inventory.csv").write_text("\n".join([*table[: start + 1], *rows]) + "\n", encoding="utf-8")
-    assert len(tp.Study.from_toml(study).inventory) == len(rows)
+    assert main(["run", str(study), "--out", str(tmp_path / "results")]) == 0
+    said = capsys.readouterr().out
+    for name, other in (("near the wall", "free-standing"), ("with the kit", "near the wall")):
+        assert re.search(rf"The chance that “{name}” overturns in 50 years is .*compared with .* for “{other}”: ", said)
+    assert re.search(r"The restraint of “with the kit” breaks in .* of the motions at a peak ground velocity of ", said)
 
 
 def test_all_refused_pieces_come_at_once_with_numbers_that_work(tmp_path):
@@ -225,22 +218,3 @@ def test_all_refused_pieces_come_at_once_with_numbers_that_work(tmp_path):
         study.write_text(changed, encoding="utf-8")
         table.write_text(other, encoding="utf-8")
         assert len(tp.Study.from_toml(study).inventory) == 3
-
-
-@pytest.mark.parametrize("kind", ["inventory", "scenario"])
-def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
-    assert main(["new", kind, str(tmp_path / "one")]) == 0
-    text = (tmp_path / "one/study.toml").read_text(encoding="utf-8").replace("\n# ", " ")
-    assert "then given for Housner's model" in text
-    assert "--model" in text
-
-
-@pytest.mark.slow
-def test_the_bookcase_is_compared_with_and_without_its_kit(written, tmp_path, capsys):
-    """What an owner asks is answered in the terminal: the gain of wall and kit, and how often the kit breaks."""
-    study = shutil.copytree(written / "bookcase", tmp_path / "bookcase") / "study.toml"
-    assert main(["run", str(study), "--out", str(tmp_path / "results")]) == 0
-    said = capsys.readouterr().out
-    for name, other in (("near the wall", "free-standing"), ("with the kit", "near the wall")):
-        assert re.search(rf"The chance that “{name}” overturns in 50 years is .*compared with .* for “{other}”: ", said)
-    assert re.search(r"The restraint of “with the kit” breaks in .* of the motions at a peak ground velocity of ", said)

@@ -343,7 +343,7 @@ class TestManyBlocks:
         assert "; the 100 of 120 blocks that fall first" in str(table.title)
         assert table.row_count == 3 * MOST_BLOCKS
         ((_, figure),) = show.figures(results)
-        assert "the 18 of 120 blocks that fall first" in figure.get_suptitle()
+        assert "the 10 of 120 blocks that fall first" in figure.get_suptitle()
 
     def test_answers_are_of_all(self, results):
         first = str(results["block"].values[int(np.nanargmin(results["median"].isel(model=1).values))])
