@@ -21,7 +21,7 @@ UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
 MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
 
 WIDEST = 1.5
-"""m: the smaller plan size of furniture and equipment; those of the catalogue are at most 0.9 m."""
+"""m: furniture and equipment are narrower; no piece of the catalogue is wider than 0.9 m."""
 WIDTHS, HEIGHTS, RATIOS = (0.05, WIDEST), (0.1, 4.0), (1.0, 12.0)
 """Plausible widths, m, heights, m, and heights over widths; the catalogue's are 0.13-0.9, 0.23-2.4 and 1.04-8.5."""
 FACTORS = (10.0, 100.0, 1000.0)

@@ -329,23 +329,23 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
 
 
 def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return the coordinates of motions beside those of records, such as magnitudes and stations, on ``motion``.
+    """Return what else the arrays say of each motion, such as its magnitude and its station, on ``motion``.
 
     The motions are in the order of `records`.  Of arrays without a coordinate it is NaN, or '' where it is a text.
     ValueError where its unit differs between arrays.
     """
     own = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
     described = [
-        {str(key): one for key, one in array.coords.items() if key not in own and {*one.dims} <= {"motion"}}
+        {str(key): known for key, known in array.coords.items() if key not in own and {*known.dims} <= {"motion"}}
         for array in arrays
     ]
     found = {}
     for name in dict.fromkeys(key for known in described for key in known):
         having = [known[name] for known in described if name in known]
-        units = sorted({str(one.attrs.get("units", "")) for one in having})
+        units = sorted({str(values.attrs.get("units", "")) for values in having})
         if len(units) > 1:
             raise ValueError(f"motions: {name} must have one unit in all arrays, got {units[0]!r} and {units[1]!r}")
-        text = any(one.dtype.kind in "OSU" for one in having)
+        text = any(values.dtype.kind in "OSU" for values in having)
         missing = np.array("NaT", having[0].dtype) if having[0].dtype.kind in "mM" else math.nan
         columns = []
         for array, known in zip(arrays, described, strict=True):

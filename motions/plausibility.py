@@ -51,11 +51,11 @@ def vertical_doubts(arrays: Sequence[xr.DataArray]) -> list[Doubt]:
     """Return the doubts in vertical components that are used as horizontal motions, and the note of those left out."""
     found = []
     labels = [
-        str(one["motion"].values[0])
+        str(motion["motion"].values[0])
         for array in arrays
         if array.dims == ("motion", "time")
-        for one in (array.isel(motion=[i]) for i in range(array.sizes["motion"]))
-        if is_vertical(one)
+        for motion in (array.isel(motion=[i]) for i in range(array.sizes["motion"]))
+        if is_vertical(motion)
     ]
     if labels:
         many = f"{len(labels):,} motions are vertical components and shake"

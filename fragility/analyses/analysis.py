@@ -37,7 +37,7 @@ OF_WIDTH = ", of the component along the width"
 """End of the long name of measures of motions along both axes.  (Their screen is that of the width, too.)"""
 
 MEANT = ("intensity", "stripe", "level", RECORD, POLARITY, DRAW, DOWNWARD)
-"""Coordinates that tell how runs were made: those of motions as given have another meaning."""
+"""Coordinates that describe the runs.  Motions may have coordinates of the same names, which mean something else."""
 
 
 class Specimens(NamedTuple):

@@ -1,4 +1,4 @@
-"""Plausibility of hazard curves: rates and levels unlike those of any site, with the likely slip of units."""
+"""Plausibility of hazard curves: rates and levels that no site has, and the slip of units that explains them."""
 
 from __future__ import annotations
 

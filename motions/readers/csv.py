@@ -89,16 +89,16 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
         own = in_name(name, number)
-        if any(one.quantity in ("velocity", "displacement") for one in own) or _other(name):
+        if any(stated.quantity in ("velocity", "displacement") for stated in own) or _other(name):
             continue
         # (what stands in brackets further up, as in "PGA (gal)", is not of a column that has its own unit)
-        above = [one for line, text in words for one in told(text, line, brackets=not own)]
-        stated = agreed(file, [*own, *above])
-        if stated is None and any(_other(text) for _, text in header):
+        above = [stated for line, text in words for stated in told(text, line, brackets=not own)]
+        agreed_on = agreed(file, [*own, *above])
+        if agreed_on is None and any(_other(text) for _, text in header):
             raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
-        if stated is not None and given is not None:
+        if agreed_on is not None and given is not None:
             raise RecordError(f"{file}: states its unit, so unit must not be given, got {unit!r:.60}")
-        factor = given if stated is None else stated.factor
+        factor = given if agreed_on is None else agreed_on.factor
         if factor is None:
             raise RecordError(
                 f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
@@ -118,10 +118,10 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
 def _seconds(file: Path, units: Sequence[Unit]) -> float:
     """Return seconds per unit of a column of times, as its name has it."""
     factors = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3}
-    for one in units:
-        if one.text.strip(" ,;.").lower() not in ("", *factors):
+    for unit in units:
+        if unit.text.strip(" ,;.").lower() not in ("", *factors):
             raise RecordError(
-                f"{file}: line {one.line} has times in the unknown unit {one.text.strip()[:40]!r}, known are s and ms"
+                f"{file}: line {unit.line} has times in the unknown unit {unit.text.strip()[:40]!r}, known are s and ms"
             )
     return factors[units[0].text.strip(" ,;.").lower() or "s"] if units else 1.0
 

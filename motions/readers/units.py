@@ -84,28 +84,26 @@ def given_factor(unit: str | float) -> float:
 
 def in_name(name: str, line: int) -> list[Unit]:
     """Return the units in the name of a column, acceleration (g), acc_g or acceleration in g; unknown ones, too."""
-    found = [
-        one for pattern in (_BRACKETS, _SUFFIX, _IN) for one in pattern.findall(name) if re.search(r"[a-z]", one, re.I)
-    ]
-    return [*(unit_of(one, line) for one in found), *_told(name, line)]
+    words = [word for pattern in (_BRACKETS, _SUFFIX, _IN) for word in pattern.findall(name)]
+    return [*(unit_of(word, line) for word in words if re.search(r"[a-z]", word, re.IGNORECASE)), *_told(name, line)]
 
 
 def told(text: str, line: int, brackets: bool = True) -> list[Unit]:
     """Return the units that a line of words says the samples have; brackets count where they hold a known unit."""
     named = quantities(text)
     patterns = (_BRACKETS, _IN) if brackets else (_IN,)
-    found = [unit_of(one, line) for pattern in patterns for one in pattern.findall(text)]
-    known = [one for one in found if one.quantity == "acceleration" or one.quantity in named]
-    return [*_told(text, line), *known]
+    units = [unit_of(word, line) for pattern in patterns for word in pattern.findall(text)]
+    return [*_told(text, line), *(unit for unit in units if unit.quantity in ("acceleration", *named))]
 
 
 def _told(text: str, line: int) -> list[Unit]:
     found = []
     for match in _TOLD.finditer(text):
         link, word = match["link"].strip().lower(), match["unit"]
-        one = next((one for one in (unit_of(word, line), unit_of(word.partition("(")[0], line)) if one.quantity), None)
-        if one is not None:
-            found += [one] if one.quantity != "time" else []
+        readings = unit_of(word, line), unit_of(word.partition("(")[0], line)
+        unit = next((unit for unit in readings if unit.quantity), None)
+        if unit is not None:
+            found += [unit] if unit.quantity != "time" else []
         elif link and (link != "of" or quantities(text)) and re.match(r"[(\[]?[a-z]", word, re.IGNORECASE):
             found += [unit_of(word, line)] if word.lower().strip("():") not in _NO_UNITS else []
     return found
@@ -117,23 +115,23 @@ def agreed(file: Path, units: Iterable[Unit]) -> Unit | None:
     Raises
     ------
     RecordError
-        Two units that differ, which names both with their lines; an unknown unit; one of velocity or displacement.
+        Two units that differ (the message has both lines), an unknown unit, a unit of velocity or displacement.
     """
     first: Unit | None = None
-    for one in units:
-        if not one.quantity:
+    for unit in units:
+        if not unit.quantity:
             raise RecordError(
-                f"{file}: line {one.line} has the unknown unit {one.text.strip()[:40]!r}, "
+                f"{file}: line {unit.line} has the unknown unit {unit.text.strip()[:40]!r}, "
                 "known are g, gal, cm/s², mm/s² and m/s²"
             )
-        if one.quantity != "acceleration":
+        if unit.quantity != "acceleration":
             raise RecordError(
-                f"{file}: line {one.line} gives a {one.quantity} ({one.text.strip()[:40]}), not acceleration"
+                f"{file}: line {unit.line} gives a {unit.quantity} ({unit.text.strip()[:40]}), not acceleration"
             )
-        first = first or one
-        if one.factor != first.factor:
+        first = first or unit
+        if unit.factor != first.factor:
             raise RecordError(
-                f"{file}: line {first.line} says {first.text.strip()[:40]!r}, line {one.line} "
-                f"{one.text.strip()[:40]!r}: which of them is the unit of its accelerations?"
+                f"{file}: line {first.line} says {first.text.strip()[:40]!r}, line {unit.line} "
+                f"{unit.text.strip()[:40]!r}: which of them is the unit of its accelerations?"
             )
     return first

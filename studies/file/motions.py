@@ -441,8 +441,7 @@ class MotionsTable(Table):
         Field(
             description="Component that shakes, where records are joined to recordings by the names of their files; "
             "measures such as RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both "
-            "shake, also those of a generator, or both "
-            "directions of floor histories."
+            "components shake, from records or a generator, or both directions of floor histories."
         ),
     ] = None
     axes: Annotated[
