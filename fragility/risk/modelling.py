@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
@@ -18,6 +21,83 @@ MODELLING = "modelling_dispersion"
 """Attribute of curves whose dispersion holds modelling uncertainty, with its value."""
 POINTS = 1000
 """Points of a blurred hazard curve."""
+USUAL_DISPERSION = 0.3
+"""beta_m of the range of a chance or a rate where nothing better is known: between the average (0.25) and the limited
+(0.40) quality of a model by FEMA P-58-1 (2018), section 5.2 (recalled)."""
+TENTH = 1.28
+"""Standard normal score that one in ten exceeds."""
+
+
+def capacity_factors(dispersion: float) -> tuple[float, float]:
+    """Return the factors exp(-1.28 beta_m) and exp(1.28 beta_m) between which true over computed capacities lie.
+
+    They are the 10 and 90 % fractiles of a lognormal error of all capacities with beta_m = `dispersion`, or the usual
+    one where that is 0.
+
+    Examples
+    --------
+    >>> [round(one, 3) for one in capacity_factors(0.0)]
+    [0.681, 1.468]
+    """
+    error = TENTH * (dispersion or USUAL_DISPERSION)
+    return float(np.exp(-error)), float(np.exp(error))
+
+
+def seen_by(hazard: HazardCurve, factor: float) -> HazardCurve:
+    """Return the hazard curve H(factor x): of capacities c it gives the rates of capacities factor c.
+
+    Examples
+    --------
+    >>> hazard = HazardCurve.power_law(1e-4, 2.0, "pga")
+    >>> float(seen_by(hazard, 2.0).rate_at(1.0) / hazard.rate_at(2.0))
+    1.0
+    """
+    return replace(hazard, levels=tuple(level / factor for level in hazard.levels))
+
+
+RANGE = "modelling_range"
+"""Attribute of results with the beta_m of the ranges that follow."""
+LOWER, UPPER = "_modelling_lower", "_modelling_upper"
+"""Endings of the names of the ends of a value's range if all capacities are off by one factor."""
+
+
+def with_ends(
+    name: str, dims: tuple[str, ...], ends: Sequence[Array], units: str, dispersion: float
+) -> dict[str, xr.Variable]:
+    """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN where one is NaN."""
+    low, high = capacity_factors(dispersion)
+    text = f"if all capacities are off by one factor, {low:.2f} to {high:.2f}"
+    pairs = ((LOWER, "lower", np.minimum(*ends)), (UPPER, "upper", np.maximum(*ends)))
+    return {
+        f"{name}{end}": xr.Variable(
+            dims, values, {"units": units, "long_name": f"{side} end of the range of {name} {text}"}
+        )
+        for end, side, values in pairs
+    }
+
+
+def range_of_medians(curves: xr.Dataset, dispersion: float) -> dict[str, xr.Variable]:
+    """Return the ends of the medians' range, which are the medians times the `capacity_factors`."""
+    median = curves["median"]
+    ends = [median.values * factor for factor in capacity_factors(dispersion)]
+    return with_ends("median", tuple(map(str, median.dims)), ends, str(median.attrs.get("units", "1")), dispersion)
+
+
+def values_between(levels: Array, values: Array, wanted: Array) -> Array:
+    """Return values (…, level) at other levels, linear in their logarithm; NaN outside, where nothing was run.
+
+    Examples
+    --------
+    >>> values_between(np.array([1.0, 4.0]), np.array([0.0, 1.0]), np.array([2.0, 5.0])).tolist()
+    [0.5, nan]
+    """
+    if levels.size < 2:
+        return np.where(np.isclose(wanted, levels, rtol=1e-12), values, np.nan)
+    u, at = np.log(levels), np.log(wanted)
+    k = np.clip(np.searchsorted(u, at, side="right") - 1, 0, levels.size - 2)
+    share = (at - u[k]) / (u[k + 1] - u[k])
+    found = values[..., k] * (1.0 - share) + values[..., k + 1] * share
+    return np.asarray(np.where((share >= -1e-9) & (share <= 1.0 + 1e-9), found, np.nan))
 
 
 def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:

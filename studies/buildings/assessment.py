@@ -24,7 +24,7 @@ from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
-from ...fragility.risk.modelling import MODELLING, blurred
+from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import AXES
@@ -53,7 +53,8 @@ from ...units import DIMENSIONLESS, provenance
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Contents, Inventory
 from .axes import placed_on_axes
-from .modelling import ShiftedLevels, joined, refuse_own_motions, scored_levels, several_classes
+from .modelling import ShiftedLevels, covering, joined, refuse_own_motions, scored_levels, several_classes
+from .modelling_range import range_at_levels, range_of_a_year
 from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
 from .slide_runs import SlidingRuns, Slipping, draws_of, faces_an_edge, slides
@@ -317,6 +318,11 @@ def assess(
     if mixture is not None:
         modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
     variables = conditional_variables(joint, precision, modelled)
+    plain = variables if mixture is None else conditional_variables(joint, precision)
+    if isinstance(hazard, HazardCurve):
+        variables = variables | range_of_a_year(plain, scaled.levels, hazard, beta)
+    elif hazard is None:
+        variables = variables | range_at_levels(plain, run.levels, scaled.levels, beta)
     if slips is not None:
         variables |= slide_variables(joint, alone, slips, precision, weights, shaking.own_motions, modelled)
     if mixture is not None:
@@ -394,6 +400,7 @@ def assess(
             "confidence": precision.confidence,
             "pieces": "alike" if draws is None else draws.pieces,
             MODELLING: beta,
+            RANGE: beta or USUAL_DISPERSION,
             **({SLIDES_ON: slips.doubts[0].sentence} if slips is not None and slips.doubts else {}),
             **provenance(configuration),
         },
@@ -624,21 +631,6 @@ class HazardPoints(NamedTuple):
     rates: Array
     im: Any
     units: str
-
-
-def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> HazardCurve:
-    """Return the hazard as points from a step below the levels to above them, its ends extended with their slopes.
-
-    With `modelling` (beta_m) the hazard is that of `blurred`, under which rates are means over what the model may be.
-    """
-    lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
-    highest = max(hazard.levels[-1], levels[-1])
-    if modelling > 0.0:
-        return blurred(hazard, modelling, np.array([lowest, highest]))
-    # (between points this close a second-order curve is nearly straight)
-    bent = np.geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
-    ends = [one for one in (lowest, highest) if one not in hazard.levels]
-    return hazard.resampled(np.unique(np.concatenate([ends, hazard.levels, bent])))
 
 
 def check_drawn(inventory: Inventory, realisations: int) -> None:

@@ -23,9 +23,10 @@ from ...units import DIMENSIONLESS
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED
-from .assessment import HazardPoints, covering
+from .assessment import HazardPoints
 from .joined_classes import JoinedClasses, JoinedDowntime, JoinedEvent
-from .modelling import ShiftedLevels, classes_of, refuse_own_motions
+from .modelling import ShiftedLevels, classes_of, covering, refuse_own_motions
+from .modelling_range import range_of_a_year
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
 from .variables import PER_YEAR, Year, fall_flags, per_year, variable
@@ -154,6 +155,18 @@ def rates_over_branches(
         found.keep(CONSEQUENCE_RATE, ("place", "consequence"), stacked, PER_YEAR)
     if any(row.downtime is not None for row in inventory.rows):
         found.keep(DOWNTIME, ("place",), found.of([one.of_joined(one.downtime) for one in every]), per_year(DAY))
+    ranges = [
+        range_of_a_year(
+            assessments[branch.motions].sel(model=branch.model).data_vars,
+            every[0].levels,
+            branch.hazard,
+            sampling.beta,
+        )
+        for branch in branches
+    ]
+    for name, first_of_branches in ranges[0].items():
+        mean = np.stack([of_branch[name].values for of_branch in ranges], axis=-1) @ weights
+        found.variables[f"epistemic_{name}"] = first_of_branches.copy(data=mean)
     beyond = np.array([one.beyond for one in every])
     text = "share of the expected falls from shaking beyond the hazard curve's or above the highest level"
     found.variables[BEYOND] = variable(("branch",), beyond, DIMENSIONLESS, text)

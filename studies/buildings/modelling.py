@@ -18,6 +18,7 @@ from scipy.special import ndtr, ndtri
 from ...aliases import Array, Index
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import LevelWeights
+from ...fragility.risk.modelling import blurred
 from ...streams import key_of, stream
 from ..inventory.contents import Inventory
 from .outcomes import ANY, JointFlags, JointOutcomes
@@ -32,6 +33,21 @@ REACH = 5.0
 """Standard deviations of the scores that the points reach."""
 SCORES = np.linspace(-3.0, 3.0, 13)
 """Scores whose levels are run for values at a given level."""
+
+
+def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> HazardCurve:
+    """Return the hazard as points from a step below the levels to above them, its ends extended with their slopes.
+
+    With `modelling` (beta_m) the hazard is that of `blurred`, under which rates are means over what the model may be.
+    """
+    lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
+    highest = max(hazard.levels[-1], levels[-1])
+    if modelling > 0.0:
+        return blurred(hazard, modelling, np.array([lowest, highest]))
+    # (between points this close a second-order curve is nearly straight)
+    bent = np.geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
+    ends = [one for one in (lowest, highest) if one not in hazard.levels]
+    return hazard.resampled(np.unique(np.concatenate([ends, hazard.levels, bent])))
 
 
 class Mixture(ABC):

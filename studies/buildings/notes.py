@@ -27,8 +27,9 @@ from ..inventory.contents import Inventory
 from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
 from ..text.spread import branch_names
 from ..text.words import level_text
-from .assessment import BUILDING, HazardPoints, covering
+from .assessment import BUILDING, HazardPoints
 from .branches import BEYOND
+from .modelling import covering
 from .slide_runs import faces_an_edge
 from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
 

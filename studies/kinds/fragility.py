@@ -18,6 +18,7 @@ from ...fragility.analyses.sliding import number_of_slides
 from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, state_name
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.risk.inversion import check_family
+from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_medians
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
@@ -35,7 +36,7 @@ from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.restraints import DESIGN, FLAG, any_held, ruptures
-from ..plan.risk import Risk
+from ..plan.risk import Risk, without_replicates
 from ..plan.selections import UNSELECTED, selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
@@ -124,11 +125,6 @@ def screening_with(
     if slides is None or not slides.own:
         return friction, undecided
     return {one.label: slides.friction_of(one) for one in blocks}, undecided
-
-
-def without_replicates(curves: xr.Dataset) -> xr.Dataset:
-    """Return fitted curves without their replicates."""
-    return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
 
 
 def median_doubts(medians: Array, units: str) -> list[str]:
@@ -378,9 +374,9 @@ class FragilityStudy(BlockStudy, Study):
             done += len(self.blocks) * len(self.models) * design.runs * design.about
             found = self.fit.curves(runs, True, telling=client.tell)
             said.extend(f"under the motions {name!r}: {note}" for note in self.fit.notes(found, runs))
-            return FittedCurves(self.fit.modelled(found), design.highest(runs))
+            return FittedCurves(self.fit.modelled(found), design.highest(runs), found)
 
-        spread = self.branches.of(own, fitted, self.risk, self.fit.seed, self.fit.state)
+        spread = self.branches.of(own, fitted, self.risk, self.fit)
         beyond = spread[BEYOND].max([dim for dim in spread[BEYOND].dims if dim != "branch"]).values.tolist()
         return spread, [*said, *branches_beyond_note(beyond, branch_names(spread))]
 
@@ -388,7 +384,8 @@ class FragilityStudy(BlockStudy, Study):
         return {
             "fit_method": curves.attrs["method"],
             "form": curves.attrs["form"],
-            "modelling_dispersion": self.fit.modelling_dispersion,
+            MODELLING: self.fit.modelling_dispersion,
+            RANGE: self.fit.modelling_dispersion or USUAL_DISPERSION,
             "modelling": self.fit.modelling,
             **class_attribute(self.fit.modelling_class),
         }
@@ -403,14 +400,14 @@ class FragilityStudy(BlockStudy, Study):
         rates = risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell, lowest=lowest)
         said = risk.notes(rates, modelled, highest, self.configuration)
         said += component_notes(self.configuration["motions"].get("component"), self.design.im)
-        found = dict(rates.data_vars)
+        found = dict(rates.assign(risk.modelling_range(curves, self.fit.modelling_dispersion)).data_vars)
         coordinates: dict[Hashable, xr.DataArray] = {}
         compared = gains(modelled, risk, self.blocks, self.fit.confidence)
         if compared is not None:
             found |= compared.data_vars
             coordinates |= compared[[OTHER]].coords
         if self.branches is not None:
-            spread, of_branches = self._spread(FittedCurves(modelled, highest), client, progress)
+            spread, of_branches = self._spread(FittedCurves(modelled, highest, curves), client, progress)
             said += [*of_branches, *([SLIPS_WITHOUT_BRANCHES] if self.slides is not None else [])]
             found |= spread.data_vars
             coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
@@ -467,10 +464,11 @@ class FragilityStudy(BlockStudy, Study):
             said += selection_notes(chosen)
         elif isinstance(self.design, Stripes):
             said.append(UNSELECTED)
-        kept = without_replicates(curves)
+        kept = without_replicates(curves).assign(range_of_medians(curves, self.fit.modelling_dispersion))
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:
-            found |= self.fit.probabilities(results).data_vars
+            observed = self.fit.probabilities(results)
+            found |= observed.assign(self.fit.chances_of_range(kept, observed["level"])).data_vars
             if any_held(self.blocks):
                 # (a hazard curve of a measure of each block is of no single level)
                 hazard = None if self.risk is None or self.design.im in BLOCK_MEASURES else self.risk.hazard

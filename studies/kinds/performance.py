@@ -18,6 +18,7 @@ from ...fragility import HazardCurve
 from ...fragility import notes as screen_notes
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
+from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import PieceDraws, Variability
@@ -46,6 +47,7 @@ from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
+from ..buildings.modelling_range import range_of_a_year
 from ..buildings.notes import (
     UNDIRECTED,
     branch_notes,
@@ -597,6 +599,8 @@ class PerformanceStudy(Study):
         whole = ranked.reindex(item=found["item"])
         said = [*notes(found), *sideways_notes(found), *item_slide_notes(found, self.inventory), *said]
         if self.hazard is not None:
+            if self._in_mean != self.modelling:
+                found = found.assign(range_of_a_year(found.data_vars, self.levels, self.hazard, self.modelling))
             found = found.assign(hazard_shares(found, self.hazard))
             said += [*hazard_notes(found, self.hazard), modelling_note(self.modelling, self.where)]
         elif self.modelling > 0.0:
@@ -619,6 +623,7 @@ class PerformanceStudy(Study):
                 screen=screened.attrs["screen"],
                 notes="\n".join([*said, *screen_notes(screened.assign_coords(ways), INSTEAD in found)]),
                 modelling_dispersion=self.modelling,
+                modelling_range=self.modelling or USUAL_DISPERSION,
                 modelling=self.where,
                 **class_attribute(self.piece_class),
                 **({} if self.at is None else {"at_level": self.at}),

@@ -18,6 +18,7 @@ from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
+from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_medians
 from ...fragility.runs.progress import part_of
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts
@@ -159,13 +160,15 @@ class PooledStudy(BlockStudy, Study):
         )
         if self.risk is not None:
             found = found.assign(self._chances(found, self.risk.years)).assign_attrs(years=self.risk.years)
+            found = found.assign(self.risk.modelling_range(found, 0.0))
         if self.design.events is not None:
             events = self._events(client, part_of(progress, surfaces, surfaces + self.event_runs))
             found = found.merge(events, combine_attrs="no_conflicts")
-        return found.assign_attrs(
+        return found.assign(range_of_medians(found, 0.0)).assign_attrs(
             fit_method=FORM,
             form="lognormal",
             modelling_dispersion=0.0,
+            modelling_range=USUAL_DISPERSION,
             modelling="mean",
             confidence=CONFIDENCE,
             state=state_name(OVERTURNED),

@@ -19,6 +19,7 @@ from ...fragility import notes
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
+from ...fragility.risk.modelling import range_of_medians
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
@@ -28,11 +29,12 @@ from ..file.schema import StudyFile
 from ..plan.adaptive_slides import SLIP_MEDIAN, adaptive_slides, groups
 from ..plan.designs import Sequential
 from ..plan.form_free import form_free, modelling_factor
+from ..plan.risk import without_replicates
 from ..plan.slides import exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
-from .fragility import FragilityStudy, Rated, fit_of, median_doubts, screening_with, slides_of, without_replicates
+from .fragility import FragilityStudy, Rated, fit_of, median_doubts, screening_with, slides_of
 from .study import Expected, blocks_of, check_laws, each, perturbed_words, plain
 
 if TYPE_CHECKING:
@@ -180,6 +182,7 @@ class SequentialStudy(FragilityStudy):
             said += exact_friction_notes(self.slides.exact(self.blocks))
         said += [*median_doubts(medians, units), *notes(runs, self.slides is not None)]
         found |= without_replicates(curves).data_vars
+        found |= range_of_medians(curves, self.fit.modelling_dispersion)
         own = [f"{name}{end}" for name in OF_ANALYSIS for end in ("", "_lower", "_upper")]
         renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in own if name in runs})
         # (figures and sentences take the axis of runs that have no common levels from there, as of a cloud)

@@ -24,6 +24,7 @@ from ...fragility import (
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_medians
 from ...fragility.runs.axes import check_axes
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
@@ -256,10 +257,12 @@ class UncertaintyStudy(BlockStudy, Study):
         found = found.assign(kept.data_vars).assign_attrs(
             shared.attrs, fit_method=pooled.attrs["method"], form=pooled.attrs["form"], confidence=self.fit.confidence
         )
+        found = found.assign(range_of_medians(pooled, 0.0)).assign_attrs({RANGE: USUAL_DISPERSION})
         if self.risk is not None:
             ends = self.design.highest(runs), self.design.lowest(runs)
             rates = yearly(self.risk, pooled, own, *ends, self.fit.confidence)
-            found = found.assign(rates.data_vars).assign_attrs(years=self.risk.years)
+            found = found.assign(rates.data_vars).assign(self.risk.modelling_range(pooled, 0.0))
+            found = found.assign_attrs(years=self.risk.years)
         done = len(self.models) * self.samples * self.design.runs * self.design.about
         for name, (indices, n, samples) in self._indices.items():
             each_law = []

@@ -10,10 +10,12 @@ from typing import NamedTuple
 import xarray as xr
 
 from ...fragility import Branch, HazardCurve, epistemic_rates
-from ...fragility.fitting.states import OVERTURNED, State, state_name
-from ...units import DIMENSIONLESS
+from ...fragility.fitting.states import state_name
+from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
+from ...units import DIMENSIONLESS, PER_YEAR
 from .designs import OfRuns
-from .risk import OUTSIDE, Risk, worded
+from .estimates import Fit
+from .risk import OUTSIDE, Risk, without_replicates, worded
 
 RENAMED = {
     "rate_mean": "epistemic_rate",
@@ -37,10 +39,11 @@ BEYOND = "branch_share_beyond"
 
 
 class FittedCurves(NamedTuple):
-    """Curves of a design, and the highest shaking of its runs in their measure, SI."""
+    """Curves of a design, the highest shaking of its runs in their measure, SI; and the curves without beta_m."""
 
     curves: xr.Dataset
     highest: xr.DataArray | float
+    plain: xr.Dataset
 
 
 @dataclass(frozen=True)
@@ -65,8 +68,7 @@ class Branches:
         own: FittedCurves,
         fitted: Callable[[str, OfRuns], FittedCurves],
         risk: Risk,
-        seed: int,
-        state: State = OVERTURNED,
+        fit: Fit,
     ) -> xr.Dataset:
         """Return the rates over all combinations, under the names that they have in the results.
 
@@ -78,10 +80,9 @@ class Branches:
             Returns the curves of another design, of all laws, given its name and itself.
         risk : Risk
             The rules beyond the ends of hazard curves.
-        seed : int
-            Of the pairing of replicates with samples of the modelling uncertainty.
-        state : str or float
-            The state that counts, for the long names.
+        fit : Fit
+            The seed of the pairing of replicates with samples of the modelling uncertainty, the state that counts, and
+            beta_m of the range of the mean.
 
         Returns
         -------
@@ -104,7 +105,7 @@ class Branches:
             )
         ]
         found = epistemic_rates(
-            branches, self.modelling, below=risk.below, above=risk.above, outside=OUTSIDE, seed=seed
+            branches, self.modelling, below=risk.below, above=risk.above, outside=OUTSIDE, seed=fit.seed
         )
         of_each = [
             replace(risk, hazard=one.hazard, along=None).beyond(one.curves, every[one.motions].highest)
@@ -114,4 +115,23 @@ class Branches:
         text = "share of the branch's rate from shaking beyond its hazard curve or above its runs"
         attributes = {"units": DIMENSIONLESS, "long_name": text}
         found = found.assign({BEYOND: (beyond.dims, beyond.values, attributes)})
-        return worded(found.rename(RENAMED), state_name(state))
+        found = found.rename(RENAMED).assign(self._range(branches, every, risk, fit.modelling_dispersion))
+        return worded(found, state_name(fit.state))
+
+    @staticmethod
+    def _range(
+        branches: list[Branch], every: dict[str, FittedCurves], risk: Risk, modelling: float
+    ) -> dict[str, xr.Variable]:
+        """Return the ends of the mean rate's range if all capacities are off by one factor."""
+        ends = []
+        for factor in capacity_factors(modelling):
+            each = [
+                replace(risk, hazard=seen_by(one.hazard, factor), along=None).rates(
+                    without_replicates(every[one.motions].plain).sel(model=one.model), 0.9
+                )["rate"]
+                * one.weight
+                for one in branches
+            ]
+            ends.append(sum(each[1:], each[0]))
+        dims = tuple(map(str, ends[0].dims))
+        return with_ends("epistemic_rate", dims, [one.values for one in ends], PER_YEAR, modelling)

@@ -11,10 +11,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...fragility import fit_fragility, overturning_probability, rank_measures, with_modelling
+from ...fragility import curve_probability, fit_fragility, overturning_probability, rank_measures, with_modelling
+from ...fragility.curves.curve import LEAST, TABULATED, form_name
 from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
+from ...fragility.risk.modelling import capacity_factors, with_ends
 from ...fragility.runs.provenance import RUN, motions_by_floor, scaled_to_levels
+from ...units import DIMENSIONLESS
 from ..text.curve_notes import crossing_notes, curve_notes
 from ..text.first_overturning import spacing_notes
 
@@ -107,6 +110,22 @@ class Fit:
     def modelled(self, curves: xr.Dataset) -> xr.Dataset:
         """Return curves whose dispersions hold the modelling uncertainty where the mean rate is to hold it."""
         return with_modelling(curves, self.in_mean) if self.in_mean else curves
+
+    def chances_of_range(self, curves: xr.Dataset, level: xr.DataArray) -> dict[str, xr.Variable]:
+        """Return chances at levels, of the curves, if all capacities are off by one factor (`with_ends`).
+
+        NaN where a curve without parameters is not known so far.
+        """
+        ends = []
+        for factor in capacity_factors(self.modelling_dispersion):
+            seen = level.values / factor
+            chance = curve_probability(curves, seen, LEAST)
+            if form_name(curves) in TABULATED:
+                known = (seen >= level.values[0]) & (seen <= level.values[-1])
+                chance = chance.where(xr.DataArray(known, dims="level"))
+            ends.append(chance.transpose(..., "level"))
+        dims = tuple(map(str, ends[0].dims))
+        return with_ends("probability", dims, [one.values for one in ends], DIMENSIONLESS, self.modelling_dispersion)
 
     def probabilities(self, runs: xr.Dataset) -> xr.Dataset:
         """Observed probabilities of runs that have levels."""

@@ -15,6 +15,7 @@ import xarray as xr
 from ...fragility.adaptive.until import CONFIDENCE
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
 from ...models import Block
 from ...wording import counted, given_percent, listed_name, whole_percent
 from ..text.curve_notes import BEYOND, UNDER
@@ -89,6 +90,11 @@ def form_free(
         text = f"{chance.attrs['long_name']}, without a form of curve"
         values = probability_in(rate.values, risk.years)
         found[f"risk_probability{end}"] = chance.copy(data=values).assign_attrs(long_name=text)
+    for end in (LOWER, UPPER):
+        shifted = fitted[f"rate{end}"] * (found["rate"] / fitted["rate"]).transpose(*dims).values
+        found[f"rate{end}"] = shifted.assign_attrs(fitted[f"rate{end}"].attrs)
+        given = fitted[f"risk_probability{end}"]
+        found[f"risk_probability{end}"] = given.copy(data=probability_in(shifted.values, risk.years))
     for name in OF_CURVE:
         attributes = fitted[name].attrs
         found[name] = fitted[name].assign_attrs(long_name=f"{attributes['long_name']}, of the fitted curve")

@@ -15,8 +15,10 @@ from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.states import OVERTURNED, State, state_name
 from ...fragility.hazard.curve import FLOOR
 from ...fragility.hazard.pieces import EXTEND, HOLD
+from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.common_measure import per_block
+from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
 from ...units import DIMENSIONLESS, PER_YEAR
 from ..text.curve_notes import (
@@ -137,7 +139,7 @@ class Risk:
             UNDER: (1.0 - self._beyond(curves, lowest), "share of the rate from shaking below the lowest that was run"),
             BEYOND: (self._beyond(curves, highest), "share of the rate from shaking above the highest that was run"),
             AT_HIGHEST: (
-                _at_level(_plain(curves), highest),
+                _at_level(without_replicates(curves), highest),
                 "probability of overturning, of the curve, at the highest shaking that was run",
             ),
         }
@@ -179,7 +181,7 @@ class Risk:
         )
         first, last = (LevelEnd(end, other_levels(study, k > 0)) for k, end in enumerate(both))
         said = [] if self.along is None else family_notes(curves, self.along)
-        settled = _at_level(_plain(curves), highest)
+        settled = _at_level(without_replicates(curves), highest)
         known = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
         return said + rate_notes(rates, settled, known, last, first)
 
@@ -188,7 +190,7 @@ class Risk:
 
         Shaking above the highest that was run is known where nearly every block has fallen there.
         """
-        plain = _plain(curves)
+        plain = without_replicates(curves)
         rates = self.rates(plain, 0.9)
         settled = _at_level(plain, highest)
         extrapolated = self._beyond(plain, highest).where(settled < SETTLED, 0.0)
@@ -206,6 +208,23 @@ class Risk:
             outside=outside,
             confidence=confidence,
         )
+
+    def modelling_range(self, curves: xr.Dataset, modelling: float) -> dict[str, xr.Variable]:
+        """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`).
+
+        curves: without modelling uncertainty.  modelling: beta_m, 0 for the usual one.
+        """
+        plain = without_replicates(curves)
+        each = [
+            replace(self, hazard=seen_by(self.hazard, factor), along=None)._slab_by_slab(plain, 0.9, None)["rate"]
+            for factor in capacity_factors(modelling)
+        ]
+        dims, rates = tuple(map(str, each[0].dims)), [one.values for one in each]
+        chances = [probability_in(one, self.years) for one in rates]
+        return {
+            **with_ends("rate", dims, rates, PER_YEAR, modelling),
+            **with_ends(RISK_NAMES["probability"], dims, chances, DIMENSIONLESS, modelling),
+        }
 
     def _slab_by_slab(
         self, curves: xr.Dataset, confidence: float, telling: Callable[[str, int, int], None] | None
@@ -231,9 +250,9 @@ class Risk:
         """Return the share of the rate of an extended hazard curve that is missing in a rate by the study's rules."""
         extended = replace(self, below=EXTEND, above=EXTEND)
         try:
-            whole = extended.rates(_plain(curves), 0.9)["rate"]
+            whole = extended.rates(without_replicates(curves), 0.9)["rate"]
         except ValueError:  # (a curve whose last two rates are equal has no slope to go on with)
-            whole = replace(extended, above=HOLD).rates(_plain(curves), 0.9)["rate"]
+            whole = replace(extended, above=HOLD).rates(without_replicates(curves), 0.9)["rate"]
         return (1.0 - rate / whole.where(whole > 0.0)).where(np.isfinite(rate))
 
     def _beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
@@ -248,7 +267,7 @@ def _levels_of(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray 
     return level / per_block(curves, im) if im in BLOCK_MEASURES else level
 
 
-def _plain(curves: xr.Dataset) -> xr.Dataset:
+def without_replicates(curves: xr.Dataset) -> xr.Dataset:
     """Curves without their replicates."""
     return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
 

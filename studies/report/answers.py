@@ -41,6 +41,7 @@ from ..tables.assessment import (
 from ..tables.sensitivity import GREEK, PARAMETERS, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
+from ..text.model_range import and_model, years_range
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, highest_level, within_levels
 from ..text.rows import Rows
@@ -239,6 +240,7 @@ def _rate_sentence(here: xr.Dataset, years: float) -> str:
         return "Without a curve there is no annual rate."
     lower, upper = (float(one[f"rate_{end}"]) for end in ("lower", "upper"))
     interval = "whose interval has no width (see the notes)" if lower == upper else years_between(upper, lower)
+    interval = and_model(interval, one, "rate", years_range)
     chance = f"a probability of {chance_text(float(one['risk_probability']))} in {years:g} years"
     text = f"With the given hazard curve the mean return period is {in_years(rate)} years ({interval}), {chance}"
     if FITTED_RATE in one:

@@ -38,6 +38,15 @@ from ..tables.sensitivity import PARAMETERS, claims_of, sensitivity_sentences
 from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import MEDIAN, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
+from ..text.model_range import (
+    amount_range,
+    and_model,
+    chance_range,
+    model_range,
+    model_range_sentences,
+    whole_range,
+    years_range,
+)
 from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
 from ..text.reached import within_levels
@@ -172,6 +181,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     yield from event_sentences(results)
     yield from _tests(results)
     every = without_motions(results).isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
+    yield from model_range_sentences(results, "median")
     yield from _other_laws(every, results, f"{name}{where}", verb)
     yield from gain_sentences(results)
     yield from break_sentences(results)
@@ -268,17 +278,20 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     if not math.isfinite(median):
         if "probability" in first and "level" in first["probability"].dims:
             few, least, most = (round(100.0 * float(first[end][-1])) for end in ("probability", "lower", "upper"))
+            held = and_model(f"{least} to {most}", first.isel(level=-1), "probability", whole_range, 100.0)
             strongest = f"{two_digits(float(results['level'][-1]) / scale)}{unit}"
             yield (
                 f"Of 100 earthquakes with a {measure} of {strongest}, the strongest shaking that was run, about {few} "
-                f"({least} to {most}) would {action_of(verb, name)}. The range in brackets is a {sure} interval."
+                f"({held}) would {action_of(verb, name)}. The first range in brackets is a {sure} interval for the "
+                "limited number of motions."
             )
         return
     if math.isfinite(high) or low > 0.0:
-        known = f" ({interval_text(low, high, two_digits)})"
+        known = interval_text(low, high, two_digits)
     else:
-        known = " (these motions do not show how precisely that level is known)"
-    at_median = f"{two_digits(median)}{unit}{known}"
+        known = "these motions do not show how precisely that level is known"
+    which = "The first range" if model_range(first, "median") else "The range"
+    at_median = f"{two_digits(median)}{unit} ({and_model(known, first, 'median', amount_range, 1.0 / scale)})"
     either = str(first["block"].item()) in falling_both_ways(results)
     if "sample_median" in first:
         yield (
@@ -290,22 +303,24 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     rare = _rare(first, results["level"].values, median * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         yield (
-            f"Of 100 earthquakes with a {measure} of {at_median}, about 50 would {action_of(verb, name)}. The range in "
-            f"brackets is a {sure} interval."
+            f"Of 100 earthquakes with a {measure} of {at_median}, about 50 would {action_of(verb, name)}. {which} in "
+            f"brackets is a {sure} interval for the limited number of motions."
         )
         return
     few, least, most = (round(100.0 * float(first[end][rare])) for end in ("probability", "lower", "upper"))
     weak = f"{two_digits(float(results['level'][rare]) / scale)}{unit}"
+    range_of_few = and_model(f"{least} to {most}", first.isel(level=rare), "probability", whole_range, 100.0)
     if either:
         yield (
-            f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({least} to {most}) would "
-            f"{action_of(verb, name)}; it may fall the other way as well, and such falls are not counted. The "
-            f"range in brackets is a {sure} interval."
+            f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({range_of_few}) would "
+            f"{action_of(verb, name)}; it may fall the other way as well, and such falls are not counted. "
+            f"{which} in brackets is a {sure} interval for the limited number of motions."
         )
         return
     yield (
-        f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({least} to {most}) would "
-        f"{action_of(verb, name)}; at {at_median} about half of them would. Ranges in brackets are {sure} intervals."
+        f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({range_of_few}) would "
+        f"{action_of(verb, name)}; at {at_median} about half of them would. {which}s in brackets are {sure} "
+        "intervals for the limited number of motions."
     )
 
 
@@ -417,12 +432,16 @@ def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held
         return f"How often that happens cannot be said, because {why}."
     said = f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}"
     if low == high:
-        return f"{said}."
+        modelled = and_model("", first, "risk_probability")
+        return f"{said} ({modelled})." if modelled else f"{said}."
     if math.isnan(low):
+        modelled = and_model("", first, "risk_probability")
+        said += f" ({modelled})" if modelled else ""
         return f"{said}, but these motions do not show how precisely that is known.{_second_opinion(first)}"
     return (
-        f"{said} ({chances_between(low, high, about_percent)}). This range reflects only the limited number of "
-        f"motions; {held}, and the damping law and the hazard curve are taken as correct.{_second_opinion(first)}"
+        f"{said} ({and_model(chances_between(low, high, about_percent), first, 'risk_probability')}). The first range "
+        f"reflects only the limited number of motions; {held}, and the damping law and the hazard curve are taken as "
+        f"correct.{_second_opinion(first)}"
     )
 
 
@@ -461,10 +480,11 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         rate, low, high = (float(one[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
         if rate > 0.0:
             chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
+            chances = and_model(chance_range(ends[0], ends[1]), one, "any_rate", _chances_range)
             yield (
                 f"At least one piece in this building {verb} about once in {about_years(rate)} years "
-                f"({_range(high, low)}), which is a probability of about {about_percent(chance)} "
-                f"({chances_between(ends[0], ends[1], about_percent)}) in {YEARS:g} years."
+                f"({and_model(_range(high, low), one, 'any_rate', years_range)}), which is a probability of about "
+                f"{about_percent(chance)} ({chances}) in {YEARS:g} years."
             )
             rates = results["any_rate"].sel(place=BUILDING).values
             others = np.delete(rates, at)
@@ -480,11 +500,14 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         here = one.sel(level=float(results.attrs["at_level"]))
         chance, low, high = (100.0 * float(here[f"any_probability{end}"]) for end in ("", "_lower", "_upper"))
         number, *ends = (float(here[f"number_mean{end}"]) for end in ("", "_lower", "_upper"))
+        known = and_model(f"{low:.0f} to {high:.0f}", here, "any_probability", whole_range, 100.0)
+        falling = and_model(interval_text(ends[0], ends[1], two_digits), here, "number_mean", amount_range)
+        which = "first ranges" if model_range(here, "any_probability") else "ranges"
         does = "overturn something" if verb == "overturns" else "make something overturn or fall off an edge"
         yield (
-            f"Of 100 earthquakes {_strength(results)}, about {chance:.0f} ({low:.0f} to {high:.0f}) would {does}, and "
-            f"on average {two_digits(number)} ({interval_text(ends[0], ends[1], two_digits)}) of the {pieces:,} pieces "
-            f"that are not anchored would fall (ranges in brackets: {sure}s)."
+            f"Of 100 earthquakes {_strength(results)}, about {chance:.0f} ({known}) would {does}, and on average "
+            f"{two_digits(number)} ({falling}) of the {pieces:,} pieces that are not anchored would fall ({which} in "
+            f"brackets: {sure}s)."
         )
         falls = results["number_mean"].sel(place=BUILDING, level=float(results.attrs["at_level"])).values
         text = _where_laws_disagree(number, np.delete(falls, at), two_digits)
@@ -499,7 +522,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     elif "annual_loss" in one:
         loss, low, high = (float(one[f"annual_loss{end}"]) for end in ("", "_lower", "_upper"))
         money = f" {currency_of(results)}" if currency_of(results) else ""
-        interval = interval_text(low, high, two_digits)
+        interval = and_model(interval_text(low, high, two_digits), one, "annual_loss", amount_range)
         of = "cost of what falls" if "cost_median" in results.coords else "value of what falls"
         yield f"The expected loss (the {of}) is about {two_digits(loss)}{money} a year ({interval})."
     if branches:
@@ -513,7 +536,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     if "annual_downtime" in one and not branches:
         years, words = span(one["annual_downtime"])
         days, low, high = (years * float(one[f"annual_downtime{end}"]) for end in ("", "_lower", "_upper"))
-        interval = interval_text(low, high, two_digits)
+        interval = and_model(interval_text(low, high, two_digits), one, "annual_downtime", amount_range, years)
         rate = float(one["any_rate"])
         if rate > 0.0:
             yield (
@@ -524,7 +547,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     if "annual_injuries" in one and not branches:
         years, words = span(one["annual_injuries"])
         persons, low, high = (years * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
-        interval = interval_text(low, high, two_digits)
+        interval = and_model(interval_text(low, high, two_digits), one, "annual_injuries", amount_range, years)
         once = f", or one person in {two_digits(years / persons)} years" if persons > 0.0 and years > 1.0 else ""
         yield f"On average about {two_digits(persons)} people would be injured {words} ({interval}){once}."
     if branches:
@@ -536,10 +559,11 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     anchored = anchored_text(results)
     if anchored:
         yield f"{anchored[:1].upper()}{anchored[1:]}."
+    yield from model_range_sentences(results, "any_rate", "epistemic_any_rate", "any_probability")
     if not branches and "any_rate" in one:
         yield (
-            f"All ranges here are {sure}s that reflect only the limited number of motions; {_held(results)}, and the "
-            "damping law and the hazard curve are taken as correct."
+            f"All other ranges here are {sure}s that reflect only the limited number of motions; {_held(results)}, and "
+            "the damping law and the hazard curve are taken as correct."
         )
 
 
@@ -567,7 +591,8 @@ def _consequences(here: xr.Dataset) -> Iterator[str]:
             worst = floors.isel(place=int(floors.values.argmax()))
             mainly = floors.sizes["place"] > 1 and float(worst) > 0.5 * float(floors.sum())
             where = f", mostly on {floor_name(str(worst['place'].item()).removeprefix('floor '))}" if mainly else ""
-            years = f"about once in {about_years(rate)} years ({_range(high, low)}){where}"
+            interval = and_model(_range(high, low), one, "consequence_rate", years_range)
+            years = f"about once in {about_years(rate)} years ({interval}){where}"
             said.append(f"{that_has(str(one['consequence'].item()))} {verb} {years}")
     yield f"At least one piece {'; one '.join(said)}."
 
@@ -577,6 +602,10 @@ def _range(often: float, seldom: float) -> str:
     if not math.isfinite(often) or not math.isfinite(seldom):
         return "no interval"
     return f"above {about_years(often)}" if seldom == 0.0 else f"{about_years(often)} to {about_years(seldom)}"
+
+
+def _chances_range(low: float, high: float) -> str:
+    return chance_range(*(-math.expm1(-YEARS * rate) for rate in (low, high)))
 
 
 def _tests(results: xr.Dataset) -> Iterator[str]:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...fragility.fitting.states import ALL, NONE, OVERTURNED, state_name
 from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
 from ...wording import (
     about_percent,
     about_years,
@@ -21,6 +22,7 @@ from ...wording import (
 )
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_of
+from ..text.model_range import HEADING, NOT_GIVEN, amount_range, has_model_range, model_range, of_what
 from ..text.one_side import falling_both_ways
 from ..text.reached import within_levels
 from ..text.rows import Rows
@@ -73,6 +75,7 @@ def _blocks(results: xr.Dataset) -> Rows:
     extrapolated: list[float] = []
     either = falling_both_ways(here)
     sampled, roof = "sample_median" in here, roof_of(here)
+    ranged = has_model_range(here, "risk_probability" if yearly else "median")
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         every = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
         one = every.isel(model=at)
@@ -89,6 +92,10 @@ def _blocks(results: xr.Dataset) -> Rows:
             extrapolated += shares
             marks = f"{' *' if far else ''}{' ‡' if shares else ''}"
             cells += [_years(one, every) + marks, _chance(one, every, float(results.attrs["years"]))]
+        if ranged:
+            cells.append(
+                _model_range(one, every, scale, float(results.attrs["years"]) if yearly else None) or NOT_GIVEN
+            )
         rows.append(tuple(cells))
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
     name = measure_name(str(axis.attrs.get("im", "level")))
@@ -104,9 +111,11 @@ def _blocks(results: xr.Dataset) -> Rows:
     years = f"{float(results.attrs['years']):g} years" if yearly else ""
     period = "return period, years (90 % range)" if "epistemic_rate" in here else "mean return period, years"
     headings += [period, f"chance in {years}"] if yearly else []
+    headings += [f"{HEADING} of this {'chance' if yearly else 'level'}"] if ranged else []
     said = [f"{confidence_text(here)} intervals"]
     if "epistemic_rate" in here:
         said = [f"level: {said[0]}; return period and chance: 90 % ranges over all stated uncertainties"]
+    said += [of_what(here)] if ranged else []
     said += [chosen_of(here)] if chosen_of(here) else []
     for mark, shares, where in (
         ("*", starred, "beyond the end of the hazard curve, an extrapolation"),
@@ -145,6 +154,16 @@ def _years(one: xr.Dataset, every: xr.Dataset) -> str:
         return range_text(every).removesuffix(" years") if np.isfinite(every["epistemic_rate"]) else UNKNOWN
     rate = float(one["rate"])
     return about_years(rate) if np.isfinite(rate) and rate > 0.0 else UNKNOWN
+
+
+def _model_range(one: xr.Dataset, every: xr.Dataset, scale: float, years: float | None) -> str:
+    """Return the model range of the chance in so many years, or of the level."""
+    if years is None:
+        return model_range(one, "median", amount_range, 1.0 / scale)
+    if "epistemic_rate" not in every:
+        return model_range(one, "risk_probability")
+    chances = every[[f"epistemic_rate{end}" for end in (LOWER, UPPER)]].map(probability_in, args=(years,))
+    return model_range(chances, "epistemic_rate")
 
 
 def _chance(one: xr.Dataset, every: xr.Dataset, years: float) -> str:

@@ -15,6 +15,7 @@ from rich.table import Table
 
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
 from ...units import PER_YEAR
 from ...wording import (
     chance_text,
@@ -180,6 +181,8 @@ def rate_values(results: xr.Dataset, laws: Sequence[int] | None = None) -> Value
     headings = ["block", "floor", "damping_law"]
     for name, units in (("rate", PER_YEAR), ("chance_in_a_year", "1"), (in_all, "1")):
         headings += [with_units(f"{name}{end}", units) for end in ends]
+    ranged = [f"risk_probability{end}" for end in (LOWER, UPPER) if f"risk_probability{end}" in results]
+    headings += [with_units(name.replace("risk_probability", in_all), "1") for name in ranged]
     headings += [with_units(f"level_at_{share}_percent", level) for share in (10, 50)]
     floors = results["floor"].values.tolist() if "floor" in results["rate"].dims else [None]
     rows: list[list[Cell]] = []
@@ -189,6 +192,7 @@ def rate_values(results: xr.Dataset, laws: Sequence[int] | None = None) -> Value
         rates = [one[f"rate{end}"].item() for end in ends]
         chances = [float(probability_in(np.float64(rate), 1.0)) for rate in rates]
         chances += [one[f"risk_probability{end}"].item() for end in ends]
+        chances += [one[name].item() for name in ranged]
         values = [*rates, *chances, _low_level(one), one["median"].item()]
         where = "" if floors[k] is None else str(floors[k])
         rows.append([str(results["block"].values[i]), where, str(one["model"].item()), *map(known, values)])

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
 from ...wording import (
     about_percent,
     chances_between,
@@ -24,6 +25,7 @@ from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
+from ..text.model_range import HEADING, NOT_GIVEN, model_range, of_what
 from ..text.rows import Rows
 from ..text.spread import OUTER
 from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_text, measure_name, roof_of
@@ -53,6 +55,8 @@ COLUMNS = {
     "chance_in_50_years": "1",
     "chance_in_50_years_lower": "1",
     "chance_in_50_years_upper": "1",
+    "chance_in_50_years_modelling_lower": "1",
+    "chance_in_50_years_modelling_upper": "1",
     "chance_in_50_years_over_branches": "1",
     "chance_in_50_years_over_branches_5_percent": "1",
     "chance_in_50_years_over_branches_95_percent": "1",
@@ -60,6 +64,8 @@ COLUMNS = {
     "probability_at_level": "1",
     "probability_at_level_lower": "1",
     "probability_at_level_upper": "1",
+    "probability_at_level_modelling_lower": "1",
+    "probability_at_level_modelling_upper": "1",
     "contact": "",
     "friction": "1",
     "slides_instead": "1",
@@ -151,6 +157,8 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     headings = ["piece", *(["room"] if rooms else []), "floor", "number", *(["held by"] if kits else [])]
     # (a chance is that of each of the pieces of a line)
     headings += ["chance of falling in a year, each", f"in {YEARS:g} years"] if yearly else ["chance of falling, each"]
+    ranges = model_ranges(results, model)
+    headings += [f"{HEADING} of this chance"] if ranges else []
     breaking = _breaks(results, model) if kits else {}
     headings += [f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks"] if breaking else []
     headings.append("recommendation")
@@ -176,6 +184,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
             rate = spread.get(one.item, one.chance)
             chances = [in_years(rate, 1.0).value, in_years(rate, YEARS)]
         cells += ["–" if held else _chance(chance, text) for chance, text in zip(chances, bounds, strict=True)]
+        cells += ["–" if held else ranges.get(one.item, NOT_GIVEN)] if ranges else []
         cells += [_chance(breaking[one.item], most) if one.item in breaking else "–"] if breaking else []
         cells.append(one.recommendation)
         cells += ["–" if one.meant is None or one.held else one.meant.kit] if tried else []
@@ -202,6 +211,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
         OVER_BRANCHES if spread else f"{confidence_text(results)} intervals",
         *([f"values in {money}"] if money and (valued or priced) else []),
     ]
+    said += [of_what(results)] if ranges else []
     said += _first(len(pieces))
     return Rows(f"Each piece{when} ({', '.join([*said, code_text(results)])})", tuple(headings), rows)
 
@@ -262,6 +272,8 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
     left = [name for name in COLUMNS if name.startswith("probability_at" if yearly else "chance_in")]
     left += ["level"] if yearly else []
     left += [] if "branch" in results.dims else [name for name in COLUMNS if "over_branches" in name]
+    ranged = f"{'item_rate' if yearly else 'probability'}{LOWER}" in results
+    left += [] if ranged else [name for name in COLUMNS if "_modelling_" in name]
     left += [] if "code" in results.attrs else [name for name in COLUMNS if name.startswith("code")]
     for name, quantity in (("downtime", "downtime"), ("injured", "injuries")):
         if f"item_annual_{quantity}" not in results:
@@ -283,14 +295,14 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
     spread = over_branches(results)
     bound = most_rate(results) if yearly else math.nan
     every = [of_all | _values(one, yearly, spread.get(one.item), bound) for one in pieces_of(results, model)]
-    sliding = _sliding(results, model)
-    every = [one | sliding[str(one["item"])] for one in every]
+    beside = _beside(results, model)
+    every = [one | beside[str(one["item"])] for one in every]
     rows = [[known(_divided(one[name], scale if COLUMNS[name] == "level" else 1.0)) for name in kept] for one in every]
     return ValueTable(headings, rows)
 
 
-def _sliding(results: xr.Dataset, model: int) -> dict[str, dict[str, str | float | int]]:
-    """Return what is known of the sliding of each item, by column."""
+def _beside(results: xr.Dataset, model: int) -> dict[str, dict[str, str | float | int]]:
+    """Return what is known of the sliding of each item, and its chance if all capacities are off, by column."""
     here = results.isel(model=model)
     yearly = "item_rate" in results
     items = [str(item) for item in results["item"].values]
@@ -298,17 +310,18 @@ def _sliding(results: xr.Dataset, model: int) -> dict[str, dict[str, str | float
     for name in ("contact", "friction", INSTEAD, TRIP_DISTANCE):
         for item, value in zip(items, here[name].values.tolist() if name in here else [], strict=False):
             found[item][name] = value
-    for name, (chance, rate) in SLIDING.items():
-        if chance not in here:
+    chances = [(name, *pair, end) for name, pair in SLIDING.items() for end in ("", "_lower", "_upper")]
+    chances += [("chance" if yearly else "probability", "probability", "item_rate", end) for end in (LOWER, UPPER)]
+    for name, chance, rate, end in chances:
+        if f"{rate if yearly else chance}{end}" not in here:
             continue
-        for end in ("", "_lower", "_upper"):
-            if yearly:
-                values, column = probability_in(here[f"{rate}{end}"].clip(0.0), YEARS).values, f"{name}_in_50_years"
-            else:
-                level = float(results.attrs["at_level"])
-                values, column = here[f"{chance}{end}"].sel(level=level).values, f"{name}_at_level"
-            for item, value in zip(items, values.tolist(), strict=True):
-                found[item][f"{column}{end}"] = value
+        if yearly:
+            values, column = probability_in(here[f"{rate}{end}"].clip(0.0), YEARS).values, f"{name}_in_50_years{end}"
+        else:
+            level = float(results.attrs["at_level"])
+            values, column = here[f"{chance}{end}"].sel(level=level).values, f"{name}_at_level{end}"
+        for item, value in zip(items, values.tolist(), strict=True):
+            found[item][column] = value
     return found
 
 
@@ -330,6 +343,19 @@ def _breaks(results: xr.Dataset, model: int) -> dict[str, Range]:
     }
     known = {item: one for item, one in values.items() if not math.isnan(one.value)}
     return {item: in_years(one, YEARS) for item, one in known.items()} if yearly else known
+
+
+def model_ranges(results: xr.Dataset, model: int) -> dict[str, str]:
+    """Return the model ranges of the chances that pieces fall, in `YEARS` or at the level, by item."""
+    yearly = "item_rate" in results
+    name = "epistemic_item_rate" if "epistemic_item_rate" in results else "item_rate" if yearly else "probability"
+    here = results[[f"{name}{end}" for end in (LOWER, UPPER) if f"{name}{end}" in results]]
+    if not here:
+        return {}
+    here = here.isel(model=model) if "model" in here.dims else here
+    here = here.clip(0.0).map(probability_in, args=(YEARS,)) if yearly else here.sel(level=results.attrs["at_level"])
+    texts = {str(item): model_range(here.sel(item=item), name) for item in results["item"].values}
+    return {item: text for item, text in texts.items() if text}
 
 
 def payback_text(years: float, best: float = math.nan) -> str:

@@ -22,12 +22,13 @@ from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Range
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
+from ..text.model_range import HEADING, NOT_GIVEN, amount_range, has_model_range, model_range, of_what, years_range
 from ..text.one_side import FORCED
 from ..text.precision import FITTED_RATE
 from ..text.rows import Rows
 from ..text.spread import range_text
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name, reference_law
-from .pieces import code_text, over_branches
+from .pieces import code_text, model_ranges, over_branches
 from .pieces import in_years as chances_in
 from .sensitivity import median_rows
 from .unseen import at_most
@@ -51,6 +52,7 @@ def _blocks(results: xr.Dataset) -> Rows:
     at, known = reference_law(here)
     axis = axis_of(here)
     scale, unit = display_unit(axis)
+    ranged = has_model_range(here, "rate" if yearly else "median")
     rows: list[tuple[str, ...]] = []
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         one = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
@@ -65,6 +67,9 @@ def _blocks(results: xr.Dataset) -> Rows:
         if yearly:
             rate, *limits = (float(own[f"rate{end}"]) for end in ("", "_upper", "_lower"))
             cells.append(f"{in_years(rate)} ({years_between(*limits)})" if np.isfinite(rate) else "–")
+        if ranged:
+            name, write = ("rate", years_range) if yearly else ("median", amount_range)
+            cells.append(model_range(own, name, write, 1.0 if yearly else 1.0 / scale) or NOT_GIVEN)
         if "epistemic_rate" in one:
             cells.append(range_text(one).removesuffix(" years") if np.isfinite(one["epistemic_rate"]) else "–")
         where = "" if floor is None else f", {floor_name(floor)}"
@@ -75,11 +80,13 @@ def _blocks(results: xr.Dataset) -> Rows:
     heading = f"median {name}{f', {unit}' if unit else ''}"
     headings = ["", heading, "β", *(["other laws"] if here.sizes["model"] > 1 else [])]
     headings += ["once in, years"] if yearly else []
+    headings += [HEADING] if ranged else []
     headings += ["over branches (90 %)"] if "epistemic_rate" in here else []
     chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
     forced = f"; not reliable: the {here.attrs['form']} curves rise to 1, see validity" if FORCED in here.attrs else ""
     free = "; rates without a form of curve" if FITTED_RATE in here else ""
-    title = f"What {verb} under {law} ({confidence_text(here)} intervals{chosen}{forced}{free})"
+    ranges = f"; {of_what(here)}" if ranged else ""
+    title = f"What {verb} under {law} ({confidence_text(here)} intervals of the motions{ranges}{chosen}{forced}{free})"
     return Rows(title, tuple(headings), rows)
 
 
@@ -88,13 +95,14 @@ def _pieces(results: xr.Dataset) -> Rows:
     at, _ = reference_law(results)
     yearly = "item_rate" in results
     every = pieces_of(results, at)
-    spread, most = over_branches(results), at_most(results)
+    spread, most, ranges = over_branches(results), at_most(results), model_ranges(results, at)
     rows: list[tuple[str, ...]] = []
     for one in every[:MOST]:
         chance = chances_in(one.chance, YEARS) if yearly else one.chance
         falls = "–" if one.held else _chance(chance, most)
         floor = floor_name(one.floor).removeprefix("floor ")
         cells = [one.item, floor, f"{one.number:,}", falls]
+        cells += ["–" if one.held else ranges.get(one.item, NOT_GIVEN)] if ranges else []
         if spread:
             _, low, high = chances_in(spread[one.item], YEARS)
             cells.append("–" if high == 0.0 else chances_between(low, high, about_percent))
@@ -109,8 +117,17 @@ def _pieces(results: xr.Dataset) -> Rows:
         most_often = about_percent(highest.value)
         first += f", of the others {len(above):,} more often than some of these (up to {most_often})"
     falling = f"falls in {YEARS:g} years" if yearly else "falls"
-    headings = ("piece", "floor", "number", falling, *(["over branches (90 %)"] if spread else []), "recommendation")
-    sure = f"{confidence_text(results)} intervals"
+    ranged = [HEADING] if ranges else []
+    headings = (
+        "piece",
+        "floor",
+        "number",
+        falling,
+        *ranged,
+        *(["over branches (90 %)"] if spread else []),
+        "recommendation",
+    )
+    sure = f"{confidence_text(results)} intervals of the motions{f'; {of_what(results)}' if ranges else ''}"
     return Rows(f"Each piece under {results['model'].values[at]} ({sure}; {code_text(results)}{first})", headings, rows)
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ...fragility.risk.modelling import LOWER, UPPER
 from ...wording import about_years, counted, one_digit, two_digits, whole_percent
+from .model_range import amount_range, and_model, years_range
 from .words import floor_name
 
 WORDS = {
@@ -103,7 +105,9 @@ def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
         f"epistemic_{quantity}_fractile": "epistemic_rate_fractile",
         f"epistemic_{quantity}_spread": "epistemic_spread",
         f"branch_{quantity}": "branch_rate",
+        **{f"epistemic_{quantity}{end}": f"epistemic_rate{end}" for end in (LOWER, UPPER)},
     }
+    names = {old: new for old, new in names.items() if old in results}
     found = results[list(names)].rename(names)
     kept = [dim, "epistemic_fractile", "epistemic_source", *(str(one) for one in found.coords if "branch" in str(one))]
     return found.drop_vars([name for name in found.coords if name not in kept]).rename({dim: "block"})
@@ -113,10 +117,9 @@ def amount_sentence(here: xr.Dataset, what: str, unit: str, years: float = 1.0, 
     """Return the sentence on an amount in so many years over all branches: its mean and its range."""
     low, high = (years * float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
     mean = years * float(here["epistemic_rate"])
-    text = (
-        f"{what} is about {two_digits(mean)}{unit} {words} (90 % range: {two_digits(low)} to {two_digits(high)}{unit})."
-    )
-    return f"{text}{_largest(here)}"
+    ends = f"90 % range: {two_digits(low)} to {two_digits(high)}{unit}"
+    known = and_model(ends, here, "epistemic_rate", amount_range, years)
+    return f"{what} is about {two_digits(mean)}{unit} {words} ({known}).{_largest(here)}"
 
 
 def _largest(here: xr.Dataset) -> str:
@@ -136,4 +139,6 @@ def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) ->
     text = f"{name} {verb} about once in {range_text(here)}. This 90 % range covers {over}."
     text += _largest(here)
     rate = float(here["epistemic_rate"])
-    return f"{text} The mean over all of these is once in {about_years(rate)} years." if rate > 0.0 else text
+    modelled = and_model("", here, "epistemic_rate", years_range)
+    known = f" ({modelled})" if modelled else ""
+    return f"{text} The mean over all of these is once in {about_years(rate)} years{known}." if rate > 0.0 else text

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import toppling as tp
 from toppling.fragility.uncertainty.joint import Variability
@@ -29,10 +30,10 @@ FINE = np.geomspace(0.02, 100.0, 200)
 BETA = 0.4
 
 
-def assessed(monkeypatch, inventory, levels, hazard=None, run=None, **options):
-    """An assessment of pieces that fall from their known capacities on."""
+def assessed(monkeypatch, inventory, levels, hazard=None, run=None, factor=1.0, **options):
+    """An assessment of pieces that fall from their known capacities on, times a factor."""
     run = levels if run is None else run
-    flags = np.array([run[:, None] > one for one in CAPACITIES])
+    flags = np.array([run[:, None] > factor * one for one in CAPACITIES])
     monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
     shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(MOTIONS, seed=2)
     found = assess(inventory, LAW, shaking, levels, "pga", None, hazard, **options)
@@ -59,10 +60,37 @@ class TestAnnualValues:
         hazard = tp.HazardCurve.power_law(1e-3, 1.8, "pga")
         plain, found = (assessed(monkeypatch, ALIKE, FINE, hazard, modelling_dispersion=beta) for beta in (0.0, BETA))
         factor = math.exp(0.5 * 1.8**2 * BETA**2)
-        names = [name for name in plain.data_vars if {"annual", "rate"} & {*str(name).split("_")}]
+        every = [str(name) for name in plain.data_vars if {"annual", "rate"} & {*str(name).split("_")}]
+        names = [name for name in every if "modelling" not in name]
         assert len(names) > 15
+        assert len(names) < len(every)
         for name in names:
             np.testing.assert_allclose(found[name], factor * plain[name], rtol=1e-9, err_msg=str(name))
+        # (a capacity c has the rate k0 c^-k)
+        for name in set(every) - set(names):
+            value, _, end = name.partition("_modelling_")
+            exponent = 1.28 * BETA * (1.8 if end == "upper" else -1.8)
+            np.testing.assert_allclose(found[name], math.exp(exponent) * plain[value], rtol=1e-9, err_msg=name)
+
+    @pytest.mark.parametrize("hazard", [None, tp.HazardCurve.log_quadratic(1e-3, 1.5, 0.2, "pga")])
+    def test_a_range_ends_where_capacities_times_one_factor_do(self, monkeypatch, hazard):
+        """Numbers, losses, any fall and consequences, of a year and at levels: assessments of other capacities."""
+        levels = np.geomspace(0.4, 20.0, 500)
+        found = assessed(monkeypatch, THREE, levels, hazard)
+        names = [str(name).split("_modelling_")[0] for name in found.data_vars if "_modelling_lower" in str(name)]
+        assert len(names) == 5
+        for end, factor in (("lower", math.exp(1.28 * 0.3)), ("upper", math.exp(-1.28 * 0.3))):
+            other = assessed(monkeypatch, THREE, levels, hazard, factor=factor)
+            for name in names:
+                given, wanted = found[f"{name}_modelling_{end}"], other[name]
+                if hazard is None:  # (neither end is known within ln 1.468 of the first and the last level)
+                    inside = (levels > 0.4 * math.exp(0.384)) & (levels < 20.0 * math.exp(-0.384))
+                    assert (given.notnull() == xr.DataArray(inside, dims="level")).all()
+                    given, wanted = (
+                        given.where(given.notnull(), 0.0).mean("level"),
+                        wanted.where(inside, 0.0).mean("level"),
+                    )
+                np.testing.assert_allclose(given, wanted, rtol=0.01, err_msg=name)
 
     @pytest.mark.slow
     def test_classes_against_plain_loops(self, monkeypatch):

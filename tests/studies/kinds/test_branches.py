@@ -61,16 +61,21 @@ def found(tmp_path_factory):
 
 class TestBranches:
     def test_each_branch_is_a_study_of_its_own(self, found, tmp_path):
-        rates = {}
+        rates, ends = {}, {}
         for name, seed in (("motions", 1), ("other", 5)):
             for hazard, text in (("hazard", HAZARD), ("high", '[hazard]\nk0 = 3e-4\nk = 2\nunit = "g"\n')):
                 own = study(tmp_path, BLOCK, LAWS, motions(seed), IDA, text, FIT).run()
                 rates |= {(law, name, hazard): own["rate"].values[0, k] for k, law in enumerate(own["law"].values)}
+                upper = own["rate_modelling_upper"].values[0]
+                ends |= {(law, name, hazard): upper[k] for k, law in enumerate(own["law"].values)}
         laws = dict(zip(found["model"].values, found["law"].values, strict=True))
-        names = zip(*(found[f"branch_{of}"].values for of in ("model", "motions", "hazard")), strict=True)
+        names = [*zip(*(found[f"branch_{of}"].values for of in ("model", "motions", "hazard")), strict=True)]
         each = np.array([rates[laws[model], motions, hazard] for model, motions, hazard in names])
         np.testing.assert_array_equal(found["branch_rate"].values[0], each)
         assert found["epistemic_rate"].item() == pytest.approx(float(each @ found["branch_weight"].values), rel=1e-12)
+        of_range = np.array([ends[laws[model], motions, hazard] for model, motions, hazard in names])
+        mean = float(of_range @ found["branch_weight"].values)
+        assert found["epistemic_rate_modelling_upper"].item() == pytest.approx(mean, rel=1e-12)
         assert found["branch_weight"].sum().item() == pytest.approx(1.0, rel=1e-12)
         assert found["epistemic_spread"].sum().item() == pytest.approx(1.0)
 
@@ -108,9 +113,12 @@ class TestBranches:
         (row,) = client_rows(found).rows
         ends = [found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
         chances = [100.0 * -math.expm1(-50.0 * rate) for rate in (found["epistemic_rate"].item(), *ends)]
-        said = [float(one) for one in re.findall(r"[\d.]+", row[-1])]
+        said = [float(one) for one in re.findall(r"[\d.]+", row[-2])]
         assert said == pytest.approx(chances, rel=0.06)
-        assert [float(one.replace(",", "")) for one in row[-2].split(" *")[0].split(" to ")] == pytest.approx(
+        of_range = [found[f"epistemic_rate_modelling_{end}"].item() for end in ("lower", "upper")]
+        said = [float(one) for one in re.findall(r"[\d.]+", row[-1])]
+        assert said == pytest.approx([100.0 * -math.expm1(-50.0 * rate) for rate in of_range], rel=0.06)
+        assert [float(one.replace(",", "")) for one in row[-3].split(" *")[0].split(" to ")] == pytest.approx(
             [1.0 / rate for rate in ends[::-1]], rel=0.5
         )
 
@@ -136,6 +144,17 @@ class TestModelling:
         np.testing.assert_allclose(found["rate"], plain["rate"] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-10)
         np.testing.assert_array_equal(found["dispersion"], plain["dispersion"])
         assert "epistemic_rate" not in found
+        # (a capacity c has the rate k0 c^-k; the range is about rates without beta_m, 0.3 where none is given)
+        for one, beta in ((plain, 0.3), (found, 0.4)):
+            for end, sign in (("lower", -1.0), ("upper", 1.0)):
+                wanted = plain["rate"] * np.exp(sign * 2.5 * 1.28 * beta)
+                np.testing.assert_allclose(one[f"rate_modelling_{end}"], wanted, rtol=1e-10)
+                chance = 1.0 - np.exp(-50.0 * wanted)
+                np.testing.assert_allclose(one[f"risk_probability_modelling_{end}"], chance, rtol=1e-9)
+                level = plain["median"] * np.exp(-sign * 1.28 * beta)
+                np.testing.assert_allclose(
+                    one[f"median_modelling_{'lower' if sign > 0 else 'upper'}"], level, rtol=1e-12
+                )
         assert "rates hold a modelling uncertainty of β_m = 0.4, in the mean" in found.attrs["notes"]
         assert "rates hold no modelling uncertainty (modelling_dispersion = 0" in plain.attrs["notes"]
 
@@ -215,12 +234,16 @@ class TestInventories:
         for name, seed in (("motions", 1), ("other", 5)):
             for hazard, text in (("hazard", HAZARD), ("high", '[hazard]\nk0 = 3e-4\nk = 2\nunit = "g"\n')):
                 at[name, hazard] = inventory_study(tmp_path, LAWS, motions(seed), PERFORMANCE, text).run()
+        mean = {}
         for b in range(found.sizes["branch"]):
             one = found.isel(branch=b)
             own = at[str(one["branch_motions"].item()), str(one["branch_hazard"].item())]
             own = own.sel(model=str(one["branch_model"].item()))
             for name in ("item_rate", "any_rate", "annual_number", "annual_loss"):
                 np.testing.assert_allclose(one[f"branch_{name}"], own[name], rtol=1e-12)
+                mean[name] = mean.get(name, 0.0) + one["branch_weight"] * own[f"{name}_modelling_lower"]
+        for name, of_branches in mean.items():
+            np.testing.assert_allclose(found[f"epistemic_{name}_modelling_lower"], of_branches, rtol=1e-12)
         assert found["branch_weight"].sum().item() == pytest.approx(1.0, rel=1e-12)
 
     def test_the_study_itself_stays_as_it_is(self, building, tmp_path):

@@ -1,6 +1,7 @@
 """What reports say first: answers in sentences, the part for the client, plain words."""
 
 import json
+import math
 import re
 from html import unescape
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from report_pages import INVENTORY, STUDIES, loaded, of_client
+from scipy.stats import norm
 
 import toppling as tp
 from toppling.studies import StudyError
@@ -168,6 +170,7 @@ class TestClientPart:
             "PGA at which half of the motions overturn it, g",
             "mean return period, years",
             "chance in 50 years",
+            "model range of this chance",
         )
         assert rows.rows[0][0] == "shelf"
         assert rows.rows[0][1].startswith(f"{two_digits(float(one['median']) / 9.80665)} (")
@@ -179,6 +182,7 @@ class TestClientPart:
         bare["status"][0], bare["status"][1] = "no overturning", "all overturned"
         bare["rate"][:] = np.nan
         bare["risk_probability"][:] = np.nan
+        bare["risk_probability_modelling_lower"][:] = np.nan
         assert [row[1:] for row in client_rows(bare).rows] == [
             ("never seen", "not known", "not known"),
             ("at every level", "not known", "not known"),
@@ -195,15 +199,21 @@ class TestPlainWords:
         below = np.flatnonzero((seen > 0) & (seen < 0.5) & (one["level"].values < float(one["median"])))
         at = below[np.abs(np.log(10.0 * seen[below])).argmin()]
         g = 9.80665
-        first, second, third, laws = plain_answer(results)
+        first, second, third, modelled, laws = plain_answer(results)
+        assert "one factor, 0.68 to 1.47 (10 to 90 %" in modelled
         assert laws.endswith(law_choice(results))  # (the laws agree: none of their results is given)
         assert first == "“shelf” is the more vulnerable of the 2 pieces."
         strong = f"Of 100 earthquakes with a peak ground acceleration of {two_digits(float(one['level'][at]) / g)} g, "
         few = [round(100 * float(one[end][at])) for end in ("probability", "lower", "upper")]
-        assert second.startswith(f"{strong}about {few[0]} ({few[1]} to {few[2]}) would overturn “shelf”; at ")
+        assert second.startswith(f"{strong}about {few[0]} ({few[1]} to {few[2]}; model range ")
+        off = [math.exp(1.28 * 0.3 * sign) for sign in (-1.0, 1.0)]
+        of_curve = [norm.cdf(np.log(one["level"][at] / one["median"] / factor) / one["dispersion"]) for factor in off]
+        assert f" model range {100 * of_curve[1]:.0f} to {100 * of_curve[0]:.0f}) would overturn “shelf”; at " in second
         level, low, high = (two_digits(float(one[f"median{end}"]) / g) for end in ("", "_lower", "_upper"))
         assert second.endswith(
-            f"; at {level} g ({low}–{high}) about half of them would. Ranges in brackets are 95 % intervals."
+            f"; at {level} g ({low}–{high}; model range "
+            f"{two_digits(float(one['median']) * off[0] / g)}–{two_digits(float(one['median']) * off[1] / g)}) about half "
+            "of them would. The first ranges in brackets are 95 % intervals for the limited number of motions."
         )
         chance = float(one["risk_probability"])
         assert f"overturns within 50 years is about {100 * chance:.2g}\u00a0%" in third
@@ -214,9 +224,9 @@ class TestPlainWords:
         said = plain_answer(results)
         assert "about 50 would overturn “shelf”" in said[1]
         results["median_upper"][:] = np.inf
-        assert re.search(r" g \(above [\d.]+\), about 50 would", plain_answer(results)[1])
+        assert re.search(r" g \(above [\d.]+; model range [\d.–]+\), about 50 would", plain_answer(results)[1])
         results["median_lower"][:] = 0.0
-        assert "(these motions do not show how precisely that level is known)" in plain_answer(results)[1]
+        assert "(these motions do not show how precisely that level is known; model range" in plain_answer(results)[1]
         results["median"][:] = np.nan
         results["status"] = results["status"].astype(object)
         results["status"][:] = "no overturning"
@@ -248,8 +258,9 @@ class TestPlainWords:
         assert said[3].startswith(
             f"At least one piece that can injure people overturns about once in {two_digits(1 / rate)} years ("
         )
-        assert said[4].startswith("All ranges here are 95 % intervals that reflect only the limited number of motions")
-        assert len(said) == 5
+        assert "one factor, 0.68 to 1.47 (10 to 90 %" in said[4]
+        assert said[5].startswith("All other ranges here are 95 % intervals that reflect only the limited number of")
+        assert len(said) == 6
         held = results.assign_coords(anchored=("item", [True]))
         assert plain_answer(held)[4] == "2 of 2 pieces are anchored and assumed not to overturn: 2 × rack."
 
