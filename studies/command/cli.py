@@ -85,6 +85,10 @@ def run(
         bool,
         Parameter(negative="", help="Go on with parts from another kind of processor, whose last digits differ."),
     ] = False,
+    target: Annotated[
+        float | None,
+        Parameter(help="Chance (0.001) that restraints are to keep, restraints.NAME.target: find the strength."),
+    ] = None,
     dry_run: Annotated[
         bool, Parameter(negative="", help="Say what it takes (runs, chunks, time, memory, disk); run nothing.")
     ] = False,
@@ -116,7 +120,7 @@ def run(
         thread_count()
     except ValueError as error:
         raise StudyError(str(error)) from None
-    plan = Study.from_toml(study)
+    plan = Study.from_toml(study, target)
     say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
     if dry_run:
         say(console, *forecast(plan, folder).lines())

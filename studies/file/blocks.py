@@ -110,11 +110,16 @@ class RestraintTable(Table):
         KeyInfo("not known", unit="the inventory's currency", at_least=0.0, at_most=1e15),
         Field(ge=0.0, le=1e15, description="Cost of fixing one piece of an inventory with it."),
     ] = None
+    target: Annotated[
+        float | None,
+        KeyInfo("no strength is looked for"),
+        Field(gt=0.0, lt=1.0, description="Chance of falling, in `hazard.years` or at the one level, to be kept."),
+    ] = None
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
         given = {name for name in self.model_fields_set if getattr(self, name) is not None}
-        for name in sorted(given - {"kind", "cost"} - RESTRAINT_KEYS[self.kind]):
+        for name in sorted(given - {"kind", "cost", "target"} - RESTRAINT_KEYS[self.kind]):
             raise ValueError(
                 f"a {self.kind} has no {name}, its keys are {', '.join(sorted(RESTRAINT_KEYS[self.kind]))}"
             )

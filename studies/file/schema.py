@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -272,6 +272,12 @@ class StudyFile(Table):
             raise ValueError("key 'blocks' is missing")
         elif self.blocks is not None and self.blocks_file is not None:
             raise ValueError("blocks stand in the study file or in blocks_file, not in both")
+        targets = [key for key, table in self.restraint_tables.items() if table.target is not None]
+        if targets and self.kind != "fragility":
+            raise ValueError(
+                f"{targets[0]}.target is for fragility studies at levels that all motions share, not for a {self.kind} "
+                "study"
+            )
         named = {one.restraint for one in self.blocks or [] if isinstance(one.restraint, str)}
         unused = [name for name in self.restraints or {} if name not in named]
         if unused and self.blocks_file is None and self.performance is None:
@@ -491,6 +497,14 @@ class StudyFile(Table):
                 raise ValueError(f"{keys[kind]} {unused[0]!r} is in no branch: name it with its weight")
         if sets[OF_MOTIONS] and self.stripes is not None:
             raise ValueError("branches of motions need ida or cloud: stripes have motions of their own at each level")
+
+    @property
+    def restraint_tables(self) -> dict[str, RestraintTable]:
+        """Tables of restraints by their keys."""
+        inline = {f"blocks[{i}].restraint": block.restraint for i, block in enumerate(self.blocks or [], start=1)}
+        return {f"restraints.{name}": table for name, table in (self.restraints or {}).items()} | {
+            key: table for key, table in inline.items() if isinstance(table, RestraintTable)
+        }
 
     @property
     def kind(self) -> str:
@@ -748,9 +762,14 @@ class StudyFile(Table):
         return self.ida.levels.build(self.ida.im)
 
 
-def read_study_file(path: Path) -> StudyFile:
-    """Read a study file and check it against the schema; StudyError with one sentence where it is not valid."""
+def read_study_file(path: Path, target: float | None = None) -> StudyFile:
+    """Read a study file and check it against the schema; StudyError with one sentence where it is not valid.
+
+    target: of all restraints, in place of the targets in the file.
+    """
     merged = read_content(path, StudyFile)
+    if target is not None:
+        _set_targets(path, merged.content, target)
     try:
         return StudyFile.model_validate(merged.content)
     except ValidationError as error:
@@ -766,6 +785,19 @@ def read_study_file(path: Path) -> StudyFile:
             where = [f"in {origin}"] * (origin != path) + [f"line {line}"] * (line > 0)
             said.append(f"{brief} ({', '.join(where)})" if where else brief)
         raise StudyError(f"{path}: {all_errors(said)}") from None
+
+
+def _set_targets(path: Path, content: dict[str, Any], target: float) -> None:
+    """Set the target of all restraints of a study; StudyError where it has none."""
+    named, blocks = content.get("restraints"), content.get("blocks")
+    tables = list(named.values()) if isinstance(named, dict) else []
+    for block in blocks if isinstance(blocks, list) else []:
+        tables.append(block.get("restraint") if isinstance(block, dict) else None)
+    restraints = [table for table in tables if isinstance(table, dict)]
+    if not restraints:
+        raise StudyError(f"{path}: --target needs a restraint, whose strength is looked for; the study has none")
+    for table in restraints:
+        table["target"] = target
 
 
 def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+import math
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -15,8 +16,9 @@ from ...aliases import Array, Progress
 from ...doubts import Doubt
 from ...fragility import notes, screen
 from ...fragility.analyses.sliding import number_of_slides
-from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, state_name
+from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, reached, state_name
 from ...fragility.hazard.plausibility import hazard_doubts
+from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_medians
 from ...fragility.runs.axes import check_axes, check_outputs
@@ -24,7 +26,7 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.plausibility import level_doubts
 from ...fragility.validity.undecided import perturbed_runs
-from ...models import Block, Law
+from ...models import Block, Law, Restraint
 from ...models.block import describe_scene
 from ...models.friction import FixedFriction, Friction
 from ...motions.polarity import BOTH
@@ -35,12 +37,12 @@ from ..plan.designs import Cloud, OfRuns, Stripes
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
-from ..plan.restraints import DESIGN, FLAG, any_held, ruptures
+from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
 from ..plan.risk import Risk, without_replicates
 from ..plan.selections import UNSELECTED, selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
-from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
+from ..text.curve_notes import EXCEEDED, SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes, uplift_notes
 from ..text.spread import branch_names
 from .branches import weighted_hazards, weighted_laws, weighted_motions
@@ -53,6 +55,7 @@ from .study import (
     Study,
     blocks_of,
     check_laws,
+    check_one_floor,
     each,
     perturbed_words,
     plain,
@@ -141,6 +144,20 @@ def fit_of(content: StudyFile) -> Fit:
     return found if asked or content.hazard is None else replace(found, fractiles=(LOW_SHARE,))
 
 
+def _targets(content: StudyFile, study: FragilityStudy) -> tuple[float, ...]:
+    """Return the chance that the restraint of each block is to keep, empty where none has a target."""
+    tables = {key: table for key, table in content.restraint_tables.items() if table.target is not None}
+    if not tables:
+        return ()
+    key = f"{next(iter(tables))}.target"
+    check_one_floor(study.design, key)
+    if study.risk is None and study.design.levels.size != 1:
+        raise ValueError(f"{key} needs [hazard], whose years it is of, or a single level; add one of them")
+    # (blocks of a file have no tables: restraints are found by their values)
+    of_restraint: dict[Restraint | None, float | None] = {table.build(): table.target for table in tables.values()}
+    return tuple(of_restraint.get(block.restraint) or math.nan for block in study.blocks)
+
+
 class Rated(NamedTuple):
     """Annual rates of curves: variables, coordinates and attributes of the results, and notes."""
 
@@ -171,6 +188,8 @@ class FragilityStudy(BlockStudy, Study):
     outputs: tuple[str, ...] = OUTPUTS
     branches: Branches | None = None
     slides: Slides | None = None
+    targets: tuple[float, ...] = ()
+    """Chance that the restraint of each block is to keep, NaN without one; empty where none has a target."""
 
     @property
     def may_slide(self) -> bool:
@@ -206,6 +225,7 @@ class FragilityStudy(BlockStudy, Study):
         if study.design.about == 2 and slides is not None and (slides.trip is not None or slides.own_trips):
             raise ValueError("trip_mm cannot be given where both components shake: trips are of one component")
         study.design.check(study.blocks)
+        study = replace(study, targets=_targets(content, study))
         if study.risk is not None:
             study.risk.check(study.design, content.motions.floors_file is not None)
         for name, design in study.further.items():
@@ -243,9 +263,10 @@ class FragilityStudy(BlockStudy, Study):
     def words(self) -> str:
         of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
         other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
+        searched = f", and up to {self.searched_runs:,} that look for strengths of restraints"
         return (
             f"{of} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
-            f"{other if self.further_runs else ''}"
+            f"{other if self.further_runs else ''}{searched if self.searched_runs else ''}"
         )
 
     @property
@@ -254,7 +275,13 @@ class FragilityStudy(BlockStudy, Study):
 
     @property
     def work(self) -> int:
-        return self.own_runs + self.perturbed_runs + self.further_runs
+        return self.own_runs + self.perturbed_runs + self.further_runs + self.searched_runs
+
+    @property
+    def searched_runs(self) -> int:
+        """Most runs that look for strengths of restraints."""
+        held = int(np.isfinite(self.targets).sum())
+        return STEPS * held * len(self.models) * self.design.runs * self.design.about
 
     @property
     def own_runs(self) -> int:
@@ -380,6 +407,28 @@ class FragilityStudy(BlockStudy, Study):
         beyond = spread[BEYOND].max([dim for dim in spread[BEYOND].dims if dim != "branch"]).values.tolist()
         return spread, [*said, *branches_beyond_note(beyond, branch_names(spread))]
 
+    def _strengths(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Return the strengths that restraints need, from runs under the motions of the study."""
+        done = self.work - self.searched_runs
+        quick = replace(self.fit, replicates=100)
+
+        def chances(held: Sequence[Block], law: Law) -> Array:
+            nonlocal done
+            runs = self.design.run(held, [law], self.fit.outputs, client, part_of(progress, done, self.work))
+            done += len(held) * self.design.runs * self.design.about
+            if self.risk is None:
+                return np.asarray(self.fit.probabilities(runs)["probability"].values.ravel())
+            risk, ends = replace(self.risk, along=None), (self.design.highest(runs), self.design.lowest(runs))
+            curves = self.fit.modelled(quick.curves(runs, False))
+            rates = risk.of(curves, self.fit.confidence, ends[0], self.fit.state, lowest=ends[1])
+            flags = reached(runs, self.fit.state)
+            fell = flags.any([dim for dim in flags.dims if dim not in ("block", "model")]).values.ravel()
+            # (without a fall the runs show no more than how rarely it shakes more strongly)
+            beyond = probability_in(rates[EXCEEDED].values.ravel(), risk.years)
+            return np.where(fell, rates["risk_probability"].values.ravel(), beyond)
+
+        return needed_strengths(self.blocks, self.models, self.targets, chances)
+
     def _fit_attributes(self, curves: xr.Dataset) -> dict[str, Any]:
         return {
             "fit_method": curves.attrs["method"],
@@ -457,6 +506,10 @@ class FragilityStudy(BlockStudy, Study):
             coordinates |= rated.coordinates
             attributes |= rated.attributes
             said += rated.notes
+        if self.targets:
+            strengths = self._strengths(client, progress)
+            found |= strengths.data_vars
+            coordinates[TARGET] = strengths[TARGET]
         chosen = self.selections
         if chosen is not None:
             found |= chosen.data_vars

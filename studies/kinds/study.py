@@ -98,8 +98,10 @@ class Study(ABC):
         Study._kinds[cls.kind] = cls
 
     @staticmethod
-    def from_toml(path: str | os.PathLike[str]) -> Study:
+    def from_toml(path: str | os.PathLike[str], target: float | None = None) -> Study:
         """Read the study in a TOML file; paths in it are relative to the file.
+
+        target: of all its restraints, in place of their own (`restraints.NAME.target`).
 
         Raises
         ------
@@ -109,7 +111,7 @@ class Study(ABC):
         if not isinstance(path, str | os.PathLike):
             raise TypeError(f"path must be a path, got {type(path).__name__}")
         file = Path(path)
-        content = read_study_file(file)
+        content = read_study_file(file, target)
         try:
             import_module(f".{content.kind}", __package__)  # (the class of a kind is known once its module is loaded)
             with noted() as found:

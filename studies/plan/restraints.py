@@ -1,16 +1,19 @@
-"""How often restraints of blocks break: shares of the motions at each level, and at the design shaking."""
+"""Restraints of blocks: shares of the motions that break them, and the strength that keeps a target."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
+from ...aliases import Array
 from ...fragility import HazardCurve, overturning_probability
 from ...fragility.numerics.slabs import gathered
-from ...models import Block
-from ...units import DIMENSIONLESS
+from ...models import Block, Law, Restraint
+from ...units import DIMENSIONLESS, NEWTON
 from ...wording import given_percent
 from .design_shaking import at_level, design_level
 
@@ -22,6 +25,13 @@ AT_DESIGN = "broken_at_design"
 DESIGN = "design_level"
 """Coordinate with the level of the design shaking."""
 ENDS = {"": "probability", "_lower": "lower", "_upper": "upper"}
+WEAKER, STRONGER = 3, 5
+"""Halvings and doublings of the given strength that are tried."""
+BISECTIONS = 4
+"""Strengths that are tried between the strongest that misses the target and the next, which are then 5 % apart."""
+STEPS = WEAKER + 1 + STRONGER + BISECTIONS
+"""Most strengths that are tried of a restraint under a law."""
+TARGET, NEEDED, TRIED, CHANCE = "target_chance", "needed_strength", "tried_strength", "tried_chance"
 
 
 def any_held(blocks: Sequence[Block]) -> bool:
@@ -73,3 +83,67 @@ def ruptures(
         found[f"{AT_DESIGN}{end}"] = there.assign_attrs(units=DIMENSIONLESS, long_name=long_name)
     name = "level that is exceeded with a probability of 10 % in 50 years"
     return found.assign_coords({DESIGN: ((), np.float64(design), {"units": levels.attrs["units"], "long_name": name})})
+
+
+def needed_strengths(
+    blocks: Sequence[Block],
+    laws: Sequence[Law],
+    targets: Sequence[float],
+    chances: Callable[[Sequence[Block], Law], Array],
+) -> xr.Dataset:
+    """Return the strengths that restraints need to keep the chance of falling to a target (NaN: without one).
+
+    `chances` runs blocks under a law and returns the chance of each, NaN where the runs do not show it.  A stronger
+    restraint may raise the chance: the needed strength is the weakest tested one above the strongest that misses the
+    target, inf where the strongest misses it.  Strengths have three digits, so that a sentence names those of the runs.
+    """
+    asked = np.flatnonzero(np.isfinite(targets)).tolist()
+    needed = np.full((len(blocks), len(laws)), np.nan)
+    tried = np.full((2, *needed.shape, STEPS), np.nan)
+    for j, law in enumerate(laws):
+        known: dict[int, dict[float, float]] = {i: {} for i in asked}
+        for step in range(STEPS):
+            strengths = {i: _next(_restraint(blocks[i]), step, *_ends(known[i], targets[i])) for i in asked}
+            held = {
+                i: replace(blocks[i], restraint=replace(_restraint(blocks[i]), strength=strength))
+                for i, strength in strengths.items()
+                if strength not in (0.0, math.inf)
+            }
+            if held:
+                for i, chance in zip(held, chances(list(held.values()), law).tolist(), strict=True):
+                    known[i][strengths[i]] = chance
+        for i, of_block in known.items():
+            needed[i, j] = _ends(of_block, targets[i])[1]
+            tried[:, i, j, : len(of_block)] = np.array(sorted(of_block.items())).T
+    text = "strength above which all tested strengths of the restraint keep the chance to target_chance"
+    each, trials = ("block", "model"), ("block", "model", "trial")
+    return xr.Dataset(
+        {
+            NEEDED: (each, needed, {"units": NEWTON, "long_name": f"least {text}; inf: none does"}),
+            TRIED: (trials, tried[0], {"units": NEWTON, "long_name": "tested strength of the restraint"}),
+            CHANCE: (trials, tried[1], {"units": DIMENSIONLESS, "long_name": "chance with the tested strength"}),
+        },
+        {TARGET: ("block", np.array(targets), {"units": DIMENSIONLESS, "long_name": "chance to be kept"})},
+    )
+
+
+def _restraint(block: Block) -> Restraint:
+    assert block.restraint is not None  # (a target is a key of a restraint)
+    return block.restraint
+
+
+def _ends(known: dict[float, float], target: float) -> tuple[float, float]:
+    """Return the strongest tested strength that misses a target, else 0, and the next tested one, else inf."""
+    low = max((strength for strength, chance in known.items() if not chance <= target), default=0.0)
+    return low, min((strength for strength in known if strength > low), default=math.inf)
+
+
+def _next(restraint: Restraint, step: int, low: float, high: float) -> float:
+    """Return the strength to be tried next; 0 or inf where none is left between the ends."""
+    doublings = STEPS - BISECTIONS
+    strength = restraint.strength * 2.0 ** (step - WEAKER) if step < doublings else math.sqrt(low * high)
+    if not 0.0 < strength < math.inf:
+        return strength
+    rounded = float(f"{strength:.3g}")
+    # (a restraint is stronger than its preload)
+    return rounded if rounded > restraint.preload else 0.0

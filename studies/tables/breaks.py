@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ...wording import about_percent, chances_between, confidence_text, two_digits
-from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ...wording import about_percent, chances_between, confidence_text, given_number, given_percent, two_digits
+from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
+from ..text.curve_notes import verb_of
 from ..text.rows import Rows
 from ..text.words import block_title, display_unit, floor_name, quantity_name, reference_law
 
@@ -76,12 +79,10 @@ def break_rows(results: xr.Dataset) -> Rows | None:
 
 
 def break_sentences(results: xr.Dataset) -> list[str]:
-    """Return how often the restraints of blocks break under the reference law, a sentence each of the first ones."""
-    if BROKEN not in results:
-        return []
+    """Return how often restraints break and how strong they must be, under the reference law, for the first blocks."""
     at, _ = reference_law(results)
     said = []
-    for name, where in _held(results)[:MOST_SAID]:
+    for name, where in (_held(results) if BROKEN in results else [])[:MOST_SAID]:
         here = results[[str(one) for one in results.data_vars if str(one).startswith("broken_")]]
         one = here.isel({dim: k for dim, k in where.items() if dim in here.dims}).isel(model=at)
         design = float(one[f"{AT_DESIGN}"]) if AT_DESIGN in one else math.nan
@@ -101,7 +102,34 @@ def break_sentences(results: xr.Dataset) -> list[str]:
             strong = f"{two_digits(float(often[0]) / scale)}{f' {unit}' if unit else ''}"
             of_name += f" At {strong} it breaks in at least half of them."
         said.append(of_name)
+    if NEEDED in results:
+        asked = np.flatnonzero(np.isfinite(results[TARGET].values))[:MOST_SAID]
+        said.extend(_strength_needed(results.isel(block=i, model=at), results.attrs) for i in asked.tolist())
     return said
+
+
+def _strength_needed(one: xr.Dataset, attributes: Mapping[str, Any]) -> str:
+    """Return the strength that the restraint of a block needs for its target."""
+    tried, needed = one[TRIED].dropna("trial").values, float(one[NEEDED])
+    verb = verb_of(str(attributes.get("state", state_name(OVERTURNED))))
+    scale, unit = display_unit(one["level"]) if "level" in one.coords else (1.0, "")
+    when = (
+        f"in {float(attributes['years']):g} years"
+        if "years" in attributes
+        else f"at a {quantity_name(one['level'])} of {two_digits(float(one['level'][0]) / scale)} {unit}".rstrip()
+    )
+    keeps = f"the chance that “{block_title(str(one['block'].item()))}” {verb} {when}"
+    most = f"to at most {given_percent(float(one[TARGET]))}"
+    strongest = f"{given_number(tried[-1])} N"
+    if needed == math.inf:
+        return f"No tested strength of its restraint up to {strongest} is shown to limit {keeps} {most}."
+    if needed == tried[0]:
+        return f"Even {given_number(needed)} N, the weakest tested strength of its restraint, limits {keeps} {most}."
+    weaker = given_number(float(tried[tried < needed][-1]))
+    return (
+        f"A restraint of {given_number(needed)} N limits {keeps} {most}. So do all stronger ones that were tested, up "
+        f"to {strongest}; {weaker} N is not shown to."
+    )
 
 
 def _telling(shares: np.ndarray) -> tuple[int, str]:

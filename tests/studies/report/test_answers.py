@@ -209,11 +209,10 @@ class TestPlainWords:
         off = [math.exp(1.28 * 0.3 * sign) for sign in (-1.0, 1.0)]
         of_curve = [norm.cdf(np.log(one["level"][at] / one["median"] / factor) / one["dispersion"]) for factor in off]
         assert f" model range {100 * of_curve[1]:.0f} to {100 * of_curve[0]:.0f}) would overturn “shelf”; at " in second
+        ends = [two_digits(float(one["median"]) * factor / g) for factor in off]
         level, low, high = (two_digits(float(one[f"median{end}"]) / g) for end in ("", "_lower", "_upper"))
         assert second.endswith(
-            f"; at {level} g ({low}–{high}; model range "
-            f"{two_digits(float(one['median']) * off[0] / g)}–{two_digits(float(one['median']) * off[1] / g)}) about half "
-            "of them would. The first ranges in brackets are 95 % intervals for the limited number of motions."
+            f"; at {level} g ({low}–{high}; model range {ends[0]}–{ends[1]}) about half of them would. The first ranges in brackets are 95 % intervals for the limited number of motions."
         )
         chance = float(one["risk_probability"])
         assert f"overturns within 50 years is about {100 * chance:.2g}\u00a0%" in third
