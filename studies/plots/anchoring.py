@@ -9,10 +9,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from ...wording import currency_of, percent, short_digits
+from ..buildings.pieces import SORTS, pieces_of
 from ..tables.assessment import MARK, MARKED, doubtful_items, objective_unit, place_name
+from ..text.words import reference_law
 from . import axes, selection
 
 MOST_BARS = 20
+PLACE = "advised_place"
+"""Coordinate of a study's ranking with the place of each item among the recommendations."""
 REFERENCE_BAR = "0.6"
 
 
@@ -30,14 +34,19 @@ def ranking_in(results: xr.Dataset) -> xr.Dataset:
         # (that module reads study files, which a ranking that `anchoring` returned does not need)
         from ..kinds.performance import ranking_of  # noqa: PLC0415
 
-        return ranking_of(results)
+        ranking = ranking_of(results)
+        advised = [piece.item for piece in pieces_of(results.assign_attrs(sort=SORTS[0]), reference_law(results)[0])]
+        return ranking.assign_coords({PLACE: ("item", [advised.index(str(item)) for item in ranking["item"].values])})
     raise ValueError("a figure of anchoring needs a ranking: a performance study, or what anchoring returns")
 
 
 def order_of(ranking: xr.Dataset) -> list[int]:
-    """Return the positions of the items from the best to the worst, by their mean rank under all laws."""
-    rank = ranking["rank"].transpose(..., "item").values.reshape(-1, ranking.sizes["item"])
-    return [int(i) for i in np.argsort(rank.mean(axis=0), kind="stable")[:MOST_BARS]]
+    """Return the positions of the items as the table of pieces advises, of a ranking alone by its mean rank."""
+    if PLACE in ranking.coords:
+        place = ranking[PLACE].values
+    else:
+        place = ranking["rank"].transpose(..., "item").values.reshape(-1, ranking.sizes["item"]).mean(axis=0)
+    return [int(i) for i in np.argsort(place, kind="stable")[:MOST_BARS]]
 
 
 def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
@@ -98,8 +107,8 @@ def remainder(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> 
         ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
     ax.yaxis.set_major_locator(axes.round_ticks(5))
     money = currency_of(ranking)
-    spent = f"spent on anchoring, best first{f' ({money})' if money else ''}"
-    across = spent if paid else "items anchored one after the other, best first"
+    spent = f"spent on anchoring, most saved first{f' ({money})' if money else ''}"
+    across = spent if paid else "items anchored one after the other, most saved first"
     ax.set_xlabel(axes.wrapped(across, 0.7 * axes.width_of(ax)))
     left = f"left of the {ranking.attrs['objective_text']}{f' ({unit})' if unit else ''}"
     figure = ax.get_figure(root=True)
@@ -132,7 +141,9 @@ def anchoring_figure(results: xr.Dataset) -> Figure:
     handles, labels = left.get_legend_handles_labels()
     axes.legend_below(figure, handles, labels)
     text = f"what anchoring saves of the {ranking.attrs['objective_text']}"
-    text += ", ranked by saving over cost" if ranking.attrs["per_cost"] else ""
+    by = "saving over cost" if ranking.attrs["per_cost"] else ""
+    by = "recommendation" if PLACE in ranking.coords else by
+    text += f", ranked by {by}" if by else ""
     if n < ranking.sizes["item"]:
         text += f"; the first {n} of {ranking.sizes['item']} items"
     of = f"; {laws[0].label}" if len(laws) == 1 and laws[0].label else ""

@@ -80,7 +80,7 @@ CAPTIONS = {
     "downtime": "Annual rate at which a given downtime is exceeded; of all that falls in an earthquake, the longest "
     "downtime counts.",
     "anchoring": "What anchoring each item saves, and what remains as items are anchored one after the other. Items "
-    "are sorted by what they save; the table of pieces by recommendation, in which safety comes before money.",
+    "are sorted by recommendation, as in the table of pieces: safety comes before money.",
     "median": "Medians of the fragility curves over the values that are varied.",
     "median_ratio": "Medians over those of the reference, over the values that are varied.",
     "dispersion": "Dispersions of the fragility curves over the values that are varied.",

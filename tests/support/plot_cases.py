@@ -283,8 +283,15 @@ def uncertain(blocks=("shelf",)):
 
 
 def with_ranking(found, ranked):
-    """A performance study's results: the ranking stands beside the assessment."""
+    """A performance study's results: the ranking stands beside the assessment, whose shelf can injure people."""
     beside = {f"ranked_{name}": one for name, one in ranked.data_vars.items()}
+    shape = found.sizes["model"], found.sizes["item"]
+    for i, end in enumerate(("_lower", "", "_upper")):
+        beside[f"item_rate{end}"] = (("model", "item"), np.full(shape, 1e-3 * (1 + i)))
+    beside["probability"] = (("model", "item", "level"), np.zeros((*shape, found.sizes["level"])))
+    found = found.assign_coords(
+        consequences=("item", ["injury", "none"]), anchoring_cost=("item", np.full(shape[1], np.nan))
+    )
     plain = {name: value for name, value in ranked.attrs.items() if name not in found.attrs}
     return found.assign(beside).assign_attrs(ranking=json.dumps(plain), kind="performance")
 

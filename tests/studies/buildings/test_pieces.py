@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 import math
 import re
 import zipfile
@@ -377,6 +378,24 @@ class TestBudget:
 
 
 class TestTables:
+    @pytest.mark.parametrize("sort", ["recommendation", "floor"])
+    def test_the_figure_of_anchoring_is_in_the_order_of_the_advice(self, sort):
+        """Safety comes before money there, too, though anchoring the rack saves most; what is held has no bar."""
+        saving = np.array([math.nan if held else rate[0] * n * worth for rate, n, worth, *_, held in LINES.values()])
+        units = {"units": "EUR year-1"}
+        ranked = {f"ranked_saving{end}": (("model", "item"), saving[None], units) for end in ("", "_lower", "_upper")}
+        ranked["ranked_alone"] = ranked["ranked_saving"]
+        ranked["ranked_rank"] = (
+            ("model", "item"),
+            np.where(np.isnan(saving), np.nan, (-saving).argsort().argsort())[None],
+        )
+        about = {"confidence": 0.95, "objective_text": "expected annual value overturned", "per_cost": 0}
+        found = results(sort=sort, ranking=json.dumps(about)).assign(ranked).assign_coords(place=["building"])
+        order = [label.get_text() for label in tp.plot.inventory(found, view="anchoring").get_yticklabels()]
+        advised = [one.item for one in pieces_of(results()) if not one.held]
+        assert advised[0] != "rack"
+        assert [name.split()[0] for name in order] == advised
+
     def test_rows(self):
         found = piece_rows(results())
         assert found.title == "Each piece (95 % intervals, values in EUR, code requirements not checked)"
