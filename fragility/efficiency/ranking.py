@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from ... import checks
 from ...aliases import Array, Flags, Index
 from ...motions.intensity.measure import Measure
+from ...streams import stream
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from ..fitting.bootstrap import draw_clusters, percentile_interval
-from ..fitting.first_overturning import brackets
+from ..fitting.first_overturning import FEWEST, brackets
 from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
@@ -36,6 +37,9 @@ from .candidates import Candidate, Motions, candidates_of, covariates_of, motion
 from .capacity import OrderedRuns, ordered_runs
 from .trends import STATUSES, DispersionFits, LogCapacityEnds, capacity_trends, demand_trends, fit_dispersions
 
+ALL_LEVELS = slice(None)
+LEVEL_SAMPLES = 20
+"""Samples of the levels, which bootstrap samples of the motions use in turns."""
 TYPICAL_MEASURES = 32
 """Typical number of measures compared: slabs are sized for the bootstrap samples of so many."""
 POOLED = "all blocks"
@@ -82,7 +86,7 @@ def rank_measures(
     least_demand : float
         |theta|/alpha, 0 to below 1, above which a run counts as rocking (and above the elastic zone's delta).
     replicates : int
-        Bootstrap samples of the motions, the same for all measures (0: no intervals).
+        Bootstrap samples of the motions and the levels, the same for all measures (0: no intervals).
     confidence : float
         Of the intervals, between 0 and 1.
     seed : int
@@ -127,6 +131,12 @@ def rank_measures(
     Intervals are percentiles over bootstrap samples of motions (both runs of one that is run both ways are drawn
     together); those of `excess` are paired.  There is no correction
     for multiple comparisons: of many equal measures some are told apart by chance.
+
+    First overturnings depend on the levels, and no refinement settles them: closer levels find earlier ones.  The
+    intervals of dispersions include that: from four levels on, bootstrap samples draw the levels, too, and keep the
+    lowest and the highest.  For 12 sets of 5 motions and 16 grids of 30 to 60 levels, intervals of one grid held the
+    dispersions of the others in 94 % (75 % with samples of the motions alone); for sets of 20 motions in 99.7 % (93 %).
+    Trends, practicality and `stood_above` are of all levels.
 
     Trends are fitted together with the dispersion to the same intervals, one covariate at a time; standard errors are
     those of the observed information times sqrt(n/(n - 2)), p-values Student's with n - 2 degrees of freedom: for
@@ -256,7 +266,8 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     ends = [_log_capacities(capacities, one) for one in candidates]
     dims = ("block", "model", "measure")
     powers = np.array([one.power for one in candidates])
-    columns = _efficiency(fit_dispersions(ends, np.tile(weights, (1, capacities.repeats))), powers, options.confidence)
+    fits = _dispersions(ordered, candidates, ends, np.tile(weights, (1, capacities.repeats)), options)
+    columns = _efficiency(fits, powers, options.confidence)
     if "peak_rotation" in runs:
         columns |= _practicality(runs, ordered, candidates, weights, options)
     variables: dict[str, Any] = {name: (dims, *column) for name, column in columns.items()}
@@ -289,7 +300,7 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
         {
             "title": "Intensity measures compared",
             **provenance_from("comparison of intensity measures", options.described, runs=runs),
-            "method": "lognormal maximum likelihood on interval-censored capacities; paired bootstrap over motions",
+            "method": "lognormal likelihood of interval-censored capacities; paired bootstrap of motions and levels",
             "state": state_name(options.state),
             "im": ordered.name,
             "confidence": options.confidence,
@@ -319,9 +330,10 @@ class Capacities(NamedTuple):
         return np.broadcast_to(table, (self.repeats, table.shape[1])).reshape(1, 1, -1)
 
 
-def _capacities(ordered: OrderedRuns, pool: bool) -> Capacities:
+def _capacities(ordered: OrderedRuns, pool: bool, kept: Index | slice = ALL_LEVELS) -> Capacities:
+    """Return the capacities as the levels at some positions show them."""
     flags = ordered.overturned.transpose("block", "model", "motion", "level").values
-    found = brackets(flags, ordered.factors_by_block[:, None])
+    found = brackets(flags[..., kept], ordered.factors_by_block[:, None, :, kept])
     blocks, models = flags.shape[:2]
     if not pool:
         return Capacities(found.lower, found.upper, found.stood_above, 1)
@@ -330,6 +342,29 @@ def _capacities(ordered: OrderedRuns, pool: bool) -> Capacities:
         return np.moveaxis(values, 0, 1).reshape(1, models, -1)
 
     return Capacities(joined(found.lower), joined(found.upper), joined(found.stood_above), blocks)
+
+
+def _dispersions(
+    ordered: OrderedRuns,
+    candidates: Sequence[Candidate],
+    ends: Sequence[LogCapacityEnds],
+    weights: Array,
+    options: RankingOptions,
+) -> DispersionFits:
+    """Return the dispersions under each row of weights (sample, motion): the first of all levels, others of samples."""
+    levels = ordered.overturned.sizes["level"]
+    if levels < FEWEST:
+        return fit_dispersions(ends, weights)
+    whole = fit_dispersions(ends, weights[:1])
+    found = np.concatenate([whole.dispersion, np.empty((*whole.dispersion.shape[:-1], options.replicates))], axis=-1)
+    for i in range(min(LEVEL_SAMPLES, options.replicates)):
+        kept = np.unique([0, levels - 1, *stream(options.seed, i, levels).integers(levels, size=levels)])
+        sampled = _capacities(ordered, options.pool, kept)
+        of_levels = [_log_capacities(sampled, one) for one in candidates]
+        own = slice(1 + i, None, LEVEL_SAMPLES)
+        fits = fit_dispersions(of_levels, np.concatenate([weights[:1], weights[own]]))
+        found[..., own] = fits.dispersion[..., 1:]
+    return whole._replace(dispersion=found)
 
 
 def _log_capacities(capacities: Capacities, one: Candidate) -> LogCapacityEnds:

@@ -442,6 +442,33 @@ class TestIntervals:
         alone = np.diff(np.quantile(found[:, 0, 1:], [0.025, 0.975], axis=1), axis=0)
         assert 0.5 < (high - low).mean() / (np.sqrt(2.0) * alone.mean()) < 0.7
 
+    @pytest.mark.parametrize("pool", [False, True])
+    def test_they_hold_the_dispersions_of_other_grids(self, pool):
+        """Of the same few motions at other levels: 90 % with samples of the motions alone."""
+        held = []
+        for seed in range(3):
+            motions = tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample(5, seed)
+            values = []
+            for number in range(30, 61, 6):
+                blocks = [SHELF, CRATE] if pool else SHELF
+                runs = tp.ida(blocks, tp.HousnerImpact(), motions, np.geomspace(0.5, 15.0, number), screen=False)
+                ranked = rank_measures(runs, motions, pool=pool).isel(block=0, model=0)
+                values.append([ranked[f"dispersion{end}"].values for end in ("", "_lower", "_upper")])
+            value, lower, upper = np.moveaxis(np.array(values), 1, 0)
+            inside = (lower[:, None] <= value) & (value <= upper[:, None])
+            others = ~np.eye(len(values), dtype=bool)
+            held.append(inside[others][:, np.isfinite(value).all(axis=0)].mean())
+        assert np.mean(held) > 0.95
+
+    def test_levels_that_are_close_enough_leave_them_as_they_are(self, known):
+        """Capacities that are single and known within a percent: the width is that of the bootstrap over motions."""
+        runs, sets, noise, _ = known
+        found = rank_measures(runs, sets, replicates=200).sel(measure="pgv").isel(block=0, model=0)
+        drawn = first_all_once(40, 200, 0)[1:]
+        mean = drawn @ noise / 40.0
+        ends = np.quantile(np.sqrt(drawn @ noise**2 / 40.0 - mean**2), [0.025, 0.975])
+        assert float(found["dispersion_upper"] - found["dispersion_lower"]) == pytest.approx(np.ptp(ends), rel=0.1)
+
     def test_a_worse_measure_is_told_apart(self):
         rng = np.random.default_rng(13)
         y = rng.normal(0.0, 0.2, (50, 80))
