@@ -212,7 +212,8 @@ class TestPlainWords:
         ends = [two_digits(float(one["median"]) * factor / g) for factor in off]
         level, low, high = (two_digits(float(one[f"median{end}"]) / g) for end in ("", "_lower", "_upper"))
         assert second.endswith(
-            f"; at {level} g ({low}–{high}; model range {ends[0]}–{ends[1]}) about half of them would. The first ranges in brackets are 95 % intervals for the limited number of motions."
+            f"; at {level} g ({low}–{high}; model range {ends[0]}–{ends[1]}) about half of them would. "
+            "The first ranges in brackets are 95 % intervals for the limited number of motions."
         )
         chance = float(one["risk_probability"])
         assert f"overturns within 50 years is about {100 * chance:.2g}\u00a0%" in third
