@@ -12,7 +12,7 @@ from ..report.crossed import crossed_pieces
 from ..report.extrapolation import rate_sentences, second_opinions
 from ..report.law_choice import law_choice
 from ..report.summary import plain_answer
-from ..report.validity import badge, checks_of
+from ..report.validity import badge, checks_of, is_valid
 from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
 from ..tables.sensitivity import claims_of
@@ -23,9 +23,13 @@ MOST_CLAIMS = 6
 
 
 def verdict(results: xr.Dataset, answered: bool) -> list[str]:
-    """Return how valid results are, a line, after the answer in sentences, or after what a table leaves out of it."""
-    found = checks_of(results)
-    return [*(_beside_table(results) if answered else plain_answer(results)), f"validity: {badge(found)}"]
+    """Return how valid results are, a line, and the answer in sentences, or what a table leaves out of it.
+
+    The line comes last, but first where the results are not valid: nothing is advised before that is said.
+    """
+    said = _beside_table(results) if answered else plain_answer(results)
+    line = f"validity: {badge(checks_of(results))}"
+    return [f"{line}; decide nothing by these results", *said] if not is_valid(results) else [*said, line]
 
 
 def _beside_table(results: xr.Dataset) -> list[str]:
@@ -39,7 +43,7 @@ def _beside_table(results: xr.Dataset) -> list[str]:
         more = [f"{len(claims) - MOST_CLAIMS} more: see the report"] if len(claims) > MOST_CLAIMS else []
         said = [f"{one.verdict}: {one.claim} ({one.text})" for one in claims[:MOST_CLAIMS]]
         return [*islice(plain_answer(results), 1), *said, *more]
-    choice = [one for one in (law_choice(results),) if one]
+    choice = [one for one in (law_choice(results, is_valid(results)),) if one]
     slid = [*edge_sentences(results), *trip_sentences(results)]
     crossing = crossed_pieces(results)[:1]  # (the report has the others)
     beyond = [*rate_sentences(results), *second_opinions(results)] if "rate" in results else []

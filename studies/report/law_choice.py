@@ -12,10 +12,10 @@ VISCOUS = ("giannini-masiani", "makris-konstantinidis", "vassiliou")
 CONSISTENT = "energy-consistent"
 
 
-def law_choice(results: xr.Dataset) -> str:
+def law_choice(results: xr.Dataset, valid: bool = True) -> str:
     """Return which law of a study to use, and what several laws that approximate one reference do not show.
 
-    The text is empty where there is nothing to choose: of one law, of laws weighed as branches, of an uncertain law.
+    `valid`: whether the results are, by their checks.  The text is empty where there is nothing to choose: of one law, of laws weighed as branches, of an uncertain law.
     """
     law = results.coords.get("law")
     if law is None or law.dims != ("model",) or "branch" in results.dims:
@@ -23,17 +23,18 @@ def law_choice(results: xr.Dataset) -> str:
     names = list(dict.fromkeys(law.values.astype(str).tolist()))
     if len(names) == 1:
         return ""
+    use = "Use the results" if valid else "Once results are valid, use those"
     own = names_of([str(law.values[reference_law(results)[0]])])
     if REFERENCE_LAW in names:
         said = (
-            f"Use the results under {LAW_NAMES[REFERENCE_LAW]}, for which this answer is given: they are those of the "
+            f"{use} under {LAW_NAMES[REFERENCE_LAW]}, for which this answer is given: they are those of the "
             "rigid block with impacts (Housner 1963), which the other laws approximate."
         )
     elif CONSISTENT in names:
         here = own == LAW_NAMES[CONSISTENT]
         given = "for which this answer is given" if here else f"not those under {own}, which are given here"
         said = (
-            f"Use the results under {LAW_NAMES[CONSISTENT]}, {given}: at each passage through the upright position it "
+            f"{use} under {LAW_NAMES[CONSISTENT]}, {given}: at each passage through the upright position it "
             "dissipates the energy that an impact of the rigid block would (Housner 1963)."
         )
     else:

@@ -74,7 +74,7 @@ from .crossed import case_name, crossed, crossing_laws
 from .extrapolation import part_sentence
 from .law_choice import law_choice
 from .results_file import without_motions
-from .validity import resonant_laws
+from .validity import is_valid, resonant_laws
 
 NEVER_HALF = "fewer than half of the runs do so at any level"
 """Why there is no median where a curve exists (isotonic)."""
@@ -350,14 +350,14 @@ def _other_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) ->
     others = np.delete(values, at)
     others = others[np.isfinite(others) & (others > 0.0)]
     text = _where_laws_disagree(float(values[at]), others, write)
-    crosses = crossing_laws(every, results, name, verb)
+    crosses, choice = crossing_laws(every, results, name, verb), law_choice(results, is_valid(results))
     if text:
         with np.errstate(invalid="ignore"):
             less = values < values[at] / DISAGREE if "risk_probability" in every else values > values[at] * DISAGREE
-        why = " ".join(filter(None, (_why_laws_differ(results, less).strip(), crosses, law_choice(results))))
+        why = " ".join(filter(None, (_why_laws_differ(results, less).strip(), crosses, choice)))
         yield f"{_under_others(every.sizes['model'] - 1)}, {what} {text}{unit}. {why}".rstrip()
-    elif crosses or law_choice(results):
-        yield " ".join(filter(None, (crosses, law_choice(results))))
+    elif crosses or choice:
+        yield " ".join(filter(None, (crosses, choice)))
 
 
 def _under_others(number: int) -> str:
@@ -383,7 +383,7 @@ def _why_laws_differ(results: xr.Dataset, milder: NDArray[np.bool_]) -> str:
 
 def _choice(results: xr.Dataset) -> str:
     """Return which law to use, with a space before it; '' where there is no choice."""
-    said = law_choice(results)
+    said = law_choice(results, is_valid(results))
     return f" {said}" if said else ""
 
 

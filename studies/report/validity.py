@@ -151,6 +151,11 @@ def worst_word(found: list[Check]) -> str:
     return INVALID if INVALID in words else CARE if words & {CARE, UNKNOWN} else GOOD
 
 
+def is_valid(results: xr.Dataset) -> bool:
+    """Return whether no check of a study's results says that they are not valid."""
+    return worst_word(checks_of(results)) != INVALID
+
+
 def worst_clause(found: list[Check]) -> str:
     """Return what is wrong by the worst check in one clause, by the first of the worst word; empty where all are good.
 

@@ -33,6 +33,15 @@ def test_an_answer_in_a_few_lines(study, capsys):
     assert "note: vertical shaking" not in text
 
 
+def test_results_that_are_not_valid_are_said_to_be_so_before_anything_is_advised(tmp_path, capsys):
+    (tmp_path / "study.toml").write_text(crate_study("Few motions", 2, 6, 0.02, 5), encoding="utf-8")
+    assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert said.index("validity: not valid: ") < said.index("Once results are valid, use those under Housner’s impacts")
+    assert "; decide nothing by these results" in said
+    assert "Use the results" not in said
+
+
 @pytest.mark.slow
 def test_everything_with_verbose(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out"), "--verbose"]) == 0

@@ -171,6 +171,10 @@ class TestLawChoice:
         assert "(Housner 1963)" in said
         assert "viscous" not in said
 
+    def test_of_results_that_are_not_valid_nothing_is_to_be_used(self):
+        said = law_choice(xr.Dataset(coords={"model": ["a", "b"], "law": ("model", ["discrete", "housner"])}), False)
+        assert said.startswith("Once results are valid, use those under Housner’s impacts")
+
     def test_three_viscous_laws_are_one_reference(self):
         said = self.of("giannini-masiani", "makris-konstantinidis", "vassiliou", "housner")
         assert "Giannini–Masiani, Makris–Konstantinidis and Vassiliou et al. are viscous approximations of one" in said
