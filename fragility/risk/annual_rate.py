@@ -178,6 +178,15 @@ def annual_rate(
     )
 
 
+def rates_alone(
+    curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, outside: str
+) -> tuple[tuple[str, ...], Array]:
+    """Return the rates of `annual_rate` alone, under the mean hazard, and their dimensions; replicates are left out."""
+    arrays, dims = in_hazard_measure(curves, hazard)
+    rates = rates_of(arrays, hazard.pieces(below, above)[0], outside).rate
+    return dims, rates.reshape([curves.sizes[dim] for dim in dims])
+
+
 def rate_share_above(
     curves: xr.Dataset,
     hazard: HazardCurve,

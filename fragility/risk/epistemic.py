@@ -21,6 +21,7 @@ from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
+from .annual_rate import rates_alone
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .modelling import MODELLING, with_modelling
@@ -112,7 +113,9 @@ def epistemic_rates(
     own = np.stack([one.mean for one in found], axis=-1)
     mean = own @ weights
     if beta > 0.0:
-        modelled = [_rates_of(with_modelling(one.curves, beta), one.hazard, below, above, outside) for one in every]
+        modelled = [
+            rates_alone(with_modelling(one.curves, beta), one.hazard, below, above, outside)[1].ravel() for one in every
+        ]
         mean = np.stack(modelled, axis=-1) @ weights
     spread = shares_of_spread(every, found, weights)
     quantiles = fractiles_of(found, weights, shares)
@@ -223,10 +226,6 @@ def _sampled(one: Branch, least: int) -> CurveArrays:
     ):  # (tabulated curves are never shifted by beta_m, so that one copy is enough)
         return arrays._replace(values=arrays.values[:, None], shift=arrays.shift[:, None])
     return type(arrays)(*(np.repeat(part[:, None], least, axis=1) for part in arrays))
-
-
-def _rates_of(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, outside: str) -> Array:
-    return rates_of(in_hazard_measure(curves, hazard)[0].flat(), hazard.pieces(below, above)[0], outside).rate
 
 
 def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:

@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
 
+import numpy as np
 import xarray as xr
 
 from ...fragility import Branch, HazardCurve, epistemic_rates
 from ...fragility.fitting.states import state_name
+from ...fragility.risk.annual_rate import rates_alone
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...units import DIMENSIONLESS, PER_YEAR
 from .designs import OfRuns
 from .estimates import Fit
-from .risk import OUTSIDE, Risk, without_replicates, worded
+from .risk import OUTSIDE, Risk, worded
 
 RENAMED = {
     "rate_mean": "epistemic_rate",
@@ -123,15 +125,14 @@ class Branches:
         branches: list[Branch], every: dict[str, FittedCurves], risk: Risk, modelling: float
     ) -> dict[str, xr.Variable]:
         """Return the ends of the mean rate's range if all capacities are off by one factor."""
+        rules = risk.below, risk.above, OUTSIDE
+        weights = np.array([branch.weight for branch in branches])
         ends = []
         for factor in capacity_factors(modelling):
-            each = [
-                replace(risk, hazard=seen_by(one.hazard, factor), along=None).rates(
-                    without_replicates(every[one.motions].plain).sel(model=one.model), 0.9
-                )["rate"]
-                * one.weight
-                for one in branches
+            found = [
+                rates_alone(every[branch.motions].plain.sel(model=branch.model), seen_by(branch.hazard, factor), *rules)
+                for branch in branches
             ]
-            ends.append(sum(each[1:], each[0]))
-        dims = tuple(map(str, ends[0].dims))
-        return with_ends("epistemic_rate", dims, [one.values for one in ends], PER_YEAR, modelling)
+            ends.append(np.stack([rates for _, rates in found], axis=-1) @ weights)
+        dims = found[0][0]
+        return with_ends("epistemic_rate", dims, ends, PER_YEAR, modelling)

@@ -17,6 +17,7 @@ from ...fragility.hazard.curve import FLOOR
 from ...fragility.hazard.pieces import EXTEND, HOLD
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.slabs import gathered
+from ...fragility.risk.annual_rate import rates_alone
 from ...fragility.risk.common_measure import per_block
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
@@ -214,12 +215,9 @@ class Risk:
 
         curves: without modelling uncertainty.  modelling: beta_m, 0 for the usual one.
         """
-        plain = without_replicates(curves)
-        each = [
-            replace(self, hazard=seen_by(self.hazard, factor), along=None)._slab_by_slab(plain, 0.9, None)["rate"]
-            for factor in capacity_factors(modelling)
-        ]
-        dims, rates = tuple(map(str, each[0].dims)), [one.values for one in each]
+        rules = self.below, self.above, OUTSIDE
+        ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
+        (dims, *_), rates = zip(*ends, strict=True)
         chances = [probability_in(one, self.years) for one in rates]
         return {
             **with_ends("rate", dims, rates, PER_YEAR, modelling),
