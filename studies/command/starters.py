@@ -11,20 +11,34 @@ import os
 import shutil
 from pathlib import Path
 
+import numpy as np
+
 from ...motions import SiteBasedScenario
+from ...motions.arrays import records
+from ...motions.intensity.dataset import measure
 from ...motions.readers.at2 import write_at2
 from ...wording import system_reason
+from ..file.analyses import LevelsTable
+from ..file.schema import read_study_file
 from ..inventory.reading import KIND, example_path
 from ..text.error import StudyError
 from .choices import Starter
 from .piece_files import timeless
 
 STUDY = "study.toml"
-RECORDS = 40
-"""Simulated records: enough for a probability that is known to ±0.15."""
+EARTHQUAKES: dict[Starter, tuple[float, float]] = {
+    "bookcase": (6.8, 15.0),
+    "inventory": (7.0, 10.0),
+    "records": (7.4, 8.0),
+}
+"""Magnitude and distance (km) of the simulated records of each starter that scales records."""
+RECORDS, CANDIDATES = 40, 200
+"""Records of a starter, enough for a probability that is known to ±0.15, and the motions that they are chosen from."""
+FARTHEST = 5.0
+"""Most by which a record is scaled, up or down; the validity check asks for no more."""
 REPLACE: dict[Starter, str] = {
-    "bookcase": "[[blocks]] (its sizes), [restraints.kit] (the kit), [motions] and [hazard] (the site) in study.toml",
-    "inventory": "inventory.xlsx (what stands where), [building] and [motions] in study.toml, hazard.csv (the site)",
+    "bookcase": "records/ (files of your own), [[blocks]] (its sizes), [restraints.kit] (the kit), [hazard] (the site)",
+    "inventory": "inventory.xlsx (what stands where), records/ (your own), [building] in study.toml, hazard.csv",
     "hazard": "hazard.csv and disaggregation.csv (the site), [stripes.select] (its soil), [[blocks]] in study.toml",
     "records": "records/ (files of your own), [[blocks]] in study.toml (what stands there)",
     "scenario": "inventory.xlsx (what stands where), [building] and [motions] in study.toml",
@@ -78,14 +92,12 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
 def _fill(kind: Starter, folder: Path) -> None:
     """Write the files of a starter into an empty folder."""
     shutil.copyfile(_HERE / f"{kind}.toml", folder / STUDY)
-    if kind == "bookcase":
-        return
+    if kind in EARTHQUAKES:
+        _write_records(folder, *EARTHQUAKES[kind])
     if kind == "hazard":
         shutil.copyfile(_HERE / "hazard_of_sa.csv", folder / "hazard.csv")
         shutil.copyfile(_HERE / "disaggregation.csv", folder / "disaggregation.csv")
-        return
-    if kind == "records":
-        _write_records(folder / "records")
+    if kind not in ("inventory", "scenario"):
         return
     table = Path(example_path()).read_text(encoding="utf-8")
     (folder / "inventory.csv").write_text(table, encoding="utf-8")
@@ -113,13 +125,22 @@ def _move(staged: Path, folder: Path, there: bool) -> None:
         raise
 
 
-def _write_records(folder: Path) -> None:
-    """Write simulated records of one earthquake as PEER AT2."""
-    folder.mkdir()
-    motions = SiteBasedScenario(magnitude=7.4, distance=8e3, vs30=700.0, dt=0.02).sample(RECORDS, seed=1)
-    for i, motion in enumerate(motions, start=1):
-        title = f"SIMULATED, NOT RECORDED: SITE-BASED SCENARIO, M 7.4, 8 KM, VS30 700 M/S, SEED 1, MOTION {i}"
-        write_at2(motion, folder / f"simulated-{i:02}.AT2", title)
+def _write_records(folder: Path, magnitude: float, distance: float) -> None:
+    """Write simulated records of one earthquake (km) as PEER AT2, those near all levels of the study in the folder."""
+    study = read_study_file(folder / STUDY)
+    analysis = study.ida or study.performance
+    assert analysis is not None
+    assert analysis.im is not None
+    assert isinstance(analysis.levels, LevelsTable)
+    levels = analysis.levels.build(analysis.im)
+    motions = SiteBasedScenario(magnitude, 1e3 * distance, vs30=700.0, dt=0.02).sample(CANDIDATES, seed=1)
+    strength = measure(analysis.im, records(motions))
+    near = (strength >= levels[-1] / FARTHEST) & (strength <= levels[0] * FARTHEST)
+    (folder / "records").mkdir()
+    scenario = f"SITE-BASED SCENARIO, M {magnitude:g}, {distance:g} KM, VS30 700 M/S, SEED 1"
+    for number, i in enumerate(np.flatnonzero(near)[:RECORDS], start=1):
+        title = f"SIMULATED, NOT RECORDED: {scenario}, MOTION {i + 1}"
+        write_at2(motions[i], folder / f"records/simulated-{number:02}.AT2", title)
 
 
 def workbook_of(table: str) -> bytes:
