@@ -13,7 +13,7 @@ from ..units import STANDARD_GRAVITY
 from ..wording import short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
-from .readers.directions import LEFT_OUT, is_vertical
+from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
 
 OFFSET = 0.01
 """Mean over PGA above which a record keeps an offset."""
@@ -65,8 +65,7 @@ def vertical_doubts(arrays: Sequence[xr.DataArray]) -> list[Doubt]:
     out = [str(name) for array in arrays for name in array.attrs.get(LEFT_OUT, ())]
     if out:
         many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
-        cure = "component = 'v', or a file named by itself, takes them"
-        found.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True))
+        found.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {ON_PURPOSE}", settled=True))
     return found
 
 

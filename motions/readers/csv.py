@@ -15,7 +15,7 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array
 from .components import Component, arrays_of, single
-from .lines import HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
+from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
 from .units import Unit, agreed, given_factor, in_name, quantities, told
 
 _STEP = re.compile(
@@ -37,7 +37,6 @@ _DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*
 _SPECTRUM = re.compile(r"(?:period|freq)", re.IGNORECASE)
 _HEADER_LINES = 100
 _COLUMNS = 100
-FEW = 10  # samples, which no record has
 
 
 def read_csv(path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None) -> xr.DataArray:

@@ -33,6 +33,8 @@ _RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases
 
 LEFT_OUT = "left_out"
 """Attribute of the first array of those read: names of the vertical components that are left out."""
+ON_PURPOSE = "component = 'v', or a file named by itself, takes them"
+"""How a study takes vertical components."""
 
 
 class Direction(NamedTuple):
@@ -128,12 +130,16 @@ def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, stems: Collectio
 
 
 def horizontal_motions(
-    read: Mapping[Path, Sequence[xr.DataArray]], patterns: Iterable[str], folder: Path = Path(), vertical: bool = False
+    read: Mapping[Path, Sequence[xr.DataArray]],
+    patterns: Iterable[str],
+    folder: Path = Path(),
+    vertical: bool = False,
+    cure: str = "a file named by itself is taken",
 ) -> list[xr.DataArray]:
     """Return what was read from files without vertical components; the first array names those that are left out.
 
     A file that is named by itself, not by a pattern, and holds nothing else is kept.  With `vertical`, vertical
-    components alone are kept.
+    components alone are kept.  `cure`: how the caller takes vertical components on purpose.
 
     Raises
     ------
@@ -155,7 +161,7 @@ def horizontal_motions(
             if kept:
                 found.append(array if len(kept) == len(upright) else array.isel(motion=kept))
     if not found:
-        what = "is vertical" if vertical else "is horizontal: component = 'v', or a file named by itself, takes them"
+        what = "is vertical" if vertical else f"is horizontal: {cure}"
         raise RecordError(f"{', '.join(str(path) for path in list(read)[:3])}: none of these records {what}")
     if out and not vertical:
         found[0] = found[0].assign_attrs({LEFT_OUT: tuple(out)})

@@ -19,6 +19,7 @@ from typing import Self
 import numpy as np
 
 from ...aliases import Array
+from ...doubts import Doubt, warn
 from ...wording import system_reason
 
 MAX_BYTES = 512 * 2**20
@@ -87,14 +88,15 @@ def beginning(file: Path, size: int = 4096) -> bytes:
 class Lines:
     """Lines of a text record, read one at a time and counted; `head` holds the first lines without consuming them.
 
-    A file that is unreadable, holds NUL bytes, is a web page or has a line without end is refused by a `RecordError`
-    that names the file.
+    A file that is unreadable, holds NUL bytes, is a web page, has an endless line or is cut within its last number is
+    refused by a `RecordError` that names the file.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.file = existing(path)
         refuse_packed(self.file)
         self.number = 0
+        self._unended = False
         # (a transfer between systems may double the line ends, CR CR LF, which are one each)
         newline = "\n" if b"\r\r\n" in beginning(self.file) else None
         try:
@@ -129,7 +131,42 @@ class Lines:
         if not line:
             raise StopIteration
         self.number += 1
+        if self._unended and not self._ahead:
+            self._refuse_cut(line)
         return line.rstrip("\n")
+
+    def _refuse_cut(self, last: str) -> None:
+        """Raise RecordError if the last line, which has no end, ends within a number; warn if it may.
+
+        It does if all numbers above have more digits after the point, or end further to the right; it may if these are
+        few or have different numbers of digits.
+        """
+        fields = [*_FIELD.finditer(last)]
+        if not fields or last.strip(_OF_NUMBERS):
+            return
+        above: list[tuple[int, int, int]] = []
+        with self.file.open(encoding="utf-8-sig", errors="replace") as stream:
+            for line in stream:
+                at = [*_FIELD.finditer(line)]
+                if line.strip(_OF_NUMBERS):
+                    above.clear()
+                elif len(at) >= len(fields):
+                    above.append(_shape(at[len(fields) - 1]))
+        if len(above) < 4:
+            return
+        # (without a number of samples that may stand first, and the last line itself)
+        ends, widths, digits = (set(of) for of in zip(*above[1:-1], strict=True))
+        end, _, found = _shape(fields[-1])
+        aligned = len(ends) == 1 < len(widths) and end < max(ends)
+        if not aligned and found >= min(digits):
+            return
+        error = self.error(
+            f"ends in {fields[-1][0][:30]!r} without a line end, the numbers above are longer: truncated; if it is "
+            "whole, end the line"
+        )
+        if aligned or (len(digits) == 1 and len(above) > FEW):
+            raise error
+        warn([Doubt("table", str(error))])
 
     def _fetch(self) -> str:
         try:
@@ -141,6 +178,7 @@ class Lines:
         if "\0" in line:
             raise RecordError(f"{self.file}: not text (holds NUL bytes)")
         # Control-Z is the end-of-file mark of DOS, single or as padding
+        self._unended |= bool(line) and not line.endswith(("\n", "\r", "\x1a"))
         return line.rstrip("\r\n\x1a") + "\n" if line else line
 
     def back(self, line: str) -> None:
@@ -283,6 +321,13 @@ def _is_plain(text: str) -> bool:
     return text.isascii() and "_" not in text
 
 
+def _shape(field: re.Match[str]) -> tuple[int, int, int]:
+    """Return the end of a number in its line, its width, and the width from its point on."""
+    return field.end(), len(field[0]), len(field[0].partition(".")[2])
+
+
+_FIELD = re.compile(r"[^,;\s]+")
+_OF_NUMBERS = "+-.0123456789eEdD,; \t\r\n\x1a"
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?=$|[\s,+-])", re.ASCII)
 # A number as headers have it, and what follows it, which must not be cut off.
 STEP = r"(?P<number>[-+]?(?:\d{1,12}\.?\d{0,15}|\.\d{1,15})(?:[eEdD][-+]?\d{1,3})?)(?P<rest>.{0,20})"
@@ -290,5 +335,7 @@ _AFTER_STEP = re.compile(
     r"(?!\s*(?:milli|micro|[µun]s\b|min|h(?:ours?|r)?\b|hz|sps))\s*(?:/\s*(?P<divisor>[1-9]\d{0,5}(?:\.\d{1,6})?)\s*)?(?P<unit>m?s(?:ec)?(?:onds?)?)?\.?(?:$|[\s)\]]|[,;](?!\d))",
     re.IGNORECASE,
 )
+FEW = 10
+"""Samples that no record has, and lines of numbers whose digits may be equal by chance."""
 LONGEST_STEP = 1.0
 """Time step, s, that no record reaches."""

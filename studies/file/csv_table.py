@@ -15,7 +15,7 @@ from ... import checks
 from ...doubts import Doubt, first_of, warn
 from ...wording import system_reason
 from ..text.error import StudyError
-from .table import nearest_key, shown
+from .table import nearest_key, shown, unended
 from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
 
 UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}
@@ -108,7 +108,8 @@ class CsvTable:
             odd.append(
                 f"{self._named('line', numbers)} {have} fewer cells than the header: the others are assumed to be empty"
             )
-        return [Doubt("table", sentence) for sentence in odd]
+        cut = self._whole[-1:].isdecimal()
+        return [*(Doubt("table", sentence) for sentence in odd), *[unended(self.file.name)] * cut]
 
     def __iter__(self) -> Iterator[CsvLine]:
         named = max((i for i, name in enumerate(self.columns, start=1) if name), default=0)

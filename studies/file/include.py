@@ -16,10 +16,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
+from ...doubts import warn
 from ...wording import system_reason
 from ..plan.size import MOST_BYTES
 from ..text.error import StudyError
-from .table import PartialTable, RelativePath, Table, shown
+from .table import PartialTable, RelativePath, Table, shown, unended
 
 MOST_FILES = 32
 MOST_LEVELS = 8
@@ -48,6 +49,7 @@ _TOML_WORDS = (
 )
 _HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]")
 _KEY = re.compile(r'\s*"?([\w-]+)"?\s*=')
+_CUT = re.compile(rb"=\s*[-+.\w]*\d\Z")
 _DIRECTING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
 
@@ -139,6 +141,8 @@ def _parsed(path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:  # (an integer of thousands of digits raises no TOMLDecodeError)
         raise StudyError(f"{path}: not valid TOML: {_reason(error, data.decode('utf-8'))}") from None
     _refuse_strange(path, content)
+    if _CUT.search(data):
+        warn([unended(path.name)])
     return content
 
 

@@ -21,7 +21,7 @@ from ...motions.floors.yielding import MOST_DISPERSION
 from ...motions.intensity.peaks import peak_velocity
 from ...motions.matching.targets import EDITIONS
 from ...motions.pairs import RANDOM, correct_together, pair_up
-from ...motions.readers.directions import horizontal_motions
+from ...motions.readers.directions import ON_PURPOSE, horizontal_motions
 from ...motions.readers.patterns import expand
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
@@ -757,7 +757,7 @@ class MotionsTable(Table):
                 if self.vertical:
                     raise ValueError("motions.vertical needs motions.component, which joins those of a recording")
                 patterns = [self.records] if isinstance(self.records, str) else self.records
-                chosen = horizontal_motions(read, patterns, folder, vertical=self.component == VERTICAL)
+                chosen = horizontal_motions(read, patterns, folder, self.component == VERTICAL, ON_PURPOSE)
                 return [self._processed(array, str(array["source"].values[0])) for array in chosen]
             for pair in pair_up(read):
                 # (a window is common to the components, which stay simultaneous)

@@ -16,6 +16,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
+from ...doubts import Doubt
 from ...units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
 from ..text.error import StudyError
 
@@ -124,6 +125,12 @@ def shown(value: Any, most: int = 60) -> str:
     except (ValueError, RecursionError):  # an integer of thousands of digits, lists in lists
         return f"a {type(value).__name__}"
     return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def unended(name: str) -> Doubt:
+    """Return the doubt in a file whose last line has no end and ends in a number."""
+    said = f"{name}: the last line has no line end: if the file is cut, so is its last number"
+    return Doubt("table", said, settled=True)
 
 
 @dataclass(frozen=True)

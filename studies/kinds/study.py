@@ -111,13 +111,14 @@ class Study(ABC):
         if not isinstance(path, str | os.PathLike):
             raise TypeError(f"path must be a path, got {type(path).__name__}")
         file = Path(path)
-        content = read_study_file(file, target)
         try:
-            import_module(f".{content.kind}", __package__)  # (the class of a kind is known once its module is loaded)
             with noted() as found:
+                content = read_study_file(file, target)
+                # (the class of a kind is known once its module is loaded)
+                import_module(f".{content.kind}", __package__)
                 study = Study._kinds[content.kind].of(content, file.parent)
             # (those of motions are among the study's own)
-            tables = tuple(doubt for doubt in found if doubt.kind == "table")
+            tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind == "table"))
             study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
             for one in study.doubts:

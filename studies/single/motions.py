@@ -20,7 +20,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ... import motions as shaking
-from ...doubts import Doubt
+from ...doubts import Doubt, noted
 from ...motions.arrays import Record, digest, records
 from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
@@ -89,7 +89,8 @@ def read_motions(inputs: Sequence[str]) -> Shown:
             doubts = [*vertical_doubts(found), *record_doubts(records(found))]
             return Shown(found, doubts, {})
         path = Path(studies[0])
-        content = read_study_file(path)
+        with noted():  # (a study names the doubts in its files)
+            content = read_study_file(path)
         if content.performance is not None and content.motions.floors_index is not None:
             table = content.motions
             found = read_floor_index(path.parent / content.motions.floors_index, table.dt_s, table.unit).arrays

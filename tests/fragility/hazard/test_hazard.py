@@ -610,3 +610,14 @@ def test_a_curve_describes_its_realisations():
     assert told["realisations"] == [list(low.rates), list(high.rates)]
     again = HazardCurve(told["levels"], told["rates"], told["im"], "", told["realisations"], told["weights"])
     assert again.rates == HazardCurve.from_realisations([low, high], [0.25, 0.75]).rates
+
+
+def test_cut_within_the_last_number(tmp_path):
+    """Rates to six decimals; 0.000034 without its last digit is 0.00003."""
+    rows = [f"{0.1 * 1.5**i:.2f},{0.07 * 0.5**i:.6f}" for i in range(12)]
+    path = tmp_path / "site.csv"
+    path.write_text("\n".join(["pga (g),rate (1/yr)", *rows]), encoding="utf-8")
+    assert read_hazard(path).rates[-1] == 0.000034
+    path.write_text(path.read_text(encoding="utf-8")[:-1], encoding="utf-8")
+    with pytest.raises(HazardError, match=r"site.csv: line 13 ends in '0.00003' without a line end, .* truncated"):
+        read_hazard(path)

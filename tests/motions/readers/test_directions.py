@@ -73,8 +73,13 @@ def test_vertical_ones_on_purpose(tmp_path):
     assert LEFT_OUT not in found.attrs
     (found,) = kept(tmp_path, vertical=True)
     assert found["motion"].values.tolist() == ["A-UP"]
-    with pytest.raises(RecordError, match=r"A-UP.AT2: none of these records is horizontal: component = 'v', or a file"):
-        kept(tmp_path, ["*UP.AT2"])
+    none = r"A-UP.AT2: none of these records is horizontal: "
+    with pytest.raises(RecordError, match=rf"{none}a file named by itself is taken$"):  # (Python has no component)
+        mo.read_all(tmp_path / "*UP.AT2")
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.format("").replace("*.AT2", "*UP.AT2"), encoding="utf-8")
+    with pytest.raises(StudyError, match=rf"{none}component = 'v', or a file named by itself, takes them$"):
+        tp.Study.from_toml(path)
 
 
 STUDY = """title = "Verticals"

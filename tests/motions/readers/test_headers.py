@@ -1,9 +1,12 @@
 """What headers of text records say: units, quantities, steps and counts, wherever and however they are written."""
 
+import warnings
+
 import numpy as np
 import pytest
 
 from toppling import motions as mo
+from toppling.doubts import ImplausibleInput
 from toppling.motions import RecordError
 from toppling.motions.readers.units import unit_factor
 from toppling.units import STANDARD_GRAVITY as G
@@ -235,3 +238,57 @@ def test_line_ends_that_a_transfer_doubled(tmp_path):
 )
 def test_spellings_of_units(unit, factor):
     assert unit_factor(unit) == factor
+
+
+LONG = np.sin(np.arange(40)) / 8.0
+"""Accelerations of which the last, 0.12047…, is positive and not 0."""
+FIXED = "time (s),acceleration (g)\n" + "\n".join(f"{0.01 * i:.2f},{one:.4f}" for i, one in enumerate(LONG))
+ALIGNED = "dt = 0.01, acceleration (gal)\n" + "\n".join(f"{round(1000.0 * one):8d}" for one in LONG)
+VARIED = "dt = 0.01, acceleration (g)\n" + "\n".join(map(repr, LONG.tolist()))
+THREE = "time (s),NS (gal),EW (gal)\n" + "\n".join(f"{0.01 * i:.2f},{one:.3f},{-one:.5f}" for i, one in enumerate(LONG))
+FIVE = "NPTS= 40, DT= .0100 SEC\n" + "\n".join(
+    "".join(f"{one:15.7E}" for one in LONG[i : i + 5]) for i in range(0, 40, 5)
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "lost"),
+    [
+        (FIXED, 1),
+        (FIXED, 3),
+        (ALIGNED, 1),
+        (ALIGNED, 2),
+        (THREE, 1),
+        (THREE, 4),
+        (f"PEER\nACCELERATION (G)\n{FIVE}", 1),
+    ],
+)
+def test_cut_within_the_last_number(tmp_path, text, lost):
+    """The last number has fewer digits than all others, or ends where none of them does, and no line end follows it."""
+    assert read(tmp_path, text).sizes["time"] == 40
+    line = text.count("\n") + 1
+    with pytest.raises(RecordError, match=rf"record.csv: line {line} ends in .* without a line end, .* truncated"):
+        read(tmp_path, text[:-lost])
+    assert read(tmp_path, f"{text[:-lost]}\n").sizes["time"] == 40  # (with a line end it was written so)
+
+
+def test_a_last_number_that_may_be_cut(tmp_path):
+    """Where digits vary a short number may be right, and is noted."""
+    assert read(tmp_path, VARIED).sizes["time"] == 40
+    with pytest.warns(ImplausibleInput, match=r"line 41 ends in '0.1' without a line end"):
+        read(tmp_path, VARIED[: VARIED.rindex("\n") + 4])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{FIXED}\x1a",
+        f"{FIXED} ",
+        FIXED.rpartition("\n")[0],
+        FIXED.replace("0.39,", "10.39,")[: FIXED.index("0.39,") - 1],
+    ],
+)
+def test_right_files_without_a_line_end(tmp_path, text):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, text)

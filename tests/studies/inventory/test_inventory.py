@@ -336,6 +336,19 @@ def test_studies_note_what_is_odd_in_their_tables(tmp_path):
         assert note not in tp.Study.from_toml(path).notes
 
 
+@pytest.mark.parametrize("cut", ["study.toml", "items.csv"])
+def test_last_lines_without_an_end_that_end_in_a_number_are_named(cut, tmp_path):
+    """An inventory cut after the 1 of 12 pieces, a study after the 1 of `number = 12`: nothing else tells."""
+    motions = '[motions]\ngenerator = "clough-penzien"\nduration_s = 4\ndt_s = 0.02\nnumber = 1'
+    study = f'title = "t"\n[[models]]\nlaw = "housner"\n[performance]\ninventory = "items.csv"\n{motions}'
+    texts = {"study.toml": study, "items.csv": "item,catalogue,floor,count\nshelf,bookcase-5-shelf,0,1"}
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text + "\n" * (name != cut), encoding="utf-8")
+    found = [one for one in tp.Study.from_toml(tmp_path / "study.toml").doubts if one.kind == "table"]
+    said = f"{cut}: the last line has no line end: if the file is cut, so is its last number"
+    assert [(one.sentence, one.settled) for one in found] == [(said, True)]
+
+
 PLAIN_FILES = [
     (text, message)
     for text, message in BAD_FILES
