@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any
 
@@ -51,6 +51,13 @@ def count(name: str, value: Any, *, at_least: int = 0) -> int:
     if int(value) < at_least:
         raise ValueError(f"{name} must be at least {at_least}, got {int(value)}")
     return int(value)
+
+
+def not_empty(name: str, sizes: Mapping[Any, int], *dims: str) -> None:
+    """Raise ValueError if labelled data have no entry along one of some dimensions (of runs, where none is named)."""
+    for dim in dims or ("block", "model", "level", "motion"):
+        if sizes.get(dim, 1) == 0:
+            raise ValueError(f"{name} must hold at least one {dim}, got none")
 
 
 def choice(name: str, value: Any, allowed: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ... import checks
 from ...aliases import Array
 from ...units import DIMENSIONLESS
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
@@ -66,6 +67,7 @@ def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
         As `reached`; runs without levels or intensities, ones that are not positive, or without their measure.
     """
     flags = reached(runs, state)
+    checks.not_empty("runs", flags.sizes, "level")
     levels = intensity_of(runs)
     if "level" in flags.dims:
         order = np.argsort(levels.values)

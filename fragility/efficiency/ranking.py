@@ -117,8 +117,8 @@ def rank_measures(
     Raises
     ------
     TypeError, ValueError
-        No such dataset; a measure that is not known, does not grow with the motion or is zero; one that the
-        runs do not carry, without `motions`; motions without one of the runs' labels.
+        No such dataset, or an empty one; a measure that is not known, does not grow with the motion or is zero; one
+        that the runs do not carry, without `motions`; motions without one of the runs' labels.
 
     Notes
     -----
@@ -175,6 +175,7 @@ def rank_measures(
     )
     if isinstance(runs, xr.Dataset):
         load_coordinates(runs)
+        checks.not_empty("runs", runs.sizes)
     ordered = ordered_runs(runs if options.pool else _first_block_and_law(runs), state)
     if set(ordered.overturned.dims) != {"block", "model", "motion", "level"}:
         raise ValueError(f"overturned must lie on block, model, motion and level, got {ordered.overturned.dims}")

@@ -184,12 +184,13 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
     Raises
     ------
     TypeError, ValueError
-        A dataset of none of these kinds, values that are no flags, counts that are negative or above the runs, levels
-        or intensities that are not positive, `first` of anything but an IDA, a state of counts.
+        A dataset of none of these kinds or without levels, values that are no flags, counts that are negative or above
+        the runs, levels or intensities that are not positive, `first` of anything but an IDA, a state of counts.
     """
     if not isinstance(data, xr.Dataset):
         raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")
     load_coordinates(data)
+    checks.not_empty("data", data.sizes, "level")
     if RUN in data.dims:
         return _trials_of_adaptive(data, first, state, together)
     on_motion = any("motion" in one.dims for one in data.data_vars.values())

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ... import checks
 from ...aliases import Array, Flags
 from ...doubts import NAMED, first_names
 from ...models import Block
@@ -97,6 +98,7 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
     if "item" in screened.dims:
         screened = screened.rename(item="block")
+    checks.not_empty("screened runs", screened.sizes)
     settings = json.loads(screened.attrs["screen"])
     labels = [str(label) for label in screened["block"].values]
     found = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)

@@ -101,9 +101,9 @@ def screen(
     Raises
     ------
     TypeError, ValueError
-        Runs of another kind or of sliding blocks, a selection without runs of a block under a law, motions that are not
-        those of the runs, a friction that is neither number nor distribution or is missing for a block, bounds out of
-        order.
+        Runs of another kind or of sliding blocks, no block, law, level or motion, a block under a law without runs,
+        motions that are not those of the runs, a friction that is neither number nor distribution or is missing for a
+        block, bounds out of order.
 
     Notes
     -----
@@ -161,6 +161,7 @@ def screen(
     runner = runner_of(client)
     if isinstance(runs, xr.Dataset):
         _refuse_slides(runs)
+        checks.not_empty("runs", runs.sizes)
     if isinstance(runs, xr.Dataset) and RUN in runs.dims:
         runs = selected(runs)
         shaken = None if motions is None else shaken_by(runs, motions, share)

@@ -147,9 +147,6 @@ def selected(runs: xr.Dataset) -> xr.Dataset:
     dims = {"block", "model", "motion"}
     if not held or not dims <= {*runs.dims}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
-    empty = next((dim for dim in sorted(dims) if runs.sizes[dim] == 0), None)
-    if empty is not None:
-        raise ValueError(f"runs must hold a {empty} at least, got none")
     runs = runs.isel(motion=np.argsort(runs["motion_number"].values, kind="stable"))
     return runs.isel({RUN: np.logical_and.reduce([one >= 0 for one in places_in(runs).values()])})
 

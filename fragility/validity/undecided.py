@@ -251,6 +251,7 @@ def _flags(runs: xr.Dataset) -> xr.DataArray:
     flags = runs["overturned"]
     if {*flags.dims} - {"level"} != {"block", "model", "motion"}:
         raise ValueError(f"overturned must be on block, model, motion and possibly level, got dims {flags.dims}")
+    checks.not_empty("overturned", flags.sizes)
     return flags.reset_coords(drop=True)
 
 

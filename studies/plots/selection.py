@@ -34,6 +34,7 @@ def laws(results: xr.Dataset, model: str | None = None, color: str | None = None
     ValueError
         No such law; one colour for several laws.
     """
+    checks.not_empty("results", results.sizes, "model")
     names = labels(results, "model")
     if model is not None:
         checks.choice("model", model, names)
@@ -87,6 +88,7 @@ def one(results: xr.Dataset, **chosen: str | int | None) -> xr.Dataset:
     for dim, label in chosen.items():
         if dim not in results.dims:
             continue
+        checks.not_empty("results", results.sizes, dim)
         names = labels(results, dim)
         if label is None:
             if len(names) > 1:

@@ -381,3 +381,27 @@ class TestNothingSelected:
             assert rates["rate"].sizes == curves["median"].sizes
         if options.get("intervals"):
             assert curves["median_sample"].sizes["replicate"] == 10
+
+    @pytest.mark.parametrize("dim", ["block", "model", "level", "motion"])
+    @pytest.mark.parametrize("name", ["screen", "rank_measures", "undecided_outcomes", "notes", "fit_fragility"])
+    def test_other_answers_need_runs(self, runs, name, dim):
+        """One sentence, of what is missing; curves of no block or law are empty."""
+        function = getattr(fragility, name)
+        arguments = () if name in ("notes", "fit_fragility") else (SHAKES,)
+        if name == "fit_fragility" and dim in ("block", "model"):
+            pytest.skip("empty: test_curves_and_rates")
+        with pytest.raises(ValueError, match=rf" must hold at least one {dim}, got none$"):
+            function(runs.isel({dim: []}), *arguments)
+
+    def test_further_ones(self, motions, runs, curves):
+        stripes = tp.stripes(BLOCKS[0], LAWS, motions, [2.0, 4.0])
+        for call in (
+            lambda: fragility.stripe_sufficiency(stripes.isel(block=[])),
+            lambda: fragility.screen(stripes.isel(block=[]), motions),
+            lambda: fragility.rank_measures(stripes.isel(block=[]), motions),
+            lambda: tp.plot.fragility(curves.isel(block=[])),
+        ):
+            with pytest.raises(ValueError, match=r" must hold at least one block, got none$"):
+                call()
+        with pytest.raises(ValueError, match=r"^runs must hold at least one level, got none$"):
+            fragility.overturning_capacity(runs.isel(level=[]))
