@@ -47,8 +47,11 @@ def _components(record: Record) -> list[Record]:
     ]
 
 
-def vertical_doubts(arrays: Sequence[xr.DataArray]) -> list[Doubt]:
-    """Return the doubts in vertical components that are used as horizontal motions, and the note of those left out."""
+def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> list[Doubt]:
+    """Return the doubts in vertical components that are used as horizontal motions, and the note of those left out.
+
+    `cure`: how the caller takes the latter on purpose.
+    """
     found = []
     labels = [
         str(motion["motion"].values[0])
@@ -60,12 +63,12 @@ def vertical_doubts(arrays: Sequence[xr.DataArray]) -> list[Doubt]:
     if labels:
         many = f"{len(labels):,} motions are vertical components and shake"
         what = many if len(labels) > 1 else "a motion is a vertical component and shakes"
-        cure = "component = 'h1' joins the components of each recording and shakes blocks by one of them"
-        found.append(Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {cure}, or leave it out"))
+        joined = "component = 'h1' joins the components of each recording and shakes blocks by one of them"
+        found.append(Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {joined}, or leave it out"))
     out = [str(name) for array in arrays for name in array.attrs.get(LEFT_OUT, ())]
     if out:
         many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
-        found.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {ON_PURPOSE}", settled=True))
+        found.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True))
     return found
 
 

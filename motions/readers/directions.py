@@ -33,8 +33,8 @@ _RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases
 
 LEFT_OUT = "left_out"
 """Attribute of the first array of those read: names of the vertical components that are left out."""
-ON_PURPOSE = "component = 'v', or a file named by itself, takes them"
-"""How a study takes vertical components."""
+ON_PURPOSE, BY_ITSELF = "component = 'v', or a file named by itself, takes them", "a file named by itself is taken"
+"""How a study takes vertical components, and how all others do."""
 
 
 class Direction(NamedTuple):
@@ -134,7 +134,7 @@ def horizontal_motions(
     patterns: Iterable[str],
     folder: Path = Path(),
     vertical: bool = False,
-    cure: str = "a file named by itself is taken",
+    cure: str = BY_ITSELF,
 ) -> list[xr.DataArray]:
     """Return what was read from files without vertical components; the first array names those that are left out.
 

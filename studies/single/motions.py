@@ -27,7 +27,7 @@ from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
 from ...motions.matching.targets import TargetSpectrum
 from ...motions.plausibility import record_doubts, vertical_doubts
-from ...motions.readers.directions import horizontal_motions
+from ...motions.readers.directions import BY_ITSELF, horizontal_motions
 from ...motions.readers.patterns import expand
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
@@ -86,7 +86,7 @@ def read_motions(inputs: Sequence[str]) -> Shown:
     try:
         if not studies:
             found = horizontal_motions({path: shaking.read_all(path) for path in expand(list(inputs), Path())}, inputs)
-            doubts = [*vertical_doubts(found), *record_doubts(records(found))]
+            doubts = [*vertical_doubts(found, BY_ITSELF), *record_doubts(records(found))]
             return Shown(found, doubts, {})
         path = Path(studies[0])
         with noted():  # (a study names the doubts in its files)

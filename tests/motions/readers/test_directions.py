@@ -9,6 +9,7 @@ from toppling import motions as mo
 from toppling.motions import RecordError
 from toppling.motions.readers.directions import LEFT_OUT, horizontal_motions
 from toppling.studies import StudyError
+from toppling.studies.command.cli import main
 
 SHAKE = np.sin(0.3 * np.arange(60)) * np.sin(np.pi * np.arange(60) / 60.0) ** 2
 
@@ -94,6 +95,13 @@ records = "*.AT2"
 im = "pga"
 levels = {{ from = 0.1, to = 1.0, number = 3, unit = "g" }}
 """
+
+
+def test_a_command_of_files_names_no_key(tmp_path, capsys):
+    for name in ("A000.AT2", "A-UP.AT2"):
+        at2(tmp_path, name)
+    assert main(["motions", str(tmp_path / "*.AT2"), "--out", str(tmp_path / "out")]) == 0
+    assert "a vertical component is left out (A-UP.AT2): a file named by itself is taken" in capsys.readouterr().out
 
 
 def test_a_study_notes_what_it_leaves_out(tmp_path):
