@@ -54,7 +54,6 @@ from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Contents, Inventory
 from .axes import placed_on_axes
 from .modelling import ShiftedLevels, covering, joined, refuse_own_motions, scored_levels, several_classes
-from .modelling_range import range_at_levels, range_of_a_year
 from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
 from .slide_runs import SlidingRuns, Slipping, draws_of, faces_an_edge, slides
@@ -72,6 +71,8 @@ from .variables import (
     conditional_variables,
     event_variables,
     is_held,
+    range_at_levels,
+    range_of_a_year,
     variable,
 )
 

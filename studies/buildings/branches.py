@@ -26,10 +26,9 @@ from ..text.curve_notes import SETTLED
 from .assessment import HazardPoints
 from .joined_classes import JoinedClasses, JoinedDowntime, JoinedEvent
 from .modelling import ShiftedLevels, classes_of, covering, refuse_own_motions
-from .modelling_range import range_of_a_year
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
-from .variables import PER_YEAR, Year, fall_flags, per_year, variable
+from .variables import PER_YEAR, Year, fall_flags, per_year, range_of_a_year, variable
 
 ITEM_RATE, ANY_RATE, CONSEQUENCE_RATE = "item_rate", "any_rate", "consequence_rate"
 NUMBER, LOSS, DOWNTIME, INJURIES = "annual_number", "annual_loss", "annual_downtime", "annual_injuries"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, cast
@@ -15,15 +15,17 @@ from ... import checks
 from ...aliases import Array, Flags, Index
 from ...fragility.curves.means import mean_interval, quantiles
 from ...fragility.fitting.bootstrap import draw_motions
-from ...fragility.hazard.levels import LevelWeights
+from ...fragility.hazard.curve import HazardCurve
+from ...fragility.hazard.levels import LevelWeights, level_weights
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.numerics.slabs import slabs
 from ...fragility.numerics.totals import exceedances
+from ...fragility.risk.modelling import capacity_factors, seen_by, values_between, with_ends
 from ...motions.arrays import POLARITY, RECORD
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from ..inventory.contents import Contents
-from .modelling import Mixture
+from .modelling import Mixture, covering
 from .outcomes import JointFlags, JointOutcomes, Quantity
 
 Variables = dict[str, xr.Variable]
@@ -35,6 +37,17 @@ DOUBTFUL = "doubtful"
 """Coordinate of a ranking: whether no advice can rest on an item's chance of falling."""
 FALLEN = "fallen"
 """Flags of pieces that overturned or fell off, where any line has an edge; else those of ``overturned`` are all."""
+
+OF_A_YEAR = {
+    "item_rate": "probability",
+    "any_rate": "any_probability",
+    "consequence_rate": "consequence_probability",
+    "annual_number": "number_mean",
+    "annual_loss": "loss_mean",
+    "annual_downtime": "downtime_mean",
+    "annual_injuries": "injuries_mean",
+}
+"""Annual values, each with the value at a level of which it is the integral over the hazard."""
 
 
 @dataclass(frozen=True)
@@ -434,3 +447,30 @@ def with_interval(
 def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str) -> xr.Variable:
     """Make a variable with its unit and long name."""
     return xr.Variable(dims, values, {"units": units, "long_name": long_name})
+
+
+def range_of_a_year(means: Mapping[Any, Any], levels: Array, hazard: HazardCurve, dispersion: float) -> Variables:
+    """Return both ends of the annual values (`with_ends`), from the `means` at levels without modelling uncertainty."""
+    weights = [
+        level_weights(levels, covering(seen_by(hazard, factor), levels)).weights
+        for factor in capacity_factors(dispersion)
+    ]
+    found: Variables = {}
+    for name, given in OF_A_YEAR.items():
+        if given in means:
+            mean = means[given].transpose(..., "level")
+            units = per_year(mean.attrs["units"])
+            ends = [mean.values @ each for each in weights]
+            found |= with_ends(name, mean.dims[:-1], ends, units, dispersion)
+    return found
+
+
+def range_at_levels(means: Mapping[Any, Any], run: Array, levels: Array, dispersion: float) -> Variables:
+    """Return both ends of the values at levels (`with_ends`), between the levels that were `run`; NaN outside."""
+    found: Variables = {}
+    for name in OF_A_YEAR.values():
+        if name in means:
+            mean = means[name].transpose(..., "level")
+            ends = [values_between(run, mean.values, levels / each) for each in capacity_factors(dispersion)]
+            found |= with_ends(name, mean.dims, ends, mean.attrs["units"], dispersion)
+    return found

@@ -20,8 +20,8 @@ from ..tables.kits import kit_table
 from ..tables.pieces import piece_table
 from ..tables.values import Cell, ValueTable, csv_bytes
 from ..text.error import StudyError
-from ..text.model_range import HEADING, of_what
 from ..text.names import clean
+from ..text.spread import MODEL_RANGE, of_what
 from ..text.words import axis_of, level_text, measure_name, reference_law
 from .export import PERFORMANCE, laws_of
 
@@ -103,7 +103,7 @@ def _table(
         held = f"β_m = {beta:g} in ranges over branches, none in other rates and chances"
     about.append(["modelling uncertainty", held])
     if of_what(results):
-        about.append([HEADING, of_what(results)])
+        about.append([MODEL_RANGE, of_what(results)])
     version: list[Cell] = ["toppling", str(results.attrs.get("toppling_version", ""))]
     if str(results.attrs["kind"]) != PERFORMANCE:
         if "rate" not in results or "block" not in results["rate"].dims:

@@ -47,7 +47,6 @@ from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
-from ..buildings.modelling_range import range_of_a_year
 from ..buildings.notes import (
     UNDIRECTED,
     branch_notes,
@@ -62,7 +61,7 @@ from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
 from ..buildings.sliding import item_slide_notes
-from ..buildings.variables import DOUBTFUL, JOINT, fall_flags, variable
+from ..buildings.variables import DOUBTFUL, JOINT, fall_flags, range_of_a_year, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable

@@ -41,11 +41,14 @@ from ..tables.assessment import (
 from ..tables.sensitivity import GREEK, PARAMETERS, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
-from ..text.model_range import and_model, years_range
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, highest_level, within_levels
 from ..text.rows import Rows
-from ..text.spread import sample_range
+from ..text.spread import (
+    and_model,
+    sample_range,
+    years_range,
+)
 from ..text.words import INPUTS, axis_of, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .extrapolation import part_sentence
 from .results_file import without_motions

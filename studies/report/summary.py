@@ -38,25 +38,23 @@ from ..tables.sensitivity import PARAMETERS, claims_of, sensitivity_sentences
 from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import MEDIAN, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
-from ..text.model_range import (
-    amount_range,
-    and_model,
-    chance_range,
-    model_range,
-    model_range_sentences,
-    whole_range,
-    years_range,
-)
 from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
 from ..text.reached import within_levels
 from ..text.spread import (
+    amount_range,
     amount_sentence,
+    and_model,
     building_spread,
+    chance_range,
+    model_range,
+    model_range_sentences,
     range_text,
     rates_of_consequences,
     sample_range,
     spread_sentence,
+    whole_range,
+    years_range,
 )
 from ..text.words import (
     axis_of,

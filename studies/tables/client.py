@@ -22,11 +22,20 @@ from ...wording import (
 )
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_of
-from ..text.model_range import HEADING, NOT_GIVEN, amount_range, has_model_range, model_range, of_what
 from ..text.one_side import falling_both_ways
 from ..text.reached import within_levels
 from ..text.rows import Rows
-from ..text.spread import OUTER, range_text, sample_range
+from ..text.spread import (
+    MODEL_RANGE,
+    NOT_GIVEN,
+    OUTER,
+    amount_range,
+    has_model_range,
+    model_range,
+    of_what,
+    range_text,
+    sample_range,
+)
 from ..text.words import (
     NOT_REACHED,
     axis_of,
@@ -111,7 +120,7 @@ def _blocks(results: xr.Dataset) -> Rows:
     years = f"{float(results.attrs['years']):g} years" if yearly else ""
     period = "return period, years (90 % range)" if "epistemic_rate" in here else "mean return period, years"
     headings += [period, f"chance in {years}"] if yearly else []
-    headings += [f"{HEADING} of this {'chance' if yearly else 'level'}"] if ranged else []
+    headings += [f"{MODEL_RANGE} of this {'chance' if yearly else 'level'}"] if ranged else []
     said = [f"{confidence_text(here)} intervals"]
     if "epistemic_rate" in here:
         said = [f"level: {said[0]}; return period and chance: 90 % ranges over all stated uncertainties"]

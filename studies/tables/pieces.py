@@ -25,9 +25,14 @@ from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
-from ..text.model_range import HEADING, NOT_GIVEN, model_range, of_what
 from ..text.rows import Rows
-from ..text.spread import OUTER
+from ..text.spread import (
+    MODEL_RANGE,
+    NOT_GIVEN,
+    OUTER,
+    model_range,
+    of_what,
+)
 from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_text, measure_name, roof_of
 from .assessment import drawn_heading, span
 from .unseen import at_most, most_rate
@@ -158,7 +163,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     # (a chance is that of each of the pieces of a line)
     headings += ["chance of falling in a year, each", f"in {YEARS:g} years"] if yearly else ["chance of falling, each"]
     ranges = model_ranges(results, model)
-    headings += [f"{HEADING} of this chance"] if ranges else []
+    headings += [f"{MODEL_RANGE} of this chance"] if ranges else []
     breaking = _breaks(results, model) if kits else {}
     headings += [f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks"] if breaking else []
     headings.append("recommendation")

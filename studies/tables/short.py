@@ -22,11 +22,19 @@ from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Range
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
-from ..text.model_range import HEADING, NOT_GIVEN, amount_range, has_model_range, model_range, of_what, years_range
 from ..text.one_side import FORCED
 from ..text.precision import FITTED_RATE
 from ..text.rows import Rows
-from ..text.spread import range_text
+from ..text.spread import (
+    MODEL_RANGE,
+    NOT_GIVEN,
+    amount_range,
+    has_model_range,
+    model_range,
+    of_what,
+    range_text,
+    years_range,
+)
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name, reference_law
 from .pieces import code_text, model_ranges, over_branches
 from .pieces import in_years as chances_in
@@ -80,7 +88,7 @@ def _blocks(results: xr.Dataset) -> Rows:
     heading = f"median {name}{f', {unit}' if unit else ''}"
     headings = ["", heading, "β", *(["other laws"] if here.sizes["model"] > 1 else [])]
     headings += ["once in, years"] if yearly else []
-    headings += [HEADING] if ranged else []
+    headings += [MODEL_RANGE] if ranged else []
     headings += ["over branches (90 %)"] if "epistemic_rate" in here else []
     chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
     forced = f"; not reliable: the {here.attrs['form']} curves rise to 1, see validity" if FORCED in here.attrs else ""
@@ -117,7 +125,7 @@ def _pieces(results: xr.Dataset) -> Rows:
         most_often = about_percent(highest.value)
         first += f", of the others {len(above):,} more often than some of these (up to {most_often})"
     falling = f"falls in {YEARS:g} years" if yearly else "falls"
-    ranged = [HEADING] if ranges else []
+    ranged = [MODEL_RANGE] if ranges else []
     headings = (
         "piece",
         "floor",
