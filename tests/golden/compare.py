@@ -123,14 +123,27 @@ def _commands(names: Sequence[str], ends: Sequence[Sequence[Any]], old: Path, ne
                 yield from (("", f"{number} {stream}", np.inf, what) for what in _lines(*map(str.splitlines, texts)))
 
 
+def _opens(path: Path) -> bool:
+    """Return whether a dataset can be opened; cases cut some short."""
+    try:
+        netCDF4.Dataset(path).close()
+    except OSError:
+        return False
+    return True
+
+
 def _file(old: Path, new: Path, variables: Mapping[str, str]) -> Iterator[tuple[str, float, str]]:
     """Yield the item within a file, the size and the words of each of its differences."""
     kind = new.suffix.lower()
     if kind in PICTURES or old.read_bytes() == new.read_bytes():
         return
     if kind == ".nc":
-        with netCDF4.Dataset(old) as before, netCDF4.Dataset(new) as after:
-            yield from _datasets(before, after, variables)
+        whole = [_opens(path) for path in (old, new)]
+        if whole[0] != whole[1]:
+            yield "", np.inf, "can be read now" if whole[1] else "cannot be read"
+        if all(whole):
+            with netCDF4.Dataset(old) as before, netCDF4.Dataset(new) as after:
+                yield from _datasets(before, after, variables)
     elif kind == ".xlsx":
         yield from _workbooks(old, new)
     else:

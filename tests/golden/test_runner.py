@@ -157,6 +157,15 @@ def test_a_process_that_dies_is_one_difference(sides):
     assert difference.item == "2 exit"
 
 
+def test_a_dataset_that_was_cut_short_is_compared_as_that(sides):
+    """A case cuts its results on both sides, with other bytes; on one side alone that is a difference."""
+    for side, length in zip(sides, (300, 310), strict=True):
+        (side / "results.nc").write_bytes((side / "results.nc").read_bytes()[:length])
+        (difference,) = compare_case("a", [], [], *sides) or [None]
+        assert difference is None or (difference.item, difference.what) == ("results.nc", "can be read now")
+    assert difference is None
+
+
 def test_an_attribute_of_numbers_has_a_size(sides):
     for side, value in zip(sides, (1.0, 1.0 + 1e-9), strict=True):
         results(side, lambda data, value=value: data.setncattr("share", value))
