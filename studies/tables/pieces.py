@@ -327,6 +327,9 @@ def _beside(results: xr.Dataset, model: int) -> dict[str, dict[str, str | float 
             values, column = here[f"{chance}{end}"].sel(level=level).values, f"{name}_at_level{end}"
         for item, value in zip(items, values.tolist(), strict=True):
             found[item][column] = value
+    for columns in found.values():  # (no range is known of what never fell)
+        if columns.get(f"{'chance_in_50_years' if yearly else 'probability_at_level'}{UPPER}") == 0.0:
+            columns |= {column: math.nan for column in columns if column.endswith((LOWER, UPPER))}
     return found
 
 

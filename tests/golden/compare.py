@@ -306,20 +306,36 @@ def _numbers(was: np.ndarray, is_: np.ndarray) -> Iterator[tuple[float, str]]:
 
 
 def _workbooks(old: Path, new: Path) -> Iterator[tuple[str, float, str]]:
-    """Yield differences of the order of sheets and of cells, with their formats."""
+    """Yield differences of the order of sheets, of their headings and of cells, with their formats."""
     books = [openpyxl.load_workbook(path) for path in (old, new)]
     if books[0].sheetnames != books[1].sheetnames:
         yield "", np.inf, f"sheets {books[0].sheetnames} → {books[1].sheetnames}"
-    before, after = (
-        {
-            f"{sheet.title}!{cell.coordinate}": _masked(f"{cell.value!r} {cell.number_format}")
-            for sheet in book.worksheets
-            for row in sheet.iter_rows()
-            for cell in row
-            if cell.value is not None
-        }
-        for book in books
-    )
-    for cell in sorted(before.keys() | after.keys()):
-        if before.get(cell) != after.get(cell):
-            yield cell, np.inf, f"“{before.get(cell, '')}” → “{after.get(cell, '')}”"
+    for title in [title for title in books[1].sheetnames if title in books[0].sheetnames]:
+        before, after = (_sheet(book[title]) for book in books)
+        headings = [list(dict.fromkeys(column for column, _ in sheet)) for sheet in (before, after)]
+        lost, came = (sorted({*a} - {*b}) for a, b in (headings, headings[::-1]))
+        if lost or came:
+            yield title, np.inf, f"columns lost: {lost}, new: {came}"
+        shared = [[name for name in names if name not in {*lost, *came}] for names in headings]
+        if shared[0] != shared[1]:
+            yield title, np.inf, "columns in another order"
+        for column, row in sorted(before.keys() | after.keys()):
+            cells = [sheet.get((column, row), "") for sheet in (before, after)]
+            if column in shared[0] and cells[0] != cells[1]:
+                yield f"{title}!{column}{row}", np.inf, f"“{cells[0]}” → “{cells[1]}”"
+
+
+def _sheet(sheet: Any) -> dict[tuple[str, str], str]:
+    """Return the cells of a sheet by heading and row; by letter where the column has no heading of its own."""
+    names = Counter(cell.value for cell in sheet[1])
+    return {
+        (
+            str(head)
+            if isinstance(head := sheet.cell(1, cell.column).value, str) and names[head] == 1
+            else cell.column_letter,
+            str(cell.row),
+        ): _masked(f"{cell.value!r} {cell.number_format}")
+        for row in sheet.iter_rows()
+        for cell in row
+        if cell.value is not None
+    }
