@@ -22,6 +22,7 @@ from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES
 from ...motions.intensity.dataset import measure_named, positive_measure
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.generator import Generator
@@ -32,12 +33,12 @@ from ..adaptive.rate import check_ends
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
-from ..hazard.curve import FLOOR, HazardCurve
+from ..hazard.curve import HazardCurve
 from ..runs.axes import axes_of, check_axes, check_outputs
 from ..runs.progress import part_of
-from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
+from ..runs.provenance import ADAPTIVE, AXES, RUN
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
-from ..runs.scaling import GROUND_FLOORS, check_factors
+from ..runs.scaling import check_factors
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, rocking_doubts
 from ..validity.screen import with_sparse_screen
 from ..validity.sparse_screen import ScreenRequest, Shaken

@@ -11,9 +11,10 @@ from ...aliases import Progress
 from ...models import Block, Model
 from ...motions.arrays import other_coordinates, records
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, arrays_under, records_under
 from ..runs.factors import unscaled
-from ..runs.provenance import CLOUD, GROUND
+from ..runs.provenance import CLOUD
 from ..runs.request import check_request
 from ..runs.scaling import SCALE, ground_of, intensities, intensity_measure, name_at, scaling
 from .analysis import Design, analyse, specimens_of

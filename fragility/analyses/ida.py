@@ -11,6 +11,7 @@ from ...aliases import Progress
 from ...models import Block, Model
 from ...motions.arrays import other_coordinates, records
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, arrays_under, records_under
 from ...motions.simulated.generator import Generator
 from ..adaptive.curve import RUNS
@@ -18,7 +19,7 @@ from ..adaptive.until import Until, until_of
 from ..fitting.states import State, needed_output
 from ..hazard.curve import HazardCurve
 from ..runs.labels import measured
-from ..runs.provenance import ADAPTIVE, GROUND, IDA
+from ..runs.provenance import ADAPTIVE, IDA
 from ..runs.request import check_request
 from ..runs.scaling import ground_of, scaling
 from .adaptive import adaptive, sought_state

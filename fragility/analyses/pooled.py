@@ -19,6 +19,7 @@ from ...models.columns import BlockArray
 from ...models.laws import describe_law
 from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.generator import Generator
 from ...units import provenance
@@ -27,7 +28,6 @@ from ..adaptive.rate import check_ends
 from ..adaptive.stopping import ALL_FELL, NONE_FELL
 from ..adaptive.until import MEDIAN, Until, until_of
 from ..hazard.curve import HazardCurve
-from ..runs.provenance import GROUND
 from ..runs.request import check_request
 from ..runs.scaling import BlockMeasure
 from ..surfaces.curves import PooledCurves

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...aliases import Array, Index
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.dataset import measure_named, measure_variables
+from ...motions.intensity.naming import GROUND
 from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ..adaptive.account import account, half_width
 from ..adaptive.curve import SequentialCurve, WavePlan
@@ -21,7 +22,7 @@ from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
 from ..fitting.states import OVERTURNED, State, state_name
 from ..runs.labels import VARIABLES, depth_coordinate
-from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
+from ..runs.provenance import ADAPTIVE, AXES, RUN
 from ..runs.request import Request
 from ..runs.scaling import BlockMeasure, name_at
 from ..surfaces.gain import gain_words
@@ -186,7 +187,7 @@ def curve_variables(
     than overturning.
     """
     dims = ("block", "model")
-    unit = level["units"]
+    unit, measure = level["units"], level["long_name"]
     of, half = ("overturning", "half overturn") if state is None else (state, f"half reach {state}")
 
     def column(name: str, values: Sequence[Any], units: str, text: str) -> None:
@@ -200,14 +201,16 @@ def curve_variables(
 
     found: dict[str, xr.Variable] = {}
     looks = [one.looks[-1] for one in curves]
-    interval("median", [_ends(one.local) for one in looks], unit, f"level at which {half}, from levels near it")
+    near = f"level at which {half}, from levels near it: {measure}"
+    interval("median", [_ends(one.local) for one in looks], unit, near)
     interval(
         "dispersion",
         [_ends(one.log_dispersion) for one in looks],
         DIMENSIONLESS,
         "lognormal standard deviation of the curve through all runs",
     )
-    column("curve_median", [_ends(one.curve)[0] for one in looks], unit, "median of the curve through all runs")
+    through = f"median of the curve through all runs: {measure}"
+    column("curve_median", [_ends(one.curve)[0] for one in looks], unit, through)
     target = curves[0].until.target
     asked = [(one.value, one.lower, one.upper) for one in looks]
     if target == RATE:

@@ -13,12 +13,13 @@ from ...aliases import Array, Flags, Progress
 from ...models import Block, Model
 from ...motions.arrays import AS_GIVEN, RECORD, Record, other_coordinates, records
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, arrays_under
 from ...motions.selection.select import Selection
 from ...units import DIMENSIONLESS
 from ..runs.factors import dense, unscaled
 from ..runs.labels import measured
-from ..runs.provenance import GROUND, STRIPES
+from ..runs.provenance import STRIPES
 from ..runs.request import check_request
 from ..runs.scaling import Scaling, ground_of, increasing, intensity_measure, scaling
 from .analysis import Design, analyse, specimens_of

@@ -361,12 +361,13 @@ _INTERVAL = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % i
 def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dataset, rated: bool) -> xr.Dataset:
     """Return curves as variables on (block, model)."""
     unit = surface.attrs["level_units"]
-    of_all = "level at which half overturn, from levels near it; its interval holds for all blocks at once"
+    name = surface.attrs["level_name"]
+    of_all = f"level at which half overturn, from levels near it; its interval holds for all blocks at once: {name}"
     spread = "lognormal standard deviation of the curve through all runs"
     rate = "annual rate of overturning: of the lognormal curve through all runs, times what runs without a form say"
     labels = {
         **{f"median{end}": (unit, words + of_all) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
-        "curve_median": (unit, "median of the curve through all runs"),
+        "curve_median": (unit, f"median of the curve through all runs: {name}"),
         **{f"dispersion{end}": (DIMENSIONLESS, words + spread) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
         **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
         **{

@@ -16,6 +16,7 @@ from ...aliases import Array
 from ...motions.arrays import Record, records
 from ...motions.intensity.dataset import measure
 from ...motions.intensity.measure import MEASURES, Measure
+from ...motions.intensity.naming import FLOOR, long_name_at, place_in
 from ...units import DIMENSIONLESS, METRE, SECOND
 from ..runs.provenance import blocks_of, records_of
 from ..runs.scaling import BLOCK_MEASURES, SCALE, BlockMeasure, intensity_measure
@@ -119,7 +120,9 @@ def _candidate(one: Measure | BlockMeasure, runs: xr.Dataset, run_motions: RunMo
     logs = np.log(values)
     if isinstance(one, BlockMeasure):
         logs = logs + np.log([[one.per_block(block)] for block in blocks_of(runs)])
-    return Candidate(one.label, one.units, one.long_name, base.power, logs)
+    # (runs of one floor do not name it, but their peaks are of a floor)
+    place = place_in(str(runs["pga"].attrs.get("long_name", ""))) if "pga" in runs.coords else ""
+    return Candidate(one.label, one.units, long_name_at(one.long_name, place or FLOOR), base.power, logs)
 
 
 def _values(one: Measure, runs: xr.Dataset, run_motions: RunMotions) -> Array | None:

@@ -152,7 +152,11 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     variables = {
         "lower": (lower, ordered.units, f"highest level below the first {name}: {ordered.long_name}"),
         "upper": (found.upper, ordered.units, f"lowest level with {name}: {ordered.long_name}"),
-        "capacity": (np.where(known, middle, np.nan), ordered.units, "geometric mean of lower and upper"),
+        "capacity": (
+            np.where(known, middle, np.nan),
+            ordered.units,
+            f"geometric mean of lower and upper: {ordered.long_name}",
+        ),
         "stood_above": (
             found.stood_above,
             DIMENSIONLESS,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...aliases import Array
 from ...motions.arrays import floor_coordinates
+from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ...units import DIMENSIONLESS, UNITS, provenance
 from ..curves.curve import ISOTONIC, UPLIFT
 from ..fitting.links import LOGNORMAL
@@ -93,10 +94,11 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
         rows.append(row.with_reason())
     title = str(curves.attrs.get("title", "Fragility curves"))
     ids = _ids(curves, dims, labels, marks, chosen)
+    at_ground = levels_of_the_ground(curves)
     return CurveSet(
         im,
         units,
-        levels_of_the_ground(curves),
+        at_ground,
         dims,
         ids,
         tuple(rows),
@@ -105,6 +107,7 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
         title,
         tuple(_text(one) for one in curves["floor"].values.reshape(-1)) if "floor" in curves.coords else (),
         _text(curves.attrs.get("state", OVERTURNING)),
+        GROUND if at_ground else place_in(str(of_levels.attrs.get("long_name", ""))) or FLOOR,
     )
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from ...aliases import Array
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import FLOOR, GROUND, long_name_at
 from ...units import DIMENSIONLESS, METRE, PER_YEAR
 from ..curves.curve import ISOTONIC, UPLIFT
 from ..fitting.links import LOGNORMAL
@@ -25,7 +26,7 @@ from ..runs.scaling import SCALE, BlockMeasure, intensity_measure
 from .files import ExchangeError
 
 Entries = TypeVar("Entries")
-PLACES = ("floor", "ground")
+PLACES = (FLOOR, GROUND)
 """Places of a measure, by whether it is of the ground."""
 
 FORMS = (LOGNORMAL, UPLIFT, ISOTONIC)
@@ -149,7 +150,8 @@ class CurveSet(NamedTuple):
     """Curves of one measure: the measure's label and SI unit, a flag for the ground's motion, dimensions, ids, form.
 
     Curves that differ in nothing but the limit state are one component and have one id; `floors` are those on which the
-    blocks stand, as far as they are known, and `state` is the limit state where there is but one.
+    blocks stand, as far as they are known, `state` is the limit state where there is but one, and `place` is the place
+    of the motions that levels measure.
     """
 
     im: str
@@ -163,6 +165,7 @@ class CurveSet(NamedTuple):
     title: str = "Fragility curves"
     floors: tuple[str, ...] = ()
     state: str = OVERTURNING
+    place: str = FLOOR
 
     def components(self) -> dict[str, list[CurveRow]]:
         """Return the curves of each component by id, in the order of the limit states."""
@@ -196,7 +199,7 @@ class CurveSet(NamedTuple):
         """Long name of the measure."""
         measure = known_measure(self.im)
         text = measure.long_name if measure is not None else "scale factor" if self.im == SCALE else "level"
-        return text.replace("floor", "ground") if self.ground else text
+        return long_name_at(text, self.place) if measure is not None else text
 
 
 class Written(NamedTuple):

@@ -88,8 +88,9 @@ def label_curves(
         values = _column([one.get(name) for one in columns], trials.shape)
         if base == "probability":
             values = values[..., : coords["level"].size]
-        attributes = {"units": trials.level["units"] if units == LEVEL else units, "long_name": text + long_name}
-        variables[name] = (tuple(dims), values, attributes)
+        if units == LEVEL:
+            units, long_name = trials.level["units"], f"{long_name}: {trials.level['long_name']}"
+        variables[name] = (tuple(dims), values, {"units": units, "long_name": text + long_name})
     return xr.Dataset(variables, coords=coords)
 
 

@@ -16,12 +16,9 @@ from ... import checks
 from ...aliases import Array
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
-from ...motions.intensity.naming import in_si
-from ..runs.provenance import GROUND
+from ...motions.intensity.naming import FLOOR, GROUND, in_si
 from ..runs.scaling import BLOCK_MEASURES, SCALE
 from .pieces import EXTEND, Pieces, pieces_of, segment_slopes
-
-FLOOR = "floor"
 
 # Rates between which a law is stored as points; beyond them the last piece of the curve is extended.
 HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8

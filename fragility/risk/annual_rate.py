@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array
+from ...motions.intensity.naming import long_name_at
 from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ...wording import given_percent
 from ..curves.curve import OUTSIDE, REFUSE, coordinates_on, has_replicates
 from ..fitting.bootstrap import percentile_interval
-from ..hazard.curve import FLOOR, HazardCurve
+from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
 from ..hazard.rates import probability_in
-from ..runs.provenance import configuration_of, levels_of_the_ground
-from ..runs.scaling import of_the_ground
+from ..runs.provenance import configuration_of
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .deaggregation import bin_edges, deaggregate, share_above
@@ -118,11 +118,7 @@ def annual_rate(
     pieces = hazard.pieces(below, above)
     found = rates_of(arrays, pieces[0], outside)
     parts = deaggregate(arrays, found.rate, pieces[0], edges, outside)
-    units, measure = hazard.units, hazard.measure.long_name
-    if levels_of_the_ground(curves):
-        measure = of_the_ground(measure)
-    elif hazard.at != FLOOR:
-        measure = measure.replace("floor", "ground")
+    units, measure = hazard.units, long_name_at(hazard.measure.long_name, hazard.at)
     text = f"probability of overturning in {time:g} years"
     variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
         "rate": (dims, found.rate, PER_YEAR, "annual rate of overturning"),

@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 from ...motions.intensity.dataset import measure_named
+from ...motions.intensity.naming import FLOOR, GROUND_FLOORS
 from ..curves.curve import CurveArrays, LinkedCurves, TabulatedCurves, curve_arrays, im_of
-from ..hazard.curve import FLOOR, HazardCurve
+from ..hazard.curve import HazardCurve
 from ..runs.provenance import levels_of_the_ground
-from ..runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
+from ..runs.scaling import BLOCK_MEASURES
 
 
 def in_hazard_measure(

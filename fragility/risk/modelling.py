@@ -62,11 +62,14 @@ LOWER, UPPER = "_modelling_lower", "_modelling_upper"
 
 
 def with_ends(
-    name: str, dims: tuple[str, ...], ends: Sequence[Array], units: str, dispersion: float
+    name: str, dims: tuple[str, ...], ends: Sequence[Array], units: str, dispersion: float, measure: str = ""
 ) -> dict[str, xr.Variable]:
-    """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN where one is NaN."""
+    """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN where one is NaN.
+
+    measure: that of a value with a unit of the levels.
+    """
     low, high = capacity_factors(dispersion)
-    text = f"if all capacities are off by one factor, {low:.2f} to {high:.2f}"
+    text = f"if all capacities are off by one factor, {low:.2f} to {high:.2f}{f': {measure}' if measure else ''}"
     pairs = ((LOWER, "lower", np.minimum(*ends)), (UPPER, "upper", np.maximum(*ends)))
     return {
         f"{name}{end}": xr.Variable(
@@ -80,7 +83,8 @@ def range_of_medians(curves: xr.Dataset, dispersion: float) -> dict[str, xr.Vari
     """Return the ends of the medians' range, which are the medians times the `capacity_factors`."""
     median = curves["median"]
     ends = [median.values * factor for factor in capacity_factors(dispersion)]
-    return with_ends("median", tuple(map(str, median.dims)), ends, str(median.attrs.get("units", "1")), dispersion)
+    units, measure = str(median.attrs.get("units", "1")), str(median.attrs.get("long_name", "")).rpartition(": ")[2]
+    return with_ends("median", tuple(map(str, median.dims)), ends, units, dispersion, measure)
 
 
 def values_between(levels: Array, values: Array, wanted: Array) -> Array:

@@ -20,6 +20,7 @@ from ...models import LAWS, Block, Law
 from ...models.block import block_from
 from ...motions.arrays import BOTH_AXES, DRAW, POLARITY, RECORD, Record, floor_coordinates
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...units import provenance
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
@@ -30,8 +31,6 @@ Motions = xr.DataArray | Iterable[xr.DataArray] | Sequence[Iterable[xr.DataArray
 IDA, STRIPES, CLOUD, ADAPTIVE = "ida", "stripes", "cloud", "adaptive"
 RUN = "run"
 """Dimension of the runs of adaptive levels, each of one block, law and motion at one level."""
-GROUND = "ground"
-"""Value of ``im_at`` where levels are of the ground motion below a floor, and the beginning of that measure's name."""
 SCENE = "scene"
 """Coordinate of blocks that are not symmetric and freestanding: what makes them so, as JSON."""
 BED = "bed_settlement"
@@ -67,7 +66,7 @@ def load_coordinates(data: xr.Dataset) -> None:
 
 
 def levels_of_the_ground(data: xr.Dataset) -> bool:
-    """Return True if levels refer to the ground motion below a floor and not to the floor motion."""
+    """Return True if levels refer to the ground motion below a floor (``im_at``) and not to the floor motion."""
     return bool(data.attrs.get("im_at", configuration_of(data).get("im_at")) == GROUND)
 
 

@@ -17,12 +17,11 @@ from ...motions.arrays import BOTH_AXES, Record
 from ...motions.intensity.dataset import SCALABLE, measure_named, positive_measure
 from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import MEASURES, Measure
+from ...motions.intensity.naming import GROUND, long_name_at, place_of
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from .axes import axes_of
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 
-GROUND_FLOORS = ("", "0", "ground")
-"""Labels of floors whose motion is that of the ground."""
 SCALE = "scale"
 SAME = 1e-9
 """A factor nearer to 1 than this leaves a motion as it is."""
@@ -194,14 +193,7 @@ def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Recor
 
 def name_at(long_name: str, motions: Sequence[Record], ground: Sequence[Record] | None) -> str:
     """Return the long name of a measure of `ground`, or of the motions themselves, which may be of the ground."""
-    if ground is not None:
-        return of_the_ground(long_name)
-    return long_name.replace("floor", "ground") if all(one.floor in GROUND_FLOORS for one in motions) else long_name
-
-
-def of_the_ground(long_name: str) -> str:
-    """Return the long name of a measure of the ground motion below a floor."""
-    return long_name.replace("floor", "ground") if "floor" in long_name else f"{long_name}, ground motion"
+    return long_name_at(long_name, place_of(motion.floor for motion in motions) if ground is None else GROUND)
 
 
 def check_factors(factors: Factors, motions: Sequence[Record]) -> None:

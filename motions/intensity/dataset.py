@@ -19,6 +19,7 @@ from ...units import provenance
 from ..arrays import HORIZONTAL, Record, motion_coordinates, records
 from .directions import PAIR_MEASURES, PairMeasure
 from .measure import MEASURES, Measure
+from .naming import long_name_at, place_of
 from .parametric_measures import PARAMETRIC_MEASURES
 
 _AROUND = re.compile(r"\s*(\w+)\s*\(\s*(\w.{0,200}?)\s*\)\s*", re.DOTALL)
@@ -187,7 +188,10 @@ def _shaken_either_way(motions: Any) -> Any:
 
 def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dict[str, xr.Variable]:
     """Return measures of plain records as variables on ``motion``, by label."""
+    place = place_of(record.floor for record in plain)
     return {
-        one.label: xr.Variable("motion", measure(one, plain), {"units": one.units, "long_name": one.long_name})
+        one.label: xr.Variable(
+            "motion", measure(one, plain), {"units": one.units, "long_name": long_name_at(one.long_name, place)}
+        )
         for one in chosen
     }

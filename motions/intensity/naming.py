@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from ...units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
 from ..readers.units import unit_factor
 from .measure import Measure
 
+GROUND, FLOOR = "ground", "floor"
+"""Places whose motion levels, hazards and curves are measured at."""
+GROUND_FLOORS = ("", "0", GROUND)
+"""Labels of floors whose motion is that of the ground."""
 # Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.
 _NAMES = {"PGA": "pga", "PGV": "pgv", "PGD": "pgd", "IA": "arias", "CAV": "cav", "RSD595": "d5_95"}
 _PROGRAM_UNITS = {"pgv": "cm/s", "pgd": "cm", "arias": "m/s", "cav": "g s", "d5_95": "s"}
@@ -16,6 +21,27 @@ _FACTORS: dict[str, dict[str, float]] = {
     METRE: {"m": 1.0, "cm": 0.01, "mm": 0.001},
     SECOND: {"s": 1.0},
 }
+
+
+def long_name_at(long_name: str, place: str) -> str:
+    """Return the long name of a measure of motions of the ground or of a floor.
+
+    Examples
+    --------
+    >>> long_name_at("peak floor velocity", GROUND), long_name_at("Arias intensity", FLOOR)
+    ('peak ground velocity', 'Arias intensity, floor motion')
+    """
+    return long_name.replace(FLOOR, place) if FLOOR in long_name else f"{long_name}, {place} motion"
+
+
+def place_of(floors: Iterable[str]) -> str:
+    """Return the place of motions by their labels of floors: a floor where one of them is of a floor."""
+    return GROUND if all(floor in GROUND_FLOORS for floor in floors) else FLOOR
+
+
+def place_in(long_name: str) -> str:
+    """Return the place that the long name of a measure says, '' where it says none."""
+    return next((place for place in (GROUND, FLOOR) if place in long_name), "")
 
 
 def our_name(text: str) -> str:

@@ -13,7 +13,7 @@ from ... import checks
 from ...aliases import Array
 from ...fragility.runs.axes import along_depth, along_width, axes_of
 from ...fragility.runs.factors import ScaleFactors, dense, unscaled
-from ...fragility.runs.scaling import SCALE, Scaling, ground_of, increasing, intensity_measure, of_the_ground, scaling
+from ...fragility.runs.scaling import SCALE, Scaling, ground_of, increasing, intensity_measure, scaling
 from ...motions import Building
 from ...motions.arrays import (
     AS_GIVEN,
@@ -28,6 +28,7 @@ from ...motions.arrays import (
 from ...motions.floors.histories import DIRECTIONS, FloorHistories
 from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import GROUND, long_name_at
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, records_under
 from ...units import DIMENSIONLESS
 from ..inventory.contents import Contents, Inventory, floor_text
@@ -282,7 +283,7 @@ class Shaking:
             assert isinstance(one, Measure)  # (measures of blocks are refused before)
             measured = np.broadcast_to(own, self.runs)
             factors = one.factors(values[:, None] / measured[None, None, :])
-            name = of_the_ground(one.long_name)
+            name = long_name_at(one.long_name, GROUND)
             return Scaling(values, factors, one.label, one.units, name, measured, True, one)
         if not np.array_equal(values, own):
             shown = ", ".join(f"{level:.6g}" for level in own)
@@ -290,7 +291,7 @@ class Shaking:
         ones = np.ones((1, 1, own.size * self.runs))
         if one is None:
             return Scaling(values, ones, SCALE, DIMENSIONLESS, "scale factor")
-        return Scaling(values, ones, one.label, one.units, of_the_ground(one.long_name), None, True)
+        return Scaling(values, ones, one.label, one.units, long_name_at(one.long_name, GROUND), None, True)
 
     def shaken(self, at: Support, scaled: Scaling, im: str | Measure) -> Shaken:
         """Return the motions of a floor with their factors."""

@@ -22,7 +22,7 @@ from ..tables.values import Cell, ValueTable, csv_bytes
 from ..text.error import StudyError
 from ..text.names import clean
 from ..text.spread import MODEL_RANGE, of_what
-from ..text.words import axis_of, level_text, measure_name, reference_law
+from ..text.words import axis_of, level_name, level_text, reference_law
 from .export import PERFORMANCE, laws_of
 
 if TYPE_CHECKING:
@@ -160,8 +160,7 @@ def _code(results: xr.Dataset) -> str:
 
 
 def _level(results: xr.Dataset) -> str:
-    name = measure_name(str(results.attrs["im"]))
-    return f"{name} = {level_text(float(results.attrs['at_level']), results['level'])}"
+    return f"{level_name(results)} = {level_text(float(results.attrs['at_level']), results['level'])}"
 
 
 def _format(heading: str, value: float) -> str:

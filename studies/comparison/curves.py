@@ -28,7 +28,7 @@ from ..plan.samples import pooled_curves
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, highest_level
-from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name
+from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
 from .ratios import Found, Line, Quantity
 from .sides import Matched, Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
@@ -126,7 +126,7 @@ def _quantities(side: Side, years: float) -> list[Quantity]:
     axis = axis_of(side.results)
     scale, unit = display_unit(axis)
     stored = str(axis.attrs.get("units", DIMENSIONLESS))
-    name = measure_name(measure_of(side))
+    name = level_name(side.results)
     state = str(side.results.attrs.get("state", "overturning"))
     return [
         Quantity(MEDIAN, f"Median {name} of {state}", unit, scale, stored, reading="higher: takes more shaking"),

@@ -21,9 +21,9 @@ from ..buildings.recommendations import YEARS, Piece, Range
 from ..buildings.variables import Year, fall_flags, level_index, per_year
 from ..plan.ratios import ratio_of, verdict_of
 from ..tables.unseen import at_most
-from ..text.words import floor_name, level_text
+from ..text.words import floor_name, level_name, level_text
 from .ratios import ANCHORED_IN, NONE, Found, Line, Quantity
-from .sides import Side, matched_laws, matched_names, measure_of, same_motions
+from .sides import Side, matched_laws, matched_names, same_motions
 
 CHANCE, NUMBER, LOSS, ANY = "chance", "number", "loss", "any"
 DOWNTIME, INJURIES = "downtime", "injuries"
@@ -153,7 +153,7 @@ def _quantities(side: Side, yearly: bool) -> list[Quantity]:
     when = f"in {YEARS:g} years"
     if not yearly:
         level = level_text(float(side.results.attrs["at_level"]), side.results["level"])
-        when = f"at {measure_of(side)} = {level}"
+        when = f"at {level_name(side.results)} = {level}"
     per, in_a = (PER_YEAR, f"{money} a year".strip()) if yearly else (DIMENSIONLESS, money)
     # (few pieces fall in one year)
     at = "" if yearly else f" {when}"

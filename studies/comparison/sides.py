@@ -13,11 +13,12 @@ import xarray as xr
 
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.provenance import as_given, number_of_motions
+from ...motions.intensity.naming import place_in
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.differences import changes
 from ..text.error import StudyError
-from ..text.words import measure_name
+from ..text.words import level_name
 from .sources import result_of
 
 CURVES, PIECES = ("fragility", "uncertainty"), "performance"
@@ -131,7 +132,7 @@ def refuse_different(a: Side, b: Side) -> None:
     if a.kind == PIECES:
         _refuse_pieces(a, b)
     elif not same_measure(a, b) and not ("rate" in a.results and "rate" in b.results):
-        found = [measure_name(measure_of(one)) for one in (a, b)]
+        found = [level_name(one.results) for one in (a, b)]
         raise StudyError(
             f"the curves of A are in {found[0]} and those of B in {found[1]}: medians of two measures cannot be "
             "compared, and there are no annual rates of both (give both studies one im, or both a [hazard])"
@@ -151,7 +152,7 @@ def _refuse_pieces(a: Side, b: Side) -> None:
     at = [float(one.results.attrs["at_level"]) for one in (a, b)]
     if not same_measure(a, b) or not np.isclose(at[0], at[1], rtol=1e-9, atol=0.0):
         said = [
-            f"{measure_of(one)} = {level:g} {one.results['level'].attrs['units']}"
+            f"{level_name(one.results)} = {level:g} {one.results['level'].attrs['units']}"
             for one, level in zip((a, b), at, strict=True)
         ]
         raise StudyError(
@@ -168,14 +169,15 @@ def measure_of(side: Side) -> str:
 
 def same_measure(a: Side, b: Side) -> bool:
     """Return True if the levels of both sides are of one measure, in one unit and at one place."""
-    return _measure_key(a) == _measure_key(b)
+    (*measure, place), (*other, there) = _measure_key(a), _measure_key(b)
+    # (results of earlier versions may not say the place)
+    return measure == other and (place == there or not place or not there)
 
 
 def _measure_key(side: Side) -> tuple[str, str, str]:
     axis = side.results.coords.get("level", side.results.coords.get("intensity"))
     attributes = {} if axis is None else axis.attrs
-    # (the long name tells the ground's motion from the floor's)
-    return measure_of(side), str(attributes.get("units", "")), str(attributes.get("long_name", ""))
+    return measure_of(side), str(attributes.get("units", "")), place_in(str(attributes.get("long_name", "")))
 
 
 def same_motions(a: Side, b: Side) -> bool:

@@ -81,7 +81,7 @@ def ruptures(
         there = given.isel(level=0, drop=True).copy(data=at_level(design, levels.values, given.values))
         long_name = f"{given.attrs['long_name']}, under the shaking that is exceeded with 10 % in 50 years"
         found[f"{AT_DESIGN}{end}"] = there.assign_attrs(units=DIMENSIONLESS, long_name=long_name)
-    name = "level that is exceeded with a probability of 10 % in 50 years"
+    name = f"level that is exceeded with a probability of 10 % in 50 years: {levels.attrs.get('long_name', 'level')}"
     return found.assign_coords({DESIGN: ((), np.float64(design), {"units": levels.attrs["units"], "long_name": name})})
 
 

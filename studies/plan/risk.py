@@ -13,14 +13,14 @@ import xarray as xr
 from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
 from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.states import OVERTURNED, State, state_name
-from ...fragility.hazard.curve import FLOOR
 from ...fragility.hazard.pieces import EXTEND, HOLD
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.annual_rate import rates_alone
 from ...fragility.risk.common_measure import per_block
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
-from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
+from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...motions.intensity.naming import FLOOR, GROUND_FLOORS
 from ...units import DIMENSIONLESS, PER_YEAR
 from ..text.curve_notes import (
     AT_HIGHEST,

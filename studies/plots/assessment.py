@@ -17,7 +17,7 @@ from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
 from ...wording import counted, currency_of, percent, short_digits
 from ..tables.assessment import fallen_word, pieces_at, place_name
-from ..text.words import display_unit, measure_name
+from ..text.words import display_unit, level_name
 from . import axes, selection
 from .anchoring import bars, ranking_in, remainder
 
@@ -171,7 +171,7 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
             top = max(0.0, *(float(one.sel(place=place).max()) for one in shown))
     ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)
     log = axes.log_spaced(x)
-    name = f"{measure_name(str(results['level'].attrs['im']))}{f' ({unit})' if unit else ''} of the ground motion"
+    name = f"{level_name(results)}{f' ({unit})' if unit else ''}"
     axes.level_axis(ax, float(x[0]) / 1.06, float(x[-1]) * 1.06, log, name)
     # (a title may extend over the numbers beside the axis, but those of a loss are so long that the axis is short)
     room = axes.width_of(ax) + (0.0 if quantity == "loss" else 0.5)

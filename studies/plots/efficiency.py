@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 
 from ...wording import percent
 from ..plan.estimates import RANK, ranking_of_measures
-from ..text.words import floor_name, measure_name
+from ..text.words import floor_name, measure_at
 from . import axes, selection
 
 WORSE = "0.55"
@@ -127,8 +127,7 @@ def ranking(
         ax.plot([low, high], [at, at], color=colour, lw=1.6, solid_capstyle="butt")
         ax.plot(value, at, "o", ms=6.0, color=colour, mfc="white" if worse else colour, mew=1.4)
     powers = here["power"].values
-    names = [measure_name(str(one), float(power)) for one, power in zip(here["measure"].values, powers, strict=True)]
-    axes.named_rows(ax, names)
+    axes.named_rows(ax, list(map(measure_at, *_names(here), powers.tolist())))
     ax.set_xlim(0.0, _largest(here))
     ax.set_xlabel("dispersion of the capacity")
     return ax
@@ -216,9 +215,14 @@ def sufficiency(found: xr.Dataset, covariate: str, ax: Axes | None = None, order
         colour = axes.COLOURS[1] if trend else axes.COLOURS[0]
         ax.plot(slope[at] + half[at] * np.array([-1.0, 1.0]), [at, at], color=colour, lw=1.6, solid_capstyle="butt")
         ax.plot(slope[at], at, "s" if trend else "o", ms=5.5, color=colour, mfc="white" if trend else colour, mew=1.4)
-    axes.named_rows(ax, [measure_name(str(one)) for one in here["measure"].values])
+    axes.named_rows(ax, list(map(measure_at, *_names(here))))
     ax.set_xlabel(f"slope of ln capacity on {here['covariate_long_name'].item()}")
     return ax
+
+
+def _names(found: xr.Dataset) -> tuple[list[str], list[str]]:
+    """Return the labels of measures, and their long names."""
+    return [str(one) for one in found["measure"].values], [str(one) for one in found["measure_long_name"].values]
 
 
 def _check_single(found: xr.Dataset, name: str) -> None:

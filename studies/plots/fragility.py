@@ -22,7 +22,7 @@ from ...wording import percent
 from ..text.block_order import MEDIAN, ORDERS, places
 from ..text.precision import runs_of_curve
 from ..text.reached import highest_level
-from ..text.words import axis_name, axis_of, display_unit, floor_name, measure_name
+from ..text.words import axis_name, axis_of, display_unit, floor_name, level_name
 from . import axes, selection
 
 MOST_PANELS = 36
@@ -208,8 +208,7 @@ def _axis(results: xr.Dataset) -> xr.DataArray:
     if "level" in results.coords or "intensity" in results.coords:
         return axis_of(results)
     # (curves without levels hold their unit and the name of their measure)
-    name = measure_name(str(results.attrs.get("im", "level")))
-    return results["median"].assign_attrs(long_name=name)
+    return results["median"].assign_attrs(long_name=level_name(results))
 
 
 def _tabulated(results: xr.Dataset) -> bool:

@@ -15,7 +15,7 @@ from matplotlib.tri import Triangulation
 
 from ...aliases import Array
 from ...units import STANDARD_GRAVITY
-from ..text.words import display_unit, measure_name
+from ..text.words import display_unit, level_name
 from . import axes
 
 MOST_POINTS = 3000
@@ -33,8 +33,7 @@ FLAT = 1e-3
 def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield maps of the medians, and of the rates where there are any, each with its name."""
     scale, unit = display_unit(results["median"])
-    measure = measure_name(str(results.attrs["im"]))
-    quantities = [("median", f"median {measure}{f' ({unit})' if unit else ''}", scale)]
+    quantities = [("median", f"median {level_name(results)}{f' ({unit})' if unit else ''}", scale)]
     if "rate" in results:
         quantities.append(("rate", "annual rate of overturning", 1.0))
     for name, words, size in quantities:
@@ -44,7 +43,7 @@ def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def event_figure(results: xr.Dataset) -> Figure:
     """Return how often more than a share of the region falls in one event, a panel for each law."""
     scale, unit = display_unit(results["event_level"])
-    measure = measure_name(str(results.attrs["im"]))
+    measure = level_name(results)
     laws, events = results.sizes["model"], results.sizes["event_motion"]
     columns = axes.columns_for(laws)
     rows = math.ceil(laws / columns)

@@ -22,7 +22,7 @@ from ...aliases import Array, Index
 from ...wording import confidence_text
 from ..file.uncertainty import RIGID
 from ..tables.sensitivity import GREEK, level_at, level_between, reference_name, reference_of
-from ..text.words import display_unit, input_name
+from ..text.words import display_unit, input_name, level_name
 from . import axes, selection
 
 WIDTH, HEIGHT = 5.2, 3.4
@@ -182,7 +182,7 @@ def sensitivity(
     _y_axis(quantity, ax)
     words = QUANTITIES[quantity].format(reference=named, level=level_at(results, at))
     if quantity == "median":
-        words = f"median {_measure_text(results)}{f' ({unit})' if unit else ''}"
+        words = f"median {level_name(results)}{f' ({unit})' if unit else ''}"
     ax.set_ylabel(words)
     ax.set_title(str(here["block"].item()), fontsize=TEXT)
     if alone:
@@ -385,11 +385,6 @@ def _closed_form(one: xr.Dataset) -> tuple[Any, Any]:
     quarters = np.arccosh(1.0 / (1.0 - x))
     times = np.concatenate([[0.0], np.cumsum(quarters[:-1] + quarters[1:])]) / q_over_p
     return times, x * (-1.0) ** np.arange(x.size)
-
-
-def _measure_text(results: xr.Dataset) -> str:
-    im = str(results["level"].attrs.get("im", ""))
-    return im.upper() if im in ("pga", "pgv", "pgd") else str(results["level"].attrs.get("long_name", "level"))
 
 
 def _middle(values: Array) -> Array:

@@ -25,7 +25,7 @@ from ...wording import (
 from ..buildings.variables import DOUBTFUL, FALLEN, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
 from ..text.rows import Rows
-from ..text.words import consequence_name, floor_cell, floor_name, level_text, measure_name
+from ..text.words import consequence_name, floor_cell, floor_name, level_name, level_text
 from .unseen import most_rate
 
 ABOVE = "above "
@@ -107,7 +107,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
         cells += [_interval(one, name) for name in amounts]
         cells.append(_percent(one, "any_probability"))
         rows.append(tuple(cells))
-    shaken = f"{measure_name(str(assessment.attrs['im']))} = {level_text(float(here['level']), assessment['level'])}"
+    shaken = f"{level_name(assessment)} = {level_text(float(here['level']), assessment['level'])}"
     money = currency_of(here)
     title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({confidence_text(here)} intervals)"
     return Rows(_dashed(title, rows), tuple(headings), rows)

@@ -42,8 +42,7 @@ from ..text.words import (
     block_title,
     display_unit,
     floor_cell,
-    measure_name,
-    quantity_name,
+    level_name,
     reference_law,
     roof_of,
 )
@@ -107,14 +106,11 @@ def _blocks(results: xr.Dataset) -> Rows:
             )
         rows.append(tuple(cells))
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
-    name = measure_name(str(axis.attrs.get("im", "level")))
-    if "floor" in str(axis.attrs.get("long_name", "")):
-        name = quantity_name(axis)  # (PGA and PGV are of the ground)
     unit = f", {unit}" if unit else ""
     headings = [
         "piece",
         *([] if floors == [None] else ["floor"]),
-        f"{name} at which half of the motions {action_of(verb, 'it')}{unit}",
+        f"{level_name(here)} at which half of the motions {action_of(verb, 'it')}{unit}",
         *([f"90 % range over its uncertain properties{unit}"] if sampled else []),
     ]
     years = f"{float(results.attrs['years']):g} years" if yearly else ""

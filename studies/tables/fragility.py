@@ -36,7 +36,7 @@ from ..text.curve_notes import reached_of, verb_of
 from ..text.level_advice import other_levels
 from ..text.reached import within_levels
 from ..text.rows import Rows
-from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, fractile_text, measure_name
+from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, fractile_text, level_name, measure_at
 from .values import Cell, ValueTable, known, with_units
 
 OVERTURNING = state_name(OVERTURNED)
@@ -119,7 +119,7 @@ def risk_table(results: xr.Dataset) -> Table:
         title_justify="left",
     )
     scale, unit = display_unit(axis_of(results))
-    measure = f"{measure_name(str(axis_of(results).attrs.get('im', 'level')))}{f', {unit}' if unit else ''}"
+    measure = f"{level_name(results)}{f', {unit}' if unit else ''}"
     both = "fractile" in results and LOW_SHARE in results["fraction"].values
     shares = f"{100.0 * LOW_SHARE:g} / 50 %" if both else "50 %"
     columns = ("law", "once in, years", "in a year", f"in {years:g} years", f"{shares} at {measure}")
@@ -249,7 +249,8 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
                 near = "" if bool(one["distinguishable"]) else "≈ "
                 cells.append(near + value_text(beta, low, high))
             # (the dispersion is of the root of the measure that grows with the amplitude)
-            rows.append((measure_name(str(here["measure"].values[i]), float(here["power"].values[i])), *cells))
+            label, long_name = (str(here[name].values[i]) for name in ("measure", "measure_long_name"))
+            rows.append((measure_at(label, long_name, float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
         title = f"Dispersion by measure: {block}{where} ({shown}≈: not distinguished from the best)"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))

@@ -33,7 +33,7 @@ from ..text.spread import (
     model_range,
     of_what,
 )
-from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_text, measure_name, roof_of
+from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_name, level_text, roof_of
 from .assessment import drawn_heading, span
 from .unseen import at_most, most_rate
 from .values import ValueTable, known, with_units
@@ -157,8 +157,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     budget = float(results.attrs.get("budget", math.nan))
     money = currency_of(results)
     scale, unit = display_unit(results["level"])
-    name, several = str(results.attrs["im"]), results.sizes["level"] > 1
-    label = measure_name(name)
+    label, several = level_name(results), results.sizes["level"] > 1
     headings = ["piece", *(["room"] if rooms else []), "floor", "number", *(["held by"] if kits else [])]
     # (a chance is that of each of the pieces of a line)
     headings += ["chance of falling in a year, each", f"in {YEARS:g} years"] if yearly else ["chance of falling, each"]

@@ -8,9 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
+from ...motions.intensity.naming import GROUND
 from ..plan.selections import MEASURE, PREFIX, STRIPE
 from ..text.rows import Rows
-from ..text.words import display_unit, measure_name
+from ..text.words import display_unit, measure_at, measure_name
 
 
 def selection_rows(results: xr.Dataset) -> Rows | None:
@@ -25,7 +26,7 @@ def selection_rows(results: xr.Dataset) -> Rows | None:
         results[STRIPE].copy(data=results[STRIPE].values).assign_attrs(units=_unit_of(results, given))
     )
     headings = (
-        f"{given}{f', {unit}' if unit else ''}",
+        f"{measure_at(given, GROUND)}{f', {unit}' if unit else ''}",
         "ε",
         "median most off",
         "scatter most off",

@@ -22,7 +22,7 @@ from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, NAMES, OPEN, Claim, evidence_of
 from ..text.reached import within_levels
 from ..text.rows import Rows
-from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, level_text, measure_name, quantity_name
+from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, level_name, level_text, quantity_name
 
 LAW_NAMES = {**NAMES, "housner": "Housner’s impacts", "viscous": "viscous damping"}
 """Laws in words, by their short names."""
@@ -106,7 +106,7 @@ def level_rows(results: xr.Dataset) -> Rows:
             cells = [f"{cell} {ABOVE}" if beyond else cell for cell, beyond in zip(cells, above, strict=True)]
             cells = ["none" if math.isnan(e) else f"{e:.3f}", *cells]
         rows.append((block_title(str(block)), *cells))
-    name = f"{measure_name(str(axis.attrs.get('im', 'level')))}{f', {unit},' if unit else ''}"
+    name = f"{level_name(results)}{f', {unit},' if unit else ''}"
     said = [law_name(results, at), *_legend(results, marks)]
     if any(ABOVE in cell for row in rows for cell in row):
         said.append(f"{ABOVE}: above e_R, so less energy is lost than in an impact at the edge")

@@ -35,7 +35,7 @@ from ..text.spread import (
     range_text,
     years_range,
 )
-from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name, reference_law
+from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name, reference_law
 from .pieces import code_text, model_ranges, over_branches
 from .pieces import in_years as chances_in
 from .sensitivity import median_rows
@@ -84,8 +84,7 @@ def _blocks(results: xr.Dataset) -> Rows:
         rows.append((f"{here['block'].values[i]}{where}", *cells))
     law = f"{here['model'].values[at]}{', the reference law' if known else ''}"
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
-    name = measure_name(str(axis.attrs.get("im", "level")))
-    heading = f"median {name}{f', {unit}' if unit else ''}"
+    heading = f"median {level_name(here)}{f', {unit}' if unit else ''}"
     headings = ["", heading, "β", *(["other laws"] if here.sizes["model"] > 1 else [])]
     headings += ["once in, years"] if yearly else []
     headings += [MODEL_RANGE] if ranged else []

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...fragility.runs.provenance import floor_of_each_motion
 from ...models import catalogue
+from ...motions.intensity.naming import FLOOR, place_in
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...wording import interval_text, value_text
 
@@ -116,6 +118,38 @@ def quantity_name(axis: xr.DataArray, default: str = "level") -> str:
     return f"{name} ({rest})" if rest else name
 
 
+def level_name(results: xr.Dataset) -> str:
+    """Return the measure of the levels of some results, with the place where it is measured.
+
+    Examples
+    --------
+    >>> of_levels = {"im": "pgv", "long_name": "peak ground velocity"}
+    >>> level_name(xr.Dataset(coords={"level": ("level", [0.1], of_levels)}))
+    'PGV of the ground'
+    """
+    axis = next(results[name] for name in ("level", "intensity", "median") if name in results.variables)
+    label = str(axis.attrs.get("im") or results.attrs.get("im") or "level")
+    floors = {*floor_of_each_motion(results)} if "motion" in results.sizes else set()
+    return measure_at(label, str(axis.attrs.get("long_name", "")), floor=floors.pop() if len(floors) == 1 else "")
+
+
+def measure_at(label: str, long_name: str, power: float = 1.0, floor: str = "") -> str:
+    """Return the written name of a measure with the place that its long name gives; `floor`: the only floor, if known.
+
+    Examples
+    --------
+    >>> measure_at("ground_Sa(0.5)", "spectral acceleration at 0.5 s, 5 % damping, ground motion")
+    'Sa(0.5 s) of the ground'
+    >>> measure_at("pgv", "peak floor velocity", floor="3"), measure_at("scale", "scale factor")
+    ('PGV of floor 3', 'scale factor')
+    """
+    name = measure_name(label.removeprefix("ground_"), power)
+    place = place_in(long_name)
+    if place == FLOOR and floor:
+        return f"{name} of {floor_name(floor)}"
+    return f"{name} of the {place}" if place else name
+
+
 def measure_name(label: str, power: float = 1.0) -> str:
     """The written name of a measure; for a measure that grows with the square of the amplitude, its square root.
 
@@ -130,8 +164,6 @@ def measure_name(label: str, power: float = 1.0) -> str:
     """
     if power == 2.0:
         return f"√({measure_name(label)})"
-    if label.startswith("ground_"):
-        return f"{measure_name(label.removeprefix('ground_'))}, ground"
     known = MEASURES.get(label)
     if known is not None:
         return known

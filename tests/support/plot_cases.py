@@ -236,7 +236,7 @@ def measured():
             "power": ("measure", [1.0, 1.0, 2.0, 1.0]),
             "status": (on, np.full((1, 3, 4), "ok")),
         },
-        {"block": ["shelf"], **MODELS, "measure": names},
+        {"block": ["shelf"], **MODELS, "measure": names, "measure_long_name": ("measure", ["ground motion"] * 4)},
         {"title": TITLE, "confidence": 0.95, "motions": 60},
     )
 

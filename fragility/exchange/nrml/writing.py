@@ -19,6 +19,7 @@ import xarray as xr
 
 from .... import checks
 from ....aliases import Array
+from ....motions.intensity.naming import GROUND
 from ....units import STANDARD_GRAVITY
 from ...fitting.links import LOGNORMAL
 from ..datasets import curve_set
@@ -178,7 +179,7 @@ def _limit_states(found: CurveSet) -> list[str]:
 
 
 def _description(found: CurveSet, missing: dict[str, str]) -> str:
-    where = "" if found.ground else " where the block stands"
+    where = "" if found.place == GROUND else " where the block stands"
     states = " and of ".join(found.limit_states)
     text = f"{found.title}: probability of {states} given the {found.long_name}{where}, made by toppling."
     if missing:

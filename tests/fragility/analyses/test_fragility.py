@@ -211,7 +211,7 @@ class TestIntensityMeasures:
         xr.testing.assert_identical(tp.ida(BLOCKS, MODELS, array, LEVELS, im="Sa(0.5)"), by_object)
         assert by_object.level.attrs["units"] == "m s-2"
         assert by_object.level.attrs["im"] == "Sa(0.5)"
-        assert by_object.level.attrs["long_name"] == "spectral acceleration at 0.5 s, 5 % damping"
+        assert by_object.level.attrs["long_name"] == "spectral acceleration at 0.5 s, 5 % damping, ground motion"
         measured = tp.motions.measures(array, "Sa(0.5)")["Sa(0.5)"]
         np.testing.assert_array_equal(by_object["Sa(0.5)"].values, measured.values)
         assert tp.fit_fragility(by_object).attrs["im"] == "Sa(0.5)"

@@ -544,8 +544,8 @@ class TestFigures:
         ax = plt.figure().add_subplot()
         assert plots.ranking(one, ax) is ax
         texts = [tick.get_text() for tick in ax.get_yticklabels()]
-        assert texts[0] == "PGV"
-        assert "√(Arias intensity)" in texts
+        assert texts[0] == "PGV of the ground"
+        assert "√(Arias intensity) of the ground" in texts
         assert ax.get_xlim()[1] >= float(one["amplitude_dispersion_upper"].max())
         trend = plots.sufficiency(one, "d5_95")
         assert "ln significant duration" in trend.get_xlabel()

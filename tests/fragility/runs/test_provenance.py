@@ -263,6 +263,66 @@ class TestReadBack:
         np.testing.assert_array_equal(read_back.factors_of(plain)[0, :, 0], [1.0, 2.0])
 
 
+@pytest.fixture(scope="module")
+def shaken():
+    """Motions of the ground and of a floor, and of floors with the ground below."""
+    building = motions.Building.flexural_shear(0.5, storeys=2)
+    return {
+        "ground": (SHAKES, None),
+        "floor": (building.floor_motions(SHAKES, floors=[2]), None),
+        "ground below": (building.floor_motions(SHAKES, floors=[1, 2]), SHAKES),
+    }
+
+
+@pytest.mark.filterwarnings("ignore:.*sways")
+class TestPlaces:
+    """Whatever is in a measure says whether it is of the ground or of a floor."""
+
+    @pytest.mark.parametrize("where", ["ground", "floor", "ground below"])
+    @pytest.mark.parametrize(
+        ("im", "words"),
+        [("pgv", "peak {} velocity"), ("Sa(0.5)", "spectral acceleration at 0.5 s, 5 % damping, {} motion")],
+    )
+    def test_of_curves(self, shaken, where, im, words):
+        shakes, ground = shaken[where]
+        levels = np.geomspace(0.05, 4.0, 6) if im == "pgv" else LEVELS
+        found = tp.ida(BLOCKS[:1], LAWS[:1], shakes, levels, im, ground=ground)
+        place = where.partition(" ")[0]
+        measure = words.format(place)
+        assert found["level"].attrs["long_name"] == measure
+        assert found["pga"].attrs["long_name"] == f"peak {'ground' if where == 'ground' else 'floor'} acceleration"
+        fit = tp.fit_fragility(found, replicates=20, fractiles=[0.1])
+        for name in ("median", "median_se", "median_lower", "fractile", "fractile_upper"):
+            assert fit[name].attrs["long_name"].endswith(f": {measure}"), name
+        capacities = fragility.overturning_capacity(found)
+        for name in ("lower", "upper", "capacity"):
+            assert capacities[name].attrs["long_name"].endswith(f": {measure}"), name
+        hazard = HazardCurve([0.01, 0.1, 1.0, 10.0], [1.0, 0.1, 0.01, 1e-3], im, at=place)
+        assert fragility.annual_rate(fit, hazard)["bin"].attrs["long_name"] == f"geometric middle of a bin of {measure}"
+
+    def test_of_motions_and_of_other_measures(self, shaken):
+        for where, place in (("ground", "ground"), ("floor", "floor"), ("ground below", "floor")):
+            shakes, ground = shaken[where]
+            named = motions.measures(shakes, ["pgd", "cav"])
+            assert named["pgd"].attrs["long_name"] == f"peak {place} displacement"
+            assert named["cav"].attrs["long_name"] == f"cumulative absolute velocity, {place} motion"
+            found = tp.ida(BLOCKS[0], LAWS[0], shakes, np.geomspace(0.05, 4.0, 6), "pgv", ground=ground)
+            ranked = fragility.rank_measures(found, replicates=5)
+            names = dict(zip(ranked["measure"].values, ranked["measure_long_name"].values, strict=True))
+            assert names["arias"] == f"Arias intensity, {place} motion"
+            assert names["ground_pgv" if ground is not None else "pgv"].startswith(f"peak {where.split()[0]} velocity")
+
+    def test_of_exported_curves(self, curves, tmp_path):
+        """Of the ground where their motions are; else of the floor where the block stands."""
+        unknown = curves.assign(median=curves["median"].assign_attrs(long_name="median"))
+        for given, text in (
+            (curves, "given the peak ground acceleration, made"),
+            (unknown, "given the peak floor acceleration where the block stands, made"),
+        ):
+            written = fragility.write_nrml(given.isel(model=0), tmp_path / "curves.xml")
+            assert text in written.paths[0].read_text(encoding="utf-8")
+
+
 class TestAmplitude:
     """Which motions have an amplitude of their own is said by what made them, not by what they are called."""
 

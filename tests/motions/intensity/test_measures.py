@@ -75,7 +75,8 @@ class TestEveryMeasure:
         motions = mo.CloughPenzien(duration=5.0).sample(2)
         found = mo.measures(motions, ["pgv", mo.Sa(1.0), "Sa(0.5, 0.02)"])
         assert list(found) == ["pgv", "Sa(1.0)", "Sa(0.5, 0.02)"]
-        assert found["Sa(1.0)"].attrs == {"units": "m s-2", "long_name": "spectral acceleration at 1 s, 5 % damping"}
+        name = "spectral acceleration at 1 s, 5 % damping, ground motion"
+        assert found["Sa(1.0)"].attrs == {"units": "m s-2", "long_name": name}
         assert float(found["Sa(1.0)"][1]) == mo.Sa(1.0).of(motions.values[1], 0.005)
         assert set(mo.measures(motions)) == set(mo.MEASURES)
 

@@ -574,7 +574,8 @@ class TestTablesAndFigures:
 
     def test_level_rows(self, found):
         title, headings, rows = level_rows(found, LEVELS[3], model=tp.DiscreteDamping().label)
-        assert title == f"At PGA = {LEVELS[3] / 9.80665:.3g} g, EUR (95 % intervals) (–: nothing there can fall)"
+        at = f"At PGA of the ground = {LEVELS[3] / 9.80665:.3g} g"
+        assert title == f"{at}, EUR (95 % intervals) (–: nothing there can fall)"
         assert headings[3] == "10 % / 50 % / 90 %"
         assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–")
         with pytest.raises(ValueError, match="level must be one of"):

@@ -206,7 +206,7 @@ class TestRecommendations:
             "never": UNRESOLVED,
         }
         rows = piece_rows(given)
-        assert rows.title.startswith("Each piece at PGA = 0.204 g (")
+        assert rows.title.startswith("Each piece at PGA of the ground = 0.204 g (")
         assert "chance of falling, each" in rows.headings
         heading, *_ = piece_table(given)
         assert "probability_at_level (1)" in heading
@@ -405,7 +405,7 @@ class TestTables:
         assert rows["rack"]["in 50 years"] == "9.5\u00a0% (7.2–12)"
         assert rows["rack"]["payback, years (at 4 % a year)"] == "3.6"
         assert rows["never"]["in 50 years"] == "at most 11\u00a0%"  # 3.84/43.84 of 0.0254 a year, all beyond
-        assert rows["never"]["PGA at which 10 / 50 % fall, g"] == "above 0.82"
+        assert rows["never"]["PGA of the ground at which 10 / 50 % fall, g"] == "above 0.82"
         assert rows["held"]["in 50 years"] == "–"
         assert rows["shelf"]["recommendation"] == REDUCES
 

@@ -60,7 +60,7 @@ def folder(tmp_path_factory):
         ("base", "base", "are the same results"),
         ("base", "base/../base", "are the same results"),
         ("base", "copy", "the same study: nothing differs"),
-        ("base", "velocity", "in PGA and those of B in PGV"),
+        ("base", "velocity", "in PGA of the ground and those of B in PGV of the ground"),
         ("base", "uplift", "A is of overturning and B of uplift"),
         ("base", "other_law", "no damping law in common"),
         ("base", "blocks", "no block in common"),

@@ -297,7 +297,7 @@ class TestPerformance:
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')
         assert found.attrs["basis"] == "intensity"
-        assert "At PGA = 0.408 g, EUR" in capsys.readouterr().out
+        assert "At PGA of the ground = 0.408 g, EUR" in capsys.readouterr().out
         scenario = '[performance]\ninventory = "things.csv"\n'
         (tmp_path / "two").mkdir()
         (tmp_path / "two/things.csv").write_text(INVENTORY, encoding="utf-8")

@@ -338,7 +338,8 @@ class TestSliding:
 
 def test_measures_have_the_tables_words():
     ax = plot.measures(cases.measured(), model="housner e=e_R")
-    assert [tick.get_text() for tick in ax.get_yticklabels()][-2:] == ["√(Arias intensity)", "PGA"]
+    names = [tick.get_text() for tick in ax.get_yticklabels()]
+    assert names[-2:] == ["√(Arias intensity) of the ground", "PGA of the ground"]
 
 
 class TestUncertainty:

@@ -167,7 +167,7 @@ class TestClientPart:
         one = results.isel(block=0, model=at)
         assert rows.headings == (
             "piece",
-            "PGA at which half of the motions overturn it, g",
+            "PGA of the ground at which half of the motions overturn it, g",
             "mean return period, years",
             "chance in 50 years",
             "model range of this chance",

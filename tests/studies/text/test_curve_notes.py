@@ -514,7 +514,7 @@ class TestTables:
             "2.35\u00a0% (0–2.71)",
             " / ".join(levels),
         ]
-        assert table.columns[-1].header == "10 / 50 % at PGA, g"
+        assert table.columns[-1].header == "10 / 50 % at PGA of the ground, g"
 
     def test_open_intervals_are_words(self, tmp_path):
         """No terminal table says inf: neither of medians nor of fractiles."""
@@ -536,7 +536,7 @@ class TestTables:
         assert len(few.rows) == 3
         assert f"the best 3 of {len(every.rows)} measures" in few.title
         assert "measures," not in every.title
-        assert "√(Arias intensity)" in [row[0] for row in every.rows]
+        assert "√(Arias intensity) of the ground" in [row[0] for row in every.rows]
 
     def test_hints_are_of_the_state(self, tmp_path):
         low = IDA.replace("to = 12.0", "to = 1.1")

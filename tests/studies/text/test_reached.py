@@ -15,7 +15,7 @@ from toppling.studies.tables.client import client_rows
 from toppling.studies.tables.short import short_rows
 from toppling.studies.text.block_order import places
 from toppling.studies.text.reached import FITTED, highest_level, within_levels
-from toppling.studies.text.words import measure_name
+from toppling.studies.text.words import level_name, measure_at, measure_name
 
 STUDY = """
 title = "Two pieces"
@@ -145,7 +145,6 @@ class TestWhereItIsRead:
     [
         ("Sa(0.5)", "Sa(0.5 s)"),
         ("Sa(1.0, 0.02)", "Sa(1 s, 2 % damping)"),
-        ("ground_Sa(0.5)", "Sa(0.5 s), ground"),
         ("RotD50(Sa(0.5))", "RotD50(Sa(0.5 s))"),
         ("AvgSa(0.2:2.0:10, 0.02)", "AvgSa(0.2–2 s, 10 periods, 2 % damping)"),
         ("FIV3(1.0)", "FIV3(1 s)"),
@@ -154,3 +153,38 @@ class TestWhereItIsRead:
 )
 def test_periods_have_their_unit(label, name):
     assert measure_name(label) == name
+
+
+VELOCITY, SPECTRAL = "peak {} velocity", "spectral acceleration at 0.5 s, 5 % damping, {} motion"
+
+
+@pytest.mark.parametrize(
+    ("label", "long_name", "floors", "name"),
+    [
+        ("pgv", VELOCITY.format("ground"), ["", ""], "PGV of the ground"),
+        ("pgv", VELOCITY.format("ground"), ["3", "3"], "PGV of the ground"),
+        ("pgv", VELOCITY.format("floor"), ["3", "3"], "PGV of floor 3"),
+        ("pgv", VELOCITY.format("floor"), ["2", "3"], "PGV of the floor"),
+        ("Sa(0.5)", SPECTRAL.format("ground"), None, "Sa(0.5 s) of the ground"),
+        ("Sa(0.5)", SPECTRAL.format("floor"), None, "Sa(0.5 s) of the floor"),
+        ("Sa(0.5)", "spectral acceleration at 0.5 s, 5 % damping", None, "Sa(0.5 s)"),
+        ("scale", "scale factor", ["3", "3"], "scale factor"),
+        ("", "", None, "level"),
+    ],
+)
+def test_levels_are_of_the_ground_or_of_a_floor(label, long_name, floors, name):
+    """`floors` are those of the motions; what an earlier version wrote may say no place."""
+    found = xr.Dataset(coords={"level": ("level", [1.0], {"im": label, "long_name": long_name})})
+    if floors is not None:
+        found = found.assign_coords(motion_floor=("motion", floors))
+    assert level_name(found) == name
+    without = xr.Dataset({"median": ((), 1.0, {"long_name": f"median of the fragility curve: {long_name}"})})
+    assert level_name(without.assign_attrs(im=label)) == measure_at(label or "level", long_name)
+
+
+def test_tables_and_figures_say_of_what(results):
+    """In each table and figure of a study that names the measure of the levels."""
+    assert short_rows(results).headings[1] == "median PGA of the ground, g"
+    assert client_rows(results).headings[1] == "PGA of the ground at which half of the motions overturn it, g"
+    curves = results[["median", "dispersion", "status", "converged"]].drop_vars("level", errors="ignore")
+    assert tp.plot.fragility(curves.assign_attrs(im="pga"), block="shelf").get_xlabel() == "PGA of the ground (g)"
