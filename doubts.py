@@ -52,7 +52,7 @@ class Doubt(NamedTuple):
 
 
 class ImplausibleInput(UserWarning):
-    """Warning of an input outside of what exists; the input is used as it is."""
+    """Warning of an input outside of what exists, or too poor for valid results; it is used as it is."""
 
 
 def first_names(names: Sequence[str]) -> str:
@@ -72,12 +72,27 @@ def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput)
     if keeper is not None:
         keeper.extend(found)
         return
-    package = __name__.rpartition(".")[0]
-    level, frame = 1, sys._getframe()
-    while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == package:
-        level, frame = level + 1, frame.f_back
+    level = len(_callers()) + 1
     for one in found:
         warnings.warn(one.sentence, category, stacklevel=level)
+
+
+def warn_of_results(found: Iterable[str]) -> None:
+    """Warn of results that are not valid where the package was called; studies say so among their checks."""
+    callers = _callers()
+    if not any(name.split(".")[1:2] == ["studies"] for name in callers):
+        for sentence in found:
+            warnings.warn(f"results are not valid: {sentence}", ImplausibleInput, stacklevel=len(callers) + 1)
+
+
+def _callers() -> list[str]:
+    """Return the names of the package's modules on the stack, the caller of this function first."""
+    package = __name__.rpartition(".")[0]
+    found, frame = [], sys._getframe(1)
+    while frame.f_back is not None and (name := str(frame.f_globals.get("__name__"))).partition(".")[0] == package:
+        found.append(name)
+        frame = frame.f_back
+    return found
 
 
 @contextmanager

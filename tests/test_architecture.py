@@ -33,8 +33,8 @@ ALLOWED = {
 # From the ground up, a paragraph for each floor: a room uses only rooms of lower floors.
 # A new arrow that lifts a room is a decision, made here.
 FLOORS = """
-benchmarks/kernels benchmarks/multiprecision fragility/kernels models/engine models/scenes
-models/slip motions/arrays motions/kernels studies/codes studies/money
+benchmarks/kernels benchmarks/multiprecision fragility/kernels models/engine models/scenes models/slip motions/arrays
+motions/kernels studies/codes studies/money
 
 fragility/numerics models/block models/oscillator motions/corrections motions/polarity motions/readers motions/supports
 
@@ -51,14 +51,15 @@ benchmarks/exact_motion benchmarks/rivals models/runs motions/generators
 
 benchmarks/measure benchmarks/truth fragility/runs models/dissipation models/history
 
-benchmarks/precision benchmarks/scenes benchmarks/speed fragility/fitting fragility/hazard fragility/validity
+benchmarks/precision benchmarks/scenes benchmarks/speed fragility/hazard fragility/validity
 
-benchmarks/figures benchmarks/flags benchmarks/mixing benchmarks/sliding fragility/adaptive fragility/curves
-fragility/efficiency
+benchmarks/figures benchmarks/mixing benchmarks/sliding fragility/fitting
 
-benchmarks/tables fragility/exchange fragility/risk
+benchmarks/flags benchmarks/tables fragility/adaptive fragility/curves fragility/efficiency
 
-benchmarks/selection benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun fragility/surfaces
+benchmarks/whole fragility/exchange fragility/risk
+
+benchmarks/selection fragility/exchange/nrml fragility/exchange/pelicun fragility/surfaces
 
 fragility/analyses studies/text
 

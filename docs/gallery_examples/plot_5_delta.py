@@ -23,7 +23,8 @@ families = {
 
 figure, ax = plt.subplots(figsize=(5.2, 4.6), layout="constrained")
 for name, laws in families.items():
-    runs = tp.ida(block, laws, shaking, [LEVEL], "pgv", outputs=("overturned",))
+    # (not screened: the screen finds that the elastic mode resonates, which is what is drawn)
+    runs = tp.ida(block, laws, shaking, [LEVEL], "pgv", outputs=("overturned",), screen=False)
     share = tp.overturning_probability(runs).isel(block=0, level=0)
     p = share["probability"].values
     ax.errorbar(deltas, p, [p - share["lower"], share["upper"] - p], marker="o", capsize=2, label=name)

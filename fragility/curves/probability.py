@@ -6,11 +6,13 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
+from ...doubts import warn_of_results
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..numerics.proportions import METHOD_NAMES, binomial_interval
 from ..runs.provenance import carried_attributes, motions_by_floor, number_of_motions
+from ..validity.limits import of_runs
 
 
 def overturning_probability(
@@ -43,6 +45,11 @@ def overturning_probability(
         Runs without what the state needs, or of a cloud analysis, whose motions have no levels; a confidence outside
         (0, 1); an unknown interval.
 
+    Warns
+    -----
+    ImplausibleInput
+        Results that a study calls not valid, such as those of fewer than 7 motions.
+
     Notes
     -----
     At one level every motion counts once, so the runs are independent and the interval is binomial.  Of motions that
@@ -58,6 +65,7 @@ def overturning_probability(
     lower, upper = binomial_interval(overturnings.values / ways, trials.values / ways, within, interval)
     kind = f"{given_percent(within)} {METHOD_NAMES[interval]} interval"
     name = state_name(state)
+    warn_of_results(of_runs(runs, int(trials.min()) // ways if trials.size else 0))
     variables = {
         "probability": (overturnings / trials, f"probability of {name}"),
         "lower": (overturnings.copy(data=lower), f"lower end of the {kind}"),

@@ -12,10 +12,12 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array, Index
+from ...doubts import warn_of_results
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes, motions_by_floor
 from ..runs.runners import shared
+from ..validity.limits import of_curves, of_runs
 from .bootstrap import draw_motions
 from .first_overturning import SHIFT, level_shift, spacing_attributes
 from .form import Columns, CustomForm, Fit, Form
@@ -168,6 +170,11 @@ def fit_fragility(
         A dataset of no such kind, counts that are negative or above the runs, levels that are not positive, options
         that are not offered, a combination that does not exist.
 
+    Warns
+    -----
+    ImplausibleInput
+        Results that a study calls not valid, such as those of fewer than 7 motions.
+
     Notes
     -----
     *Choice of interval.*  Where runs are independent (stripes, clouds, first overturnings, and counts, of which nothing
@@ -259,6 +266,7 @@ def fit_fragility(
             "im": trials.level["im"],
         }
     )
+    warn_of_results([*of_runs(data, min((one.size for one in trials.strata), default=0)), *of_curves(curves)])
     return _with_shift(curves, data, trials, state) if method == FIRST else curves
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import warn_of_results
 from ...motions.intensity.naming import long_name_at
 from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ...wording import given_percent
@@ -19,6 +20,7 @@ from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
 from ..hazard.rates import probability_in
 from ..runs.provenance import configuration_of
+from ..validity.limits import of_rates
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .deaggregation import bin_edges, deaggregate, share_above
@@ -80,6 +82,11 @@ def annual_rate(
         No dataset of curves or no hazard curve; measures or units that differ; floors that the hazard is not of
         (below); rules, bins or confidence that do not exist; a tabulated curve too short for its rate with
         ``outside="refuse"``; a hazard curve that ends level and is to be extended.
+
+    Warns
+    -----
+    ImplausibleInput
+        Results that a study calls not valid, such as rates mostly from beyond the hazard curve.
 
     Notes
     -----
@@ -154,7 +161,7 @@ def annual_rate(
         "confidence": level,
         "curves": configuration_of(curves),
     }
-    return xr.Dataset(
+    rates = xr.Dataset(
         {
             name: (on, np.reshape(values, [shapes[dim] for dim in on]), {"units": unit, "long_name": long_name})
             for name, (on, values, unit, long_name) in variables.items()
@@ -172,6 +179,8 @@ def annual_rate(
             "confidence": level,
         },
     )
+    warn_of_results(of_rates(rates))
+    return rates
 
 
 def rates_alone(

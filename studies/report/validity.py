@@ -18,14 +18,9 @@ from ...fragility.adaptive.stopping import REACHED
 from ...fragility.fitting.states import DIRECTIONS, OK, OVERTURNED, SEPARATED, state_name, state_named
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from ...fragility.runs.provenance import BED, number_of_motions
+from ...fragility.validity.limits import HOPELESS, NO_BETTER_THAN, interval_ratios, mostly, sliding_shares
 from ...fragility.validity.notes import greatest_need, not_modelled
-from ...fragility.validity.reasons import (
-    ELASTIC_MODE,
-    SCALED_FAR,
-    SLIDES_AT_IMPACT,
-    SLIDES_AT_UPLIFT,
-    SLIDES_WHILE_ROCKING,
-)
+from ...fragility.validity.reasons import ELASTIC_MODE, SCALED_FAR
 from ...fragility.validity.slab_screen import HALF_WIDTH, SQUAT_RATIO
 from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
@@ -44,16 +39,14 @@ from ..text.words import reference_law
 
 GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checked"
 """Words of a check: the first three from best to worst, the last where nothing was checked."""
-MARKED, MOST = 0.01, 0.5
-"""Share of runs from which a reason needs care, and share above which, for every block and law, it is not valid."""
+MARKED = 0.01
+"""Share of runs from which a reason needs care."""
 LARGE_DELTA = 0.1
 """Largest half width of the zone over alpha that Liu, Huang and Qu (2024) use."""
-WIDE, HOPELESS = 1.5, 4.0
-"""Ratios of the ends of a median's interval: above the first it needs care, above the second it is not valid."""
+WIDE = 1.5
+"""Ratio of the ends of a median's interval above which it needs care."""
 UNBOUNDED = 100.0
 """Ratio of the ends of a median's interval above which its number says no more."""
-NO_BETTER_THAN = 0.3
-"""Half width of the interval of a probability of 1/2 above which the number of motions is not valid."""
 UNSTABLE = 0.05
 """Share of outcomes that a change of a millionth reverses, from which outcomes need care."""
 MOST_NAMES = 4
@@ -264,8 +257,7 @@ def _sliding(results: xr.Dataset) -> Check:
         cure = KNOWN_FRICTION
         if INSTEAD in results:
             cure = FRICTION_IN_TABLE if {GATED, GATED_RATE} & {*results.variables} else SLIPS_IN_TABLE
-    reasons = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
-    shares = results["outside"].sel(reason=[one.name for one in reasons]).max("reason")
+    shares = sliding_shares(results)
     share, where = _worst(shares)
     if share < MARKED and given:
         return Check(question, GOOD, "With the friction given, every block would slide in fewer than 1 % of its runs.")
@@ -286,7 +278,7 @@ def _sliding(results: xr.Dataset) -> Check:
         else f"{many} would slide instead of rocking unless its coefficient of friction were above 1"
     )
     reason = f"{clause[:1].upper()}{clause[1:]} ({where})."
-    return Check(question, INVALID if float(shares.min()) > MOST else CARE, reason, cure, clause)
+    return Check(question, INVALID if mostly(shares) else CARE, reason, cure, clause)
 
 
 def _rolling(results: xr.Dataset) -> Iterator[Check]:
@@ -332,7 +324,7 @@ def _pedestals(results: xr.Dataset) -> Iterator[Check]:
         return
     yield Check(
         question,
-        INVALID if float(shares[_on_others(results)].min()) > MOST else CARE,
+        INVALID if mostly(shares[_on_others(results)]) else CARE,
         f"{told} what it stands on slides or rocks itself; a moving pedestal is not modelled.",
         "Anchor the pedestal, or widen or weight its base.",
         f"what “{name}” stands on moves in {two_digit_percent(share)} of its falls",
@@ -394,7 +386,7 @@ def _zone(results: xr.Dataset) -> Check:
         f"block stands still.{rest}"
     )
     clause = f"the law’s elastic mode resonates in up to {most} of the runs"
-    return Check(question, INVALID if (share.values > MOST).all() else CARE, reason, cure, clause)
+    return Check(question, INVALID if mostly(share) else CARE, reason, cure, clause)
 
 
 def laws_of_answer(results: xr.Dataset) -> list[int]:
@@ -547,9 +539,7 @@ def _intervals(results: xr.Dataset) -> Check:
     cure = "Take more motions, or decide with the whole interval."
     if "median_lower" not in results:
         return Check(question, UNKNOWN, "The medians have no intervals.", AGAIN, "the medians have no intervals")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = results["median_upper"] / results["median_lower"]
-    known = ratio.where(np.isfinite(results["median"]))
+    known = interval_ratios(results)
     if bool((results["median"] == np.inf).all()):
         reason = "No curve reaches a probability of 50 % at the levels that were run, so no median is reached."
         cure = "Judge by the intervals of the probabilities and rates in the tables."
@@ -665,7 +655,7 @@ def _left_out(results: xr.Dataset, known: NDArray[np.bool_]) -> Check:
     clause = f"up to {two_digit_percent(share)} of an annual rate is left out beyond the hazard curve’s ends"
     return Check(
         HAZARD,
-        GOOD if share <= NOTABLE else INVALID if float(left.min()) > MOST else CARE,
+        GOOD if share <= NOTABLE else INVALID if mostly(left) else CARE,
         f"{clause[:1].upper()}{clause[1:]} ({where}), by hazard.below and hazard.above.",
         "Give the hazard curve at lower and higher levels, or leave out hazard.below and hazard.above.",
         clause,
@@ -677,7 +667,7 @@ def _run_levels(results: xr.Dataset) -> Check:
 
     Below the lowest shaking that was run it is the share of the rate from there, above the highest one the change that
     a curve which rises on from there can make of the rate.  Up to `NOTABLE` that is little beside the interval that a
-    few dozen motions leave to a rate; above `MOST` the rate is mostly the form of the curve, of which no interval over
+    few dozen motions leave to a rate; above a half the rate is mostly the form of the curve, of which no interval over
     motions knows.
     """
     shares = extrapolated_shares(results)
@@ -700,7 +690,7 @@ def _run_levels(results: xr.Dataset) -> Check:
     advice = other_levels(json.loads(str(results.attrs["study"])), side == "above")
     return Check(
         RUN_LEVELS,
-        INVALID if float(rests.min()) > MOST else CARE,
+        INVALID if mostly(rests) else CARE,
         f"{clause[:1].upper()}{clause[1:]} ({where}), where the fitted curve is extrapolated: the interval does not "
         f"hold what another form of curve would give.{within}",
         f"{advice[:1].upper()}{advice[1:]}, or take the rate as less certain than its interval says.",
@@ -744,7 +734,7 @@ def _beyond_hazard(shares: dict[str, xr.DataArray], of: str = "rate") -> Check:
     if share <= NOTABLE:
         return Check(HAZARD, GOOD, f"At most {two_digit_percent(share)} of any annual {of} comes from {end}.")
     clause = f"up to {two_digit_percent(share)} of an annual {of} comes from {end}"
-    word = INVALID if float(shares[side].min()) > MOST else CARE
+    word = INVALID if mostly(shares[side]) else CARE
     return Check(HAZARD, word, f"{clause[:1].upper()}{clause[1:]} ({where}).", CURES[side], clause)
 
 

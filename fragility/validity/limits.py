@@ -1,0 +1,89 @@
+"""Limits beyond which results are not valid: of the checks of studies, and of the warnings of functions in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...wording import counted
+from ..numerics.proportions import runs_for_half_width, wilson_half_width
+from ..runs.provenance import BED
+from .reasons import ELASTIC_MODE, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SQUAT
+
+MOST = 0.5
+"""Share of runs, or of a rate, above which, for every block and law, results are not valid."""
+HOPELESS = 4.0
+"""Ratio of the ends of every median's interval above which medians are not valid."""
+NO_BETTER_THAN = 0.3
+"""Half width of the interval of a probability of 1/2 above which the number of motions is not valid."""
+
+
+def mostly(shares: xr.DataArray | Array) -> bool:
+    """Return True if every share is above `MOST`."""
+    return float(shares.min()) > MOST
+
+
+def sliding_shares(data: xr.Dataset) -> xr.DataArray:
+    """Return the shares of the runs (block, model) in which a block slides at any time."""
+    reasons = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
+    return data["outside"].sel(reason=[one.name for one in reasons]).max("reason")
+
+
+def interval_ratios(curves: xr.Dataset) -> xr.DataArray:
+    """Return the ratios of the ends of the medians' intervals, NaN of curves without a median."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = curves["median_upper"] / curves["median_lower"]
+    return ratio.where(np.isfinite(curves["median"]))
+
+
+def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
+    """Yield the sentences on runs that are not valid; motions: their number at the level that has the fewest."""
+    if motions and wilson_half_width(motions) > NO_BETTER_THAN:
+        yield (
+            f"{counted(motions, 'motion')} leave a probability of 1/2 known to ±{wilson_half_width(motions):.2f}: "
+            f"take {runs_for_half_width(NO_BETTER_THAN)} or more"
+        )
+    if "outside" not in data or 0 in data["outside"].shape:
+        return
+    if mostly(data["outside"].sel(reason=SQUAT.name)):
+        yield "every block is so squat that it bounces rather than rocks"
+    if mostly(sliding_shares(data)):
+        yield "every block would slide in more than half of its runs unless its friction is above 1"
+    soft = BED in data.coords or ("rest" in data.coords and bool((data["rest"] == "soft").any()))
+    resonant = data["outside"].sel(reason=ELASTIC_MODE.name)
+    if not soft and mostly(resonant.mean([dim for dim in resonant.dims if dim != "model"])):
+        yield "the elastic mode of every law resonates in more than half of the runs: take a smaller delta"
+
+
+def of_curves(curves: xr.Dataset) -> Iterator[str]:
+    """Yield the sentence on fitted curves none of which can be relied on."""
+    if not curves["converged"].size:
+        return
+    if not curves["converged"].any():
+        reasons = ", ".join(dict.fromkeys(curves["status"].values.ravel().astype(str)))
+        yield f"no curve can be fitted ({reasons}): take other levels or more motions"
+    elif "median_lower" in curves and not bool((curves["median"] == np.inf).all()):
+        ratios = interval_ratios(curves)
+        if not bool(ratios.notnull().any()):
+            yield "no median has an interval: take more motions"
+        elif float(ratios.min()) > HOPELESS:
+            yield f"the interval of every median spans more than a factor of {HOPELESS:g}: take more motions"
+
+
+def of_rates(rates: xr.Dataset) -> Iterator[str]:
+    """Yield the sentences on annual rates that come from beyond the hazard curve."""
+    if not rates["rate"].size:
+        return
+    known = np.isfinite(rates["rate"])
+    if not bool(known.any()):
+        yield "no curve has an annual rate: give curves with a median"
+        return
+    for side, end, more in (("below", "first", "lower"), ("above", "last", "higher")):
+        if mostly(rates[f"share_{side}"].where(known)):
+            yield (
+                f"more than half of every rate comes from shaking {side} the hazard curve's {end} level: "
+                f"give the curve at {more} levels"
+            )

@@ -1,0 +1,133 @@
+"""Results that a study calls not valid: Python warns of them where the package is called, once a call."""
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.doubts import ImplausibleInput
+from toppling.studies.report.validity import INVALID, checks_of
+
+LEVELS = np.geomspace(1.0, 20.0, 6)
+SLENDER, LAW = tp.Block(0.4, 1.8, name="shelf"), tp.HousnerImpact()
+STUDY = """
+title = "Few"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 5
+seed = 2
+duration_s = 6
+dt_s = 0.02
+[ida]
+im = "pga"
+levels = { from = 1.0, to = 20.0, number = 6, unit = "m/s2" }
+[fit]
+replicates = 100
+[hazard]
+k0 = 1e-4
+k = 2.5
+unit = "m/s2"
+"""
+
+
+def shakes(number):
+    return tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(number, seed=2)
+
+
+def told(call):
+    """Return what is said of results that are not valid; every sentence names this file as the place of the call."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()
+    found = [one for one in caught if str(one.message).startswith("results are not valid: ")]
+    assert {Path(one.filename).name for one in found} <= {Path(__file__).name}
+    assert {one.category for one in found} <= {ImplausibleInput}
+    return [str(one.message).removeprefix("results are not valid: ") for one in found]
+
+
+@pytest.mark.parametrize(("number", "half"), [(1, "0.45"), (6, "0.31"), (7, ""), (20, "")])
+def test_few_motions(number, half):
+    """0.98 / sqrt(n + 3.84): 0.445 of one motion, 0.312 of six and 0.298, which will do, of seven."""
+    said = [re.compile(rf"{number} motions? leaves? .* to ±{half}: take 7 or more")] if half else []
+    runs = tp.ida(SLENDER, LAW, shakes(number), LEVELS)
+    for call in (tp.overturning_probability, lambda one: tp.fit_fragility(one, replicates=20)):
+        found = [one for one in told(lambda call=call: call(runs)) if "probability of 1/2" in one]
+        assert len(found) == len(said)
+        assert all(pattern.fullmatch(one) for pattern, one in zip(said, found, strict=True))
+
+
+def test_few_motions_of_a_stripe():
+    """The stripe with the fewest counts; polarities of one motion are one."""
+    runs = tp.stripes(SLENDER, LAW, [shakes(20), shakes(4), shakes(20)], [2.0, 4.0, 8.0])
+    assert any(one.startswith("4 motions leave") for one in told(lambda: tp.overturning_probability(runs)))
+    both = tp.ida(SLENDER, LAW, shakes(5), LEVELS, polarity="both")
+    for call in (tp.overturning_probability, lambda one: tp.fit_fragility(one, replicates=20)):
+        assert any(one.startswith("5 motions leave") for one in told(lambda call=call: call(both)))
+
+
+def test_runs_outside_of_the_model():
+    """By the screen, where every block and law has more than half of its runs outside."""
+    runs = tp.ida([SLENDER, tp.Block(0.5, 1.8, name="case")], LAW, shakes(20), LEVELS)
+    assert told(lambda: tp.overturning_probability(runs)) == []
+    for reason, words in (
+        ("slides_at_impact", "would slide in more than half"),
+        ("elastic_mode", "elastic mode"),
+        ("squat", "bounces"),
+    ):
+        one = runs.copy(deep=True)
+        one["outside"].loc[{"reason": reason}] = 0.51
+        (sentence,) = told(lambda one=one: tp.overturning_probability(one))
+        assert words in sentence
+        one["outside"].loc[{"reason": reason, "block": "case"}] = 0.3
+        both = told(lambda one=one: tp.overturning_probability(one))
+        assert both == [], "one block is within the model"
+
+
+def test_curves_without_a_fit_or_far_too_wide():
+    weak = tp.ida(SLENDER, LAW, shakes(20), [0.01, 0.02, 0.04])
+    assert told(lambda: tp.fit_fragility(weak)) == [
+        "no curve can be fitted (no overturning): take other levels or more motions"
+    ]
+    some = tp.ida(SLENDER, LAW, shakes(20), LEVELS)
+    assert told(lambda: tp.fit_fragility(some, replicates=50)) == []
+    counts = xr.Dataset(
+        {"overturnings": ("level", [1, 1, 2]), "runs": ("level", [4, 4, 4])}, {"level": [1.0, 10.0, 100.0]}
+    )
+    (said,) = told(lambda: tp.fit_fragility(counts))
+    assert said in (
+        "the interval of every median spans more than a factor of 4: take more motions",
+        "no median has an interval: take more motions",
+    )
+
+
+@pytest.mark.parametrize(
+    ("levels", "said"),
+    [
+        ([1e-3, 1e3], []),
+        ([1e-3, 0.01], ["above the hazard curve's last level: give the curve at higher levels"]),
+        ([100.0, 1e3], ["below the hazard curve's first level: give the curve at lower levels"]),
+    ],
+)
+def test_rates_from_beyond_the_hazard_curve(levels, said):
+    """Rates of a power law of exponent 2.5 come from about the median exp(-2.5 beta²) = 0.67."""
+    curves = xr.Dataset({"median": ((), 1.0, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    hazard = tp.HazardCurve(levels, [1e-2 * level**-2.5 for level in levels], "pga")
+    found = told(lambda: tp.annual_rate(curves, hazard))
+    assert [one.partition("shaking ")[2] for one in found] == said
+
+
+def test_studies_say_it_themselves(tmp_path):
+    (tmp_path / "few.toml").write_text(STUDY, encoding="utf-8")
+    found = []
+    assert told(lambda: found.append(tp.Study.from_toml(tmp_path / "few.toml").run(tmp_path / "out"))) == []
+    words = {one.question: one.word for one in checks_of(found[0])}
+    assert words["Are there enough motions?"] == INVALID
