@@ -60,7 +60,10 @@ class TestCorrelations:
             assert co.duration_spectral(period) == pytest.approx(value, abs=2e-10)
 
     def test_formulas_beside_a_table_of_records(self):
-        """The table of Baker and Bradley (2017), fitted to other records: apart by what such fits differ in."""
+        """The table of Baker and Bradley (2017), fitted to other records: apart by what such fits differ in.
+
+        It is that of January 2022; the corrigendum of 2025 changes it again.
+        """
         if not TABLE.is_file():
             pytest.skip("the folder of shared records is not beside this clone")
         table = pd.read_csv(TABLE, comment="#", index_col=0)
@@ -71,7 +74,25 @@ class TestCorrelations:
             assert max(off) < 0.2
             assert abs(co.velocity_spectral(first) - table.loc[f"{first:g}", "pgv"]) < 0.15
             assert abs(co.duration_spectral(first) - table.loc[f"{first:g}", "d5_95"]) < 0.15
-        assert table.loc["0.1", "pgv"] == 0.41394  # (the table as corrected in January 2022)
+        assert table.loc["0.1", "pgv"] == 0.41394
+        assert table.loc["pga", "pgv"] == 0.65361
+        every = [name for name in table.columns if name[0].isdigit()]
+        ours = [[co.spectral(float(first), float(other)) for other in every] for first in every]
+        assert np.abs(np.array(ours) - table.loc[every, every].values).max() < 0.26
+
+    def test_spectral_is_symmetric_between_0_and_1_and_continuous(self):
+        """Over all pairs of periods, and across the periods at which its pieces meet."""
+        periods = np.geomspace(0.01, 10.0, 200).tolist()
+        found = np.array([[co.spectral(first, other) for other in periods] for first in periods])
+        np.testing.assert_array_equal(found, found.T)
+        assert found.min() > 0.0
+        assert found.max() <= 1.0
+        assert np.abs(np.diff(found, axis=1)).max() < 0.02, "no jump between periods 3.5 % apart"
+        for piece in (0.109, 0.2):
+            ends = [[co.spectral(piece * (1.0 + tiny), other) for other in periods] for tiny in (-1e-12, 1e-12)]
+            np.testing.assert_allclose(*ends, rtol=0.0, atol=1e-9)
+        # PGA with PGV as corrected in 2025 (by OpenQuake's test of that table), within what such fits differ in
+        assert abs(co.PGV_PGA - 0.67070) < 0.1
 
     def test_joined_formulas_are_no_matrix_and_are_repaired(self):
         periods = np.geomspace(0.05, 5.0, 20)
