@@ -100,12 +100,12 @@ def of_what(results: xr.Dataset) -> str:
     Examples
     --------
     >>> of_what(xr.Dataset(attrs={"modelling_range": 0.3}))
-    'model range: if all capacities are off by one factor, 0.68 to 1.47'
+    'model range: if all capacities are off by one factor, 0.68 to 1.5'
     """
     if RANGE not in results.attrs:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))
-    return f"{MODEL_RANGE}: if all capacities are off by one factor, {low:.2f} to {high:.2f}"
+    return f"{MODEL_RANGE}: if all capacities are off by one factor, {two_digits(low)} to {two_digits(high)}"
 
 
 def model_range_sentences(results: xr.Dataset, *names: str) -> Iterator[str]:
@@ -114,7 +114,7 @@ def model_range_sentences(results: xr.Dataset, *names: str) -> Iterator[str]:
     if not held:
         return
     beta = float(results.attrs[RANGE])
-    low, high = (f"{factor:.2f}" for factor in capacity_factors(beta))
+    low, high = map(two_digits, capacity_factors(beta))
     if not any(has_model_range(results, name) for name in held):
         yield (
             f"No {MODEL_RANGE} is given, since no run shows what happens if all capacities are off by one factor, "

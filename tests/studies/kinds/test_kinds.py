@@ -252,9 +252,7 @@ class TestPerformance:
         out = capsys.readouterr().out
         assert "In a year, EUR" in out
         assert "What anchoring saves of the expected annual value overturned" in out
-        assert out.index("Each piece (95 % intervals, values in EUR, code requirements not checked)") < out.index(
-            "What anchoring saves"
-        )
+        assert out.index("Each piece (95 % intervals, values in EUR, model range: ") < out.index("What anchoring saves")
         assert sorted(one.name for one in (tmp_path / "out").glob("*.png")) == [
             "anchoring.png", "exceedance.png", "loss.png", "number.png",
         ]  # fmt: skip
