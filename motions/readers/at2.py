@@ -14,7 +14,7 @@ from ...units import STANDARD_GRAVITY
 from ...writing import write_bytes
 from ..arrays import from_array, records
 from .lines import STEP, Lines, RecordError
-from .units import agreed, quantities, told
+from .units import agreed, doubt_factors, quantities, told
 
 _HEADER = re.compile(
     rf"NPTS\s{{0,9}}=\s{{0,9}}(?P<npts>\d{{1,12}})\s{{0,9}},?\s{{0,9}}DT\s{{0,9}}=\s{{0,9}}{STEP}", re.IGNORECASE
@@ -79,6 +79,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
             raise RecordError(f"{file}: a {other['quantity'].lower()} record, not acceleration")
         dt = lines.step(match)
         unit = agreed(file, [unit for number, text in header for unit in told(text, number)])
+        doubt_factors(file, header)
         declared = int(match["npts"])
         if declared < 2:
             raise RecordError(f"{file}: declares {declared} samples, a motion has at least 2")

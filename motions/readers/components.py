@@ -14,6 +14,7 @@ import xarray as xr
 from ...aliases import Array
 from ..arrays import from_array
 from .lines import RecordError, plain
+from .units import PEAK_TOLERANCE
 
 
 class Component(NamedTuple):
@@ -42,8 +43,6 @@ class Component(NamedTuple):
 
 
 _PEAK = re.compile(r"[-+]?(?:\d{1,9}(?:\.(?P<decimals>\d{0,9}))?|\.(?P<fraction>\d{1,9}))")
-PEAK_TOLERANCE = 0.02
-"""Greatest relative distance of the samples' peak from the peak in the header."""
 
 
 def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, factor: float, channel: str = "") -> None:

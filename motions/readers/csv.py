@@ -16,7 +16,7 @@ from ... import checks
 from ...aliases import Array
 from .components import Component, arrays_of, single
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
-from .units import Unit, agreed, given_factor, in_name, quantities, told
+from .units import Unit, agreed, doubt_factors, given_factor, in_name, quantities, told
 
 _STEP = re.compile(
     rf"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{{0,5}} ?(?:interval|period|step|time))\s{{0,9}}"
@@ -84,6 +84,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     step = _step(lines, time, header, dt, timed)
     given = None if unit is None else given_factor(unit)
     words = header[:-1] if names and header else header
+    doubt_factors(file, words)
     found = []
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
@@ -91,7 +92,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         if any(stated.quantity in ("velocity", "displacement") for stated in own) or _other(name):
             continue
         # (what stands in brackets further up, as in "PGA (gal)", is not of a column that has its own unit)
-        above = [stated for line, text in words for stated in told(text, line, brackets=not own)]
+        peak = float(np.abs(values[:, column]).max())
+        above = [stated for line, text in words for stated in told(text, line, not own, peak)]
         agreed_on = agreed(file, [*own, *above])
         if agreed_on is None and any(_other(text) for _, text in header):
             raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ... import checks
+from ...doubts import Doubt, warn
 from ...units import STANDARD_GRAVITY
 from .lines import RecordError
 
@@ -25,24 +26,55 @@ _QUANTITY = {
     "velocity": re.compile(r"(?<![a-z-])vel(?:ocity|ocities)?(?![a-z-])", re.IGNORECASE),
     "displacement": re.compile(r"(?<![a-z-])disp(?:l|lacements?)?(?![a-z-])", re.IGNORECASE),
 }
-# "UNITS OF G", "units: cm/s2", "The units are (g)", "UNIT = gal(cm/s/s)", "acceleration units in m/s²"
-_TOLD = re.compile(
-    r"units?(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*(?P<unit>[^\s,;]+)",
+# A multiple beside a unit, which makes it another: "%g", "0.001 G", "1/100 G", "(g) *100", "G (x100)".
+_BEFORE = (
+    r"(?:(?:[%‰]|per ?cent|per ?mille|[x×*]?\s*(?!(?:19|20)\d\d\b)\d+(?:[.,/^]-?\d+)*(?:e[+-]?\d+)?\s*[%‰x×*]?)"
+    r"\s*(?:of\s+)?)"
+)
+_AFTER = r"(?:[)\]]?\s*[(\[]?\s*(?:[x×*/]\s*\d|times\s+\d|[%‰])[\d.,^e+-]*[)\]]?)"
+_MULTIPLE = re.compile(rf"^\s*{_BEFORE}|{_AFTER}\s*$", re.IGNORECASE)
+_TIMES = re.compile(
+    r"[%‰]|\bper ?cent|(?<![*s])[*×]\s*\d|\d\s*[*×](?!\*)|(?<![a-z])x ?(?:10|0?\.\d|\de)|\b10+ ?x\b|\b10 ?\^|\b1/\d",
     re.IGNORECASE,
 )
-_IN = re.compile(r"(?<!\d)(?<!\d\s)\bin\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # ("0.2 in g" is of another number)
-_BRACKETS = re.compile(r"[\[(](?P<unit>[^\])]*)[\])]")
+# "UNITS OF G", "units: cm/s2", "The units are (g)", "UNIT = gal(cm/s/s)", "acceleration units in m/s²"
+_TOLD = re.compile(
+    r"units?(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*"
+    rf"(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)",
+    re.IGNORECASE,
+)
+# ("0.2 in g" is of another number)
+_IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)", re.IGNORECASE)
+_BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
+_TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
+_PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
+_NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
+PEAK_TOLERANCE = 0.02
+"""Greatest relative distance of the samples' peak from the peak in the header."""
+# Words before or after a unit that samples had once.
+_ONCE = re.compile(r"\b(?:original(?:ly)?|before|raw units?|converted from)\b[^,;]*$", re.IGNORECASE)
+_THEN = re.compile(r"[\s.)\]]*[(\[]?\s*(?:original|before|prior)", re.IGNORECASE)
+_FACTOR = re.compile(
+    r"(?<!full.)\b(?:(?:scal(?:e|ing)|amplification|calibration|conversion|gain)(?:[ _-]?factor)?|factor|"
+    r"multipl(?:y|ier))\s*(?:by|of|is|[:=])?\s*(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|[a-z]))",
+    re.IGNORECASE,
+)
+_APPLIED = re.compile(r"(?:(?:scal|amplifi|multipli)ed\b[^,;]*|orig peer filename.*)$", re.IGNORECASE)
 _SUFFIX = re.compile(r"[a-z]_(?P<unit>[cm]?m_?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE)
 _NO_UNITS = {"the", "this", "these", "that", "each", "all", "a", "an", "time", "raw", "measure", "measurement"}
 
 
 class Unit(NamedTuple):
-    """A unit as it is written in a line: its quantity ('' if it is unknown), and m/s² per unit (NaN if it is none)."""
+    """A unit as it is written in a line: its quantity ('' if it is unknown), and m/s² per unit (NaN if it is none).
+
+    `once`: the samples had it before something was done to them.
+    """
 
     text: str
     quantity: str
     factor: float
     line: int
+    once: bool = False
 
 
 def quantities(text: str) -> list[str]:
@@ -59,6 +91,9 @@ def unit_of(word: str, line: int = 0) -> Unit:
     text = {"gals": "gal", "gs": "g"}.get(text, text)
     if len(word) <= 40 and text in _ACCELERATION:
         return Unit(word, "acceleration", _ACCELERATION[text], line)
+    bare = _MULTIPLE.sub("", word)
+    if bare != word and unit_of(bare).quantity == "acceleration":
+        return Unit(word, "acceleration", math.nan, line)
     return Unit(word, next((name for name, units in _OTHERS.items() if text in units), ""), math.nan, line)
 
 
@@ -84,16 +119,34 @@ def given_factor(unit: str | float) -> float:
 
 def in_name(name: str, line: int) -> list[Unit]:
     """Return the units in the name of a column, acceleration (g), acc_g or acceleration in g; unknown ones, too."""
-    words = [word for pattern in (_BRACKETS, _SUFFIX, _IN) for word in pattern.findall(name)]
-    return [*(unit_of(word, line) for word in words if re.search(r"[a-z]", word, re.IGNORECASE)), *_told(name, line)]
+    words = [match["unit"] for pattern in (_BRACKETS, _SUFFIX, _IN) for match in pattern.finditer(name)]
+    times = [name] if _TIMES.search(name) else []  # ("acc_g_x100", "1000*acc (g)")
+    letters = (word for word in words + times if re.search(r"[a-z]", word, re.IGNORECASE))
+    return [*(unit_of(word, line) for word in letters), *_told(name, line)]
 
 
-def told(text: str, line: int, brackets: bool = True) -> list[Unit]:
-    """Return the units that a line of words says the samples have; brackets count where they hold a known unit."""
+def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) -> list[Unit]:
+    """Return the units that a line of words says the samples have; brackets count where they hold a known unit.
+
+    The unit of a peak is not that of the samples, unless it is their `peak`; a number in brackets, (0.3 g), is a value.
+    """
     named = quantities(text)
-    patterns = (_BRACKETS, _IN) if brackets else (_IN,)
-    units = [unit_of(word, line) for pattern in patterns for word in pattern.findall(text)]
-    return [*_told(text, line), *(unit for unit in units if unit.quantity in ("acceleration", *named))]
+    found = _told(text, line)
+    theirs = any(math.isclose(float(number), peak, rel_tol=PEAK_TOLERANCE) for number in _NUMBERS.findall(text))
+    for pattern in (_BRACKETS, _IN) if brackets else (_IN,):
+        for match in pattern.finditer(text):
+            unit = _of_match(match, line)
+            value = pattern is _BRACKETS and math.isnan(unit.factor) and re.match(r"\s*\d", unit.text)
+            if unit.quantity in ("acceleration", *named) and not value:
+                found += [unit] if theirs or not _PEAK.search(text[: match.start()]) else []
+    others = [_of_match(match, line) for match in _TO.finditer(text)] if found else []
+    return [*found, *(unit for unit in others if unit.quantity == "acceleration")]
+
+
+def _of_match(match: re.Match[str], line: int) -> Unit:
+    """Return the unit of a match in its line, which may say that it is one of before."""
+    once = _ONCE.search(match.string[: match.start("unit")]) or _THEN.match(match.string, match.end("unit"))
+    return unit_of(match["unit"], line)._replace(once=once is not None)
 
 
 def _told(text: str, line: int) -> list[Unit]:
@@ -103,6 +156,7 @@ def _told(text: str, line: int) -> list[Unit]:
         readings = unit_of(word, line), unit_of(word.partition("(")[0], line)
         unit = next((unit for unit in readings if unit.quantity), None)
         if unit is not None:
+            unit = unit._replace(once=_of_match(match, line).once)
             found += [unit] if unit.quantity != "time" else []
         elif link and (link != "of" or quantities(text)) and re.match(r"[(\[]?[a-z]", word, re.IGNORECASE):
             found += [unit_of(word, line)] if word.lower().strip("():") not in _NO_UNITS else []
@@ -118,8 +172,8 @@ def agreed(file: Path, units: Iterable[Unit]) -> Unit | None:
         Two units that differ (the message has both lines), an unknown unit, a unit of velocity or displacement.
     """
     first: Unit | None = None
-    for unit in units:
-        if not unit.quantity:
+    for unit in sorted(units, key=lambda unit: unit.once):
+        if not unit.quantity or (unit.quantity == "acceleration" and math.isnan(unit.factor)):
             raise RecordError(
                 f"{file}: line {unit.line} has the unknown unit {unit.text.strip()[:40]!r}, "
                 "known are g, gal, cm/s², mm/s² and m/s²"
@@ -128,6 +182,11 @@ def agreed(file: Path, units: Iterable[Unit]) -> Unit | None:
             raise RecordError(
                 f"{file}: line {unit.line} gives a {unit.quantity} ({unit.text.strip()[:40]}), not acceleration"
             )
+        if first is None and unit.once:
+            raise RecordError(
+                f"{file}: line {unit.line} gives a unit of before ({unit.text.strip()[:40]!r}): write the unit of its "
+                "samples into the heading, as 'acceleration (g)'"
+            )
         first = first or unit
         if unit.factor != first.factor:
             raise RecordError(
@@ -135,3 +194,12 @@ def agreed(file: Path, units: Iterable[Unit]) -> Unit | None:
                 f"{unit.text.strip()[:40]!r}: which of them is the unit of its accelerations?"
             )
     return first
+
+
+def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
+    """Warn of a factor other than 1 in a numbered line of a header, which nothing applies."""
+    for line, text in header:
+        for match in _FACTOR.finditer(text):
+            if float(match["number"]) != 1.0 and not _APPLIED.search(text[: match.start()]):
+                what = f"{file}: line {line} says {match[0].strip()!r}, which is not applied"
+                warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])

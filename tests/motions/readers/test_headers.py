@@ -65,6 +65,21 @@ def test_an_at2_file_without_a_unit_is_noted(tmp_path):
         (f"PEER\nSomewhere\nUNITS OF CM/S\n{NPTS}", "line 3 gives a velocity"),
         (f"PEER\nACCELERATION IN UNITS OF G\nUNITS: GAL\n{NPTS}", "line 2 says 'G', line 3 'GAL'"),
         (f"{TITLE}\nACCELERATION IN UNITS OF COUNTS\n{NPTS}", "line 3 has the unknown unit 'COUNTS'"),
+        *(
+            (f"{TITLE}\nACCELERATION {unit}\n{NPTS}", "line 3 has the unknown unit")
+            for unit in (
+                *("IN UNITS OF %G", "IN UNITS OF %g", "IN UNITS OF 1/100 G", "IN UNITS OF 0.001 G", "IN G (x100)"),
+                *(
+                    "IN % OF G",
+                    "IN PER CENT OF G",
+                    "(%G)",
+                    "UNITS: 10^-3 G",
+                    "UNITS: G*100",
+                    "(G) x 10",
+                    "IN 1E-3 M/S2",
+                ),
+            )
+        ),
         (f"{TITLE}\nACCELERATION IN UNITS OF G\nNPTS= 12, DT= 10 SEC", "between 0 and 1 s, got 10"),
         (f"{TITLE}\nACCELERATION IN UNITS OF G\nNPTS= 12, DT= 0.01*2", "time step as '0.01[*]2'"),
     ],
@@ -112,6 +127,14 @@ def test_steps_and_rates_in_words(tmp_path, heading, step):
         ("# acceleration, velocity and displacement were processed\ntime_s,acc_g", G),
         ("# unit of acceleration is cm/s^2\ntime,a", 0.01),
         ("t [s];a [cm s⁻²]", 0.01),
+        ("# units: m/s2 (converted from g)\ntime,a", 1.0),
+        ("# unit of acceleration: g = 981 gal\ntime,a", G),
+        ("# recorded in 2019 G. Smith, sensor (2 g)\ntime,a (gal)", 0.01),
+        ("# max acc (g): 0.025\n# data in gal\ntime,a", 0.01),
+        ("# RAW PGA VALUES (gal) : 0.200\ntime,a", 0.01),  # (the peak of the samples)
+        ("time,a (m/s**2)", 1.0),
+        ("time,x1 (g)", G),
+        ("# original units: g\ntime,a (g)", G),
     ],
 )
 def test_words_beside_the_unit_of_a_table(tmp_path, heading, factor):
@@ -156,6 +179,22 @@ def test_columns_that_another_line_names(tmp_path):
         (f"# units: gal\n# acceleration in g\ntime,a\n{ROWS}", "line 1 says 'gal', line 2 'g'"),
         (f"# velocity\ntime (s),a (cm/s)\n{ROWS}", "velocity or displacement"),
         (f"time (s),v (cm/s)\n{ROWS}", "velocity or displacement"),
+        *(
+            (f"time (s),{name}\n{ROWS}", "line 1 has the unknown unit")
+            for name in (
+                *("Acc.(g) *100", "acc_g_x100", "a (cm/s^2) x 10", "1000*acc (g)", "acc*1000 (g)", "acc (g) %"),
+                *("10^3 acc (g)", "1/100 acc (g)", "a [gal]×10", "100 x acc (g)"),
+            )
+        ),
+        (f"# values in % of g\ntime (s),acc (g)\n{ROWS}", "line 1 has the unknown unit '% of g'"),
+        (f"# values in percent of g\ntime (s),acc (g)\n{ROWS}", "line 1 has the unknown unit"),
+        (f"# original units: gal; converted to m/s2\ntime,a\n{ROWS}", "line 1 says 'm/s2', line 1 'gal'"),
+        (f"# units: gal -> m/s2\ntime,a\n{ROWS}", "line 1 says 'gal', line 1 'm/s2'"),
+        (f"# units: gal, changed into g\ntime,a\n{ROWS}", "line 1 says 'gal', line 1 'g'"),
+        (f"# original units: gal\ntime,a\n{ROWS}", "line 1 gives a unit of before"),
+        (f"# units: gal (before scaling)\ntime,a\n{ROWS}", "line 1 gives a unit of before"),
+        (f"# PGA (g): 0.025\ntime,a\n{ROWS}", "states no unit"),
+        (f"# peak [m/s2] = 3.1\ntime,a\n{ROWS}", "states no unit"),
         (f"# units: counts\ntime,a\n{ROWS}", "line 1 has the unknown unit 'counts'"),
         (f"period (s),Sa (g)\n{ROWS}", "a spectrum, no motion"),
         (f"Frequency (Hz),PSA (g)\n{ROWS}", "a spectrum, no motion"),
@@ -173,6 +212,33 @@ def test_columns_that_another_line_names(tmp_path):
 def test_tables_that_are_no_motion_or_contradict_themselves(tmp_path, text, message):
     with pytest.raises(RecordError, match=message):
         read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("# scale: 2.0", "scale: 2.0"),
+        ("# gain 0.5, baseline removed", "gain 0.5"),
+        ("# amplification factor: 3", "amplification factor: 3"),
+        ("# please multiply by 2", "multiply by 2"),
+        ("# calibration factor = .25", "calibration factor = .25"),
+        ("# scale factor: 1.0", None),
+        ("# full scale 4 g, length scale 1:2", None),
+        ("# scaled by a factor of 1.4", None),
+        ("# gain 4 V/g", None),
+        ("Orig PEER filename = A/B.acc, Scale factor = 1.5", None),
+    ],
+)
+@pytest.mark.parametrize("kind", ["csv", "at2"])
+def test_factors_that_are_not_applied_are_doubted(tmp_path, line, said, kind):
+    text = f"{line}\ntime,a (g)\n{ROWS}" if kind == "csv" else at2(f"{line}\nACCELERATION IN G\n{NPTS}")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        motion = read(tmp_path, text)
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+    assert [f"line 1 says {said!r}, which is not applied" in str(one.message) for one in told] == [True] * (
+        said is not None
+    )
 
 
 def test_times_in_milliseconds(tmp_path):
