@@ -13,8 +13,9 @@ import xarray as xr
 from ...units import STANDARD_GRAVITY
 from ...writing import write_bytes
 from ..arrays import from_array, records
+from .components import refuse_gaps
 from .lines import STEP, Lines, RecordError
-from .units import agreed, doubt_factors, quantities, told
+from .units import agreed, doubt_factors, quantities, refuse_others, told
 
 _HEADER = re.compile(
     rf"NPTS\s{{0,9}}=\s{{0,9}}(?P<npts>\d{{1,12}})\s{{0,9}},?\s{{0,9}}DT\s{{0,9}}=\s{{0,9}}{STEP}", re.IGNORECASE
@@ -77,6 +78,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         other = next((_OTHER.search(text) for _, text in header if _OTHER.search(text) and text not in named), None)
         if other is not None:
             raise RecordError(f"{file}: a {other['quantity'].lower()} record, not acceleration")
+        refuse_others(file, header)
         dt = lines.step(match)
         unit = agreed(file, [unit for number, text in header for unit in told(text, number)])
         doubt_factors(file, header)
@@ -86,6 +88,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         values = lines.numbers()
     if values.size != declared:
         raise RecordError(f"{file}: declares {declared} samples (NPTS) but holds {values.size}: truncated or damaged")
+    refuse_gaps(file, values)
     try:
         array = from_array(
             values * (STANDARD_GRAVITY if unit is None else unit.factor),

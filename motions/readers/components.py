@@ -64,6 +64,15 @@ def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, facto
         )
 
 
+def refuse_gaps(file: Path, values: Array) -> None:
+    """Raise RecordError where the greatest of the written values, of nines alone (999.99), marks gaps."""
+    peak = float(np.abs(values).max())
+    digits = np.format_float_positional(peak, trim="-").replace(".", "")
+    count = int((np.abs(values) == peak).sum())
+    if peak >= 99.0 and len(digits) > 2 and set(digits) == {"9"} and count > 1:
+        raise RecordError(f"{file}: {count:,} of its values are {peak:g}, a mark of gaps: fill them, or cut them off")
+
+
 def without_offset(acceleration: Array) -> tuple[Array, str]:
     """Return raw samples without their mean, which is the zero of the instrument, and the note of that."""
     mean = float(acceleration.mean())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import re
@@ -14,9 +15,11 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
-from .components import Component, arrays_of, single
+from ...doubts import Doubt, first_names, warn
+from .components import Component, arrays_of, refuse_gaps, single
+from .directions import direction_of
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
-from .units import Unit, agreed, doubt_factors, given_factor, in_name, quantities, told
+from .units import Unit, agreed, doubt_factors, given_factor, in_name, quantities, refuse_others, told, unit_of
 
 _STEP = re.compile(
     rf"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{{0,5}} ?(?:interval|period|step|time))\s{{0,9}}"
@@ -27,6 +30,8 @@ _FREQUENCY = re.compile(
     rf"\bsampl\w{{0,5}} ?(?:rate|freq\w{{0,6}})\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:]\s{{0,9}}{STEP}",
     re.IGNORECASE,
 )
+_CHANGED = re.compile(r"original|resampl|before|prototype", re.IGNORECASE)  # (beside a step)
+_THINNED = re.compile(r"(?<!before )decimat|down-?sampl|\bevery (?:\d|second|other)|time scale", re.IGNORECASE)
 _HERTZ = re.compile(r"\s*(?:hz|sps|1/s)?\s*(?:[,;]|$)", re.IGNORECASE)
 _COUNT = re.compile(
     r"\b(?:npts|number of (?:data|points|samples)|no\. of (?:data|points|samples))\s*[=:]?\s*(\d{1,9})\b", re.IGNORECASE
@@ -35,6 +40,11 @@ _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE
 _TIME = re.compile(r"t(?:ime)?(?![a-z])", re.IGNORECASE)
 _DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE)
 _SPECTRUM = re.compile(r"(?:period|freq)", re.IGNORECASE)
+_ORDINATE = re.compile(r"p?s[adv]\b|(?:pseudo\W?)?spectral", re.IGNORECASE)
+_COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
+_CLOCK = re.compile(r'"?(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]', re.IGNORECASE)
+_RESULTANT = re.compile(r"resultant|magnitude|vector.?sum|\bnorm\b|\bsrss\b|(?:absolute|total)\b", re.IGNORECASE)
+_STAGES = re.compile(r"raw\b|measured|filtered|corrected|baseline|error|noise|residual", re.IGNORECASE)
 _HEADER_LINES = 100
 _COLUMNS = 100
 
@@ -72,6 +82,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     note = ""
     if columns == 1 and values[0, 0] == n - 1 > FEW:  # (the number of samples, above them)
         values, n, note = values[1:], n - 1, "its first line, the number of samples, is no sample"
+    refuse_others(file, header)
+    refuse_gaps(file, values)
     for number, text in header:
         declared = _COUNT.search(text)
         if declared is not None and int(declared[1]) != n:
@@ -85,9 +97,13 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     given = None if unit is None else given_factor(unit)
     words = header[:-1] if names and header else header
     doubt_factors(file, words)
-    found = []
+    found, out = [], []
+    directions = [direction_of(name) for name in names]
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
+        if _RESULTANT.match(name) and sum(direction is not None for direction in directions) > 1:
+            out.append(name)
+            continue
         own = in_name(name, number)
         if any(stated.quantity in ("velocity", "displacement") for stated in own) or _other(name):
             continue
@@ -113,7 +129,28 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         )
     if not found:
         raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
+    _refuse_repeated(file, found)
+    if out:
+        why = "of components, which are here themselves"
+        warn([Doubt("table", f"{file}: {first_names(out)} is left out: a resultant {why}", settled=True)])
     return found
+
+
+def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
+    """Raise RecordError for columns that are one signal twice, or at two stages of its processing."""
+    if len(found) < 2:
+        return
+    stages = [{word.lower() for word in _STAGES.findall(one.component)} for one in found]
+    directions = [direction_of(one.component) for one in found]
+    samples = np.stack([one.acceleration / (np.linalg.norm(one.acceleration) or 1.0) for one in found])
+    alike = np.abs(samples @ samples.T) > 1.0 - 1e-6
+    for i, j in itertools.combinations(range(len(found)), 2):
+        apart = None not in (directions[i], directions[j]) and directions[i] != directions[j]
+        if stages[i] != stages[j] or (alike[i, j] and not apart):
+            raise RecordError(
+                f"{file}: its columns {found[i].component[:40]!r} and {found[j].component[:40]!r} are one signal "
+                "twice, or no motion: keep the one that shakes"
+            )
 
 
 def _seconds(file: Path, units: Sequence[Unit]) -> float:
@@ -146,17 +183,20 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
         try:
             if "_" in stripped or not stripped.isascii():
                 raise ValueError
-            row = [float(f) for f in fields]
+            row = [float(f.strip('"')) for f in fields]
         except ValueError:
             if columns:
                 raise lines.error(f"holds {stripped[:30]!r}, no numbers") from None
+            if _CLOCK.match(stripped) and header and _CLOCK.match(header[-1][1]):
+                raise lines.error(f"holds {stripped[:30]!r}, a time of day: write the time in s") from None
             header.append((lines.number, stripped[:HEADER_WIDTH]))
             if len(header) > _HEADER_LINES:
                 raise RecordError(f"{lines.file}: no numbers in its first {_HEADER_LINES} lines: not a table") from None
             continue
         if not columns:
             columns = len(row)
-            if ";" in stripped and re.search(r"\d,\d", stripped):
+            apart = ";" in stripped or _COMMAS.search(stripped) or re.search(r'"[-+]?\d+,\d[\d.]*"', stripped)
+            if apart and re.search(r"\d,\d", stripped):
                 raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
             names = _names([text for _, text in header], columns)
             if columns > 2 and not names:
@@ -164,7 +204,8 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
                     f"has {columns} columns, allowed are 1 or 2 (time, acceleration), or a heading that names them: "
                     "'time (s), NS (gal), EW (gal)'"
                 )
-            if names and _SPECTRUM.match(names[0]):
+            ordinate = names and re.match("t(?!ime)", names[0], re.IGNORECASE) and any(map(_ORDINATE.match, names))
+            if ordinate or (names and _SPECTRUM.match(names[0])):
                 raise RecordError(f"{lines.file}: its first column is {names[0][:40]!r}: a spectrum, no motion")
         if len(row) != columns:
             raise lines.error(f"has {len(row)} columns, the first has {columns}")
@@ -183,13 +224,18 @@ def _names(header: list[str], columns: int) -> list[str]:
         return _names([sequence.replace(";", " ")], columns)
     separator = next((s for s in (";", ",", "\t") if s in header[-1]), None)
     found = [name.strip().strip('"') for name in header[-1].lstrip("# ").split(separator)]
+    if not found[-1] and len(found) == columns + 1:  # (a comma ends the line)
+        found.pop()
+    if len(header) > 1 and len(found) == columns and all(unit_of(name).quantity for name in found):
+        above = _names(header[:-1], columns)
+        return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, found, strict=True)] if above else []
     known = _TIME.match(found[0]) or _SPECTRUM.match(found[0]) or all(map(_DIRECTION.fullmatch, found))
     return found if len(found) == columns and known else []
 
 
 def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> float:
     file = lines.file
-    written = _written_step(lines, header)
+    written, doubtful = _written_step(lines, header)
     if timed:
         if dt is not None:
             raise RecordError(f"{file}: has a time column, so dt must not be given, got {dt!r}")
@@ -198,32 +244,65 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
         try:
             found = checks.time_step("the record", time, None)
         except ValueError as error:
-            raise RecordError(f"{file}: {error}") from None
+            raise RecordError(f"{file}: {_rounded(time) or error}") from None
         if found >= LONGEST_STEP:
             raise RecordError(f"{file}: its first column steps by {found:g}, which is no time in s")
-        if written is not None and not math.isclose(found, written, rel_tol=0.01):
+        if written is not None and not doubtful and not math.isclose(found, written, rel_tol=0.01):
             raise RecordError(f"{file}: its header says dt = {written:g} s, its time column {found:g} s")
         return found
     if dt is not None:
         step = checks.number("dt", dt, above=0.0, unit="s")
-        if written is not None and not math.isclose(step, written, rel_tol=0.01):
+        if written is not None and not doubtful and not math.isclose(step, written, rel_tol=0.01):
             raise RecordError(f"{file}: its header says dt = {written:g} s, so dt must not be {dt:g}")
         return step
     if written is None:
         raise RecordError(f"{file}: has no time column, so dt must be given (s), in a study motions.dt_s")
+    if doubtful:
+        raise RecordError(
+            f"{file}: {doubtful}: which is the time step of its samples? State that alone, or give dt, in a study "
+            "motions.dt_s"
+        )
     return written
 
 
-def _written_step(lines: Lines, header: list[tuple[int, str]]) -> float | None:
-    """Return the time step that the header states, s, or None."""
-    for _, text in header:
-        match = _STEP.search(text)
-        if match is not None:
-            return lines.step(match)
-        match = _FREQUENCY.search(text)
-        if match is not None:
-            frequency, written = known(match["number"]), f"{match['number']}{match['rest']}".strip()
-            if not frequency > 1.0 / LONGEST_STEP or _HERTZ.match(match["rest"]) is None:
-                raise RecordError(f"{lines.file}: gives its sampling rate as {written[:30]!r}, must be in Hz")
-            return 1.0 / frequency
-    return None
+def _rounded(time: Array) -> str:
+    """Return what to do about times that are those of a uniform step, rounded; '' if they are not."""
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    decimals = next((d for d in range(7) if np.array_equal(np.round(time, d), time)), None)
+    if decimals is None or not 0.0 < step < LONGEST_STEP:
+        return ""
+    step = 1.0 / round(1.0 / step)
+    if np.abs(time - time[0] - step * np.arange(time.size)).max() > 0.501 * 10.0**-decimals:
+        return ""
+    return f"its times are rounded to {decimals} decimals: leave the column out and write 'dt = {step:.6g}' above"
+
+
+def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | None, str]:
+    """Return the time step that the header states, s, or None, and what makes it doubtful or ''."""
+    found: list[tuple[int, float]] = []
+    for number, text in header:
+        for pattern in (_STEP, _FREQUENCY):
+            for match in pattern.finditer(text):
+                try:
+                    found.append((number, _stated_step(lines, match, pattern is _FREQUENCY)))
+                except RecordError:
+                    if not found:
+                        raise
+    if not found:
+        return None, ""
+    (first, step), stated = found[0], {number for number, _ in found}
+    for number, text in header:
+        if _THINNED.search(text) or (number in stated and _CHANGED.search(text)):
+            return step, f"line {number} says {text.lstrip('# ')[:60]!r}"
+    other = next((line for line, another in found if not math.isclose(another, step, rel_tol=0.01)), None)
+    return step, f"lines {first} and {other} state two steps" if other else ""
+
+
+def _stated_step(lines: Lines, match: re.Match[str], frequency: bool) -> float:
+    """Return the time step of one statement, s."""
+    if not frequency:
+        return lines.step(match)
+    rate, written = known(match["number"]), f"{match['number']}{match['rest']}".strip()
+    if not rate > 1.0 / LONGEST_STEP or _HERTZ.match(match["rest"]) is None:
+        raise RecordError(f"{lines.file}: gives its sampling rate as {written[:30]!r}, must be in Hz")
+    return 1.0 / rate

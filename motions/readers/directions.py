@@ -13,7 +13,7 @@ import xarray as xr
 from .lines import RecordError
 
 _VERTICAL = re.compile(
-    r"(?:u-?d|up|down|dwn|dn|vert(?:ical)?|ver|vrt|v\d?|z|u|zup)(?:\s+(?:surface|borehole))?", re.IGNORECASE
+    r"(?:u-?d|up|down|dwn|dn|vert(?:i[ck]\w*)?|ver|vrt|v\d?|z|u|zup|上下)(?:\s+(?:surface|borehole))?", re.IGNORECASE
 )
 _POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
@@ -21,7 +21,13 @@ _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
 _CODE = re.compile(r"[BEHLSCVM][HNLG]([NEZ123])(?:\.?\d\d)?")  # SEED: band, instrument, orientation, location
 _LEVEL = re.compile(r"[lthxy]\d?|long?|tran?|trn", re.IGNORECASE)  # (horizontal, of no known azimuth)
 _UNIT = re.compile(r"\s*\([^()]*\)\s*$")  # as in a table's heading
-_CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}|\d{1,3}:)\s*", re.IGNORECASE)
+_CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)
+# Words around a direction in a table's heading: "acc_z", "az", "Linear Acceleration z", "vertical component".
+_AROUND = re.compile(
+    r"(?:linear[ _]+)?a(?:cc[a-z]*)?[-_. ]+(?=(?:[xyzuv]|up|ud|ns|ew|vert\w*)(?:_|$))|a(?:cc)?(?=[xyz](?:_|$))"
+    r"|(?<=[a-z])(?:[-_. ]+(?:comp(?:onente?)?|komponente|acc[a-z]*|gal|g|[cm]?m_?s-?2))+$",
+    re.IGNORECASE,
+)
 _NAME = re.compile(
     r"(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|up|dwn|down|dn|vrt|vert?|ver|ns|ew|we|"
     r"ud|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))",
@@ -47,7 +53,7 @@ class Direction(NamedTuple):
 
 def direction_of(text: str) -> tuple[bool, float] | None:
     """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN: unknown); None if none."""
-    word = _UNIT.sub("", _CHANNEL.sub("", text, count=1)).strip()
+    word = _AROUND.sub("", _UNIT.sub("", _CHANNEL.sub("", text, count=1)).strip())
     code = _CODE.fullmatch(word.upper())
     if _VERTICAL.fullmatch(word) or (code and code[1] == "Z"):
         return True, math.nan

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ... import checks
 from ...doubts import Doubt, warn
 from ...units import STANDARD_GRAVITY
-from .lines import RecordError
+from .lines import RecordError, plain
 
 GAL = 0.01  # m/s²
 # m/s² per unit of acceleration, by the normalised spelling of the unit.
@@ -59,6 +59,17 @@ _FACTOR = re.compile(
     r"multipl(?:y|ier))\s*(?:by|of|is|[:=])?\s*(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|[a-z]))",
     re.IGNORECASE,
 )
+_OTHERS_NAMED = {
+    "a response spectrum, no motion": re.compile(
+        r"^\W*(?:(?:pseudo\W?)?spectral acc\w*\s*(?:$|[(\[,]|in\b|units?\b)|"
+        r"(?:acc\w* )?response spectr(?:um|a)(?!\W*(?:co|ma)))",
+        re.IGNORECASE,
+    ),
+    "relative to its support: blocks need the total acceleration": re.compile(
+        r"\brel(?:ative|\.)?[ _]+(?:floor[ _]+)?acc|\bacc[a-z]*[ _,(]{1,3}rel(?:ative)?\b(?! to g)|\ba_rel\b",
+        re.IGNORECASE,
+    ),
+}
 _APPLIED = re.compile(r"(?:(?:scal|amplifi|multipli)ed\b[^,;]*|orig peer filename.*)$", re.IGNORECASE)
 _SUFFIX = re.compile(r"[a-z]_(?P<unit>[cm]?m_?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE)
 _NO_UNITS = {"the", "this", "these", "that", "each", "all", "a", "an", "time", "raw", "measure", "measurement"}
@@ -203,3 +214,11 @@ def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
             if float(match["number"]) != 1.0 and not _APPLIED.search(text[: match.start()]):
                 what = f"{file}: line {line} says {match[0].strip()!r}, which is not applied"
                 warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])
+
+
+def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:
+    """Raise RecordError where a numbered line of a header names accelerations that shake nothing."""
+    for line, text in header:
+        for what, pattern in _OTHERS_NAMED.items():
+            if pattern.search(text):
+                raise RecordError(f"{file}: line {line} says {plain(text, 60)!r}: {what}")

@@ -7,7 +7,7 @@ import record_files as files
 import toppling as tp
 from toppling import motions as mo
 from toppling.motions import RecordError
-from toppling.motions.readers.directions import LEFT_OUT, horizontal_motions
+from toppling.motions.readers.directions import LEFT_OUT, direction_of, horizontal_motions
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 
@@ -64,6 +64,37 @@ def test_what_other_formats_say(tmp_path):
     found = kept(tmp_path)
     assert list(found[0].attrs[LEFT_OUT]) == ["a.UD", "b UD (g)"]
     assert [array["component"].values.tolist() for array in found] == [["E-W"], ["EW (g)"]]
+
+
+@pytest.mark.parametrize(
+    ("names", "out"),
+    [
+        ("ax,ay,az", "az"),
+        ("acc_x,acc_y,acc_z", "acc_z"),
+        ("Linear Acceleration x,Linear Acceleration y,Linear Acceleration z", "Linear Acceleration z"),
+        ("NS,EW,Vertikal", "Vertikal"),
+        ("NS,EW,Verticale", "Verticale"),
+        ("H1,H2,vertical component", "vertical component"),
+        ("Chan 1: 90,Chan 2: 360,Chan 3: Up", "Chan 3: Up"),
+        ("x-acc,y-acc,z-acc", "z-acc"),
+        ("roof,table,zenith", None),
+        ("acc_a,acc_b,acc_c", None),
+    ],
+)
+def test_columns_of_tables(tmp_path, names, out):
+    heading = ",".join(f"{name} (g)" for name in names.split(","))
+    rows = "".join(f"{0.01 * i:.2f},{a},{a * a},{a**3}\n" for i, a in enumerate(SHAKE))
+    (tmp_path / "b.csv").write_text(f"time (s),{heading}\n{rows}", encoding="utf-8")
+    found = kept(tmp_path)
+    assert list(found[0].attrs.get(LEFT_OUT, ())) == [f"b {out} (g)"] * (out is not None)
+    assert found[0].sizes["motion"] == 3 - (out is not None)
+
+
+def test_directions_beside_units_of_names():
+    up = ("az_g", "acc_z_gal", "z-acc_g", "UD_gal", "Vertical acceleration", "acc v", "上下")
+    assert [direction_of(name)[0] for name in up] == [True] * len(up)
+    assert [direction_of(name)[0] for name in ("ax_g", "acc_y_m_s2", "NS_gal", "acc EW")] == [False] * 4
+    assert [direction_of(name) for name in ("a", "acc", "gaz", "azimuth", "g")] == [None] * 5
 
 
 def test_vertical_ones_on_purpose(tmp_path):

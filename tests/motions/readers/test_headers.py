@@ -108,6 +108,9 @@ def test_steps_are_read_whole(tmp_path, step):
         ("sampling interval (ms): 5\nunits: gal", 0.005),
         ("#SampleRate(Hz): 200\n#AmplitudeUnit:  gal. DCoffset(corr)", 0.005),
         ("time step = 2e-2 s; acceleration units in gal", 0.02),
+        ("dt = 0.01, sampling rate: 100 Hz\nunits: gal", 0.01),
+        ("# original recording, filtered\n# dt = 0.01\n# sampling time: 12 h\nunits: gal", 0.01),
+        ("# sampling rate before decimation = 200 Hz\n# sampling rate: 100 Hz\nunits: gal", 0.01),
     ],
 )
 def test_steps_and_rates_in_words(tmp_path, heading, step):
@@ -148,6 +151,112 @@ def test_a_matched_record_of_another_program(tmp_path):
     )
     motion = read(tmp_path, text + COLUMN, "record.acc")
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "# original sampling rate: 200 Hz, resampled to 100 Hz",
+        "# original dt = 0.005\n# resampled: every 2nd",
+        "# dt = 0.02 s (filtered, then decimated by 2)",
+        "# dt=0.02 (prototype), model time scale 1:2",
+        "# dt = 0.01 before resampling",
+        "# dt = 0.005\n# down-sampled by 2",
+        "# dt = 0.005 s\n# sampling rate: 100 Hz",
+    ],
+)
+def test_steps_that_may_be_of_before(tmp_path, heading):
+    with pytest.raises(RecordError, match="which is the time step of its samples"):
+        read(tmp_path, f"{heading}\nacc (g)\n{COLUMN}")
+    assert float(read(tmp_path, f"{heading}\nacc (g)\n{COLUMN}", dt=0.01)["dt"][0]) == 0.01
+    assert float(read(tmp_path, f"{heading}\ntime (s),acc (g)\n{ROWS}")["dt"][0]) == pytest.approx(0.01)
+
+
+def columns(heading, *factors):
+    rows = zip(*(np.roll(SAMPLES, i) * factor for i, factor in enumerate(factors)), strict=True)
+    return f"{heading}\n" + "".join(
+        f"{0.01 * i:.2f},{','.join(map(repr, map(float, row)))}\n" for i, row in enumerate(rows)
+    )
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        'time,"Acceleration x (m/s^2)","Acceleration y (m/s^2)","Absolute acceleration (m/s^2)"',
+        "time,NS (m/s2),EW (m/s2),resultant (m/s2)",
+        "time,acc_x (m/s2),acc_y (m/s2),magnitude (m/s2)",
+        "time,ax (m/s2),ay (m/s2),vector sum (m/s2)",
+        "time,ax (m/s2),ay (m/s2),total (m/s2)",
+    ],
+)
+def test_resultants_are_left_out(tmp_path, heading):
+    with pytest.warns(ImplausibleInput, match="is left out: a resultant of components"):
+        motion = read(tmp_path, columns(heading, 1, 1, 1))
+    np.testing.assert_allclose(motion.values, [SAMPLES, np.roll(SAMPLES, 1)], rtol=1e-15)
+
+
+def test_a_total_acceleration_alone_is_one(tmp_path):
+    assert read(tmp_path, columns("time,total acceleration (g)", 1)).sizes["motion"] == 1
+    assert read(tmp_path, columns("time,absolute (g),total (g)", 1, 1)).sizes["motion"] == 2
+
+
+@pytest.mark.parametrize(
+    ("heading", "apart"),
+    [
+        ("time,acc (g),acc (m/s2)", False),
+        ("time,a1 (g),a2 (g)", False),
+        ("time,measured (g),filtered (g)", True),
+        ("time,acc (g),error (g)", True),
+        ("time,acc (g),baseline (g)", True),
+        ("time,NS raw (g),NS corrected (g)", True),
+    ],
+)
+def test_one_signal_twice_is_refused(tmp_path, heading, apart):
+    text = columns(heading, 1, 2)
+    if not apart:
+        text = f"{heading}\n" + "".join(f"{0.01 * i:.2f},{one},{9.8 * one:.4f}\n" for i, one in enumerate(SAMPLES))
+    with pytest.raises(RecordError, match=r"its columns .* are one signal twice, or no motion"):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize("heading", ["time,NS corrected (g),EW corrected (g)", "time,roof (g),table (g)"])
+def test_columns_of_two_motions_are_read(tmp_path, heading):
+    assert read(tmp_path, columns(heading, 1, 2)).sizes["motion"] == 2
+
+
+def test_a_row_of_units_and_commas_at_the_ends(tmp_path):
+    for row in ("s,gal,m/s2,gal", "[s],[gal],(m/s2),[gal]", "(sec),gal,m/s/s,cm/s2"):
+        motion = read(tmp_path, columns(f"time,NS,EW,UD\n{row}", 1, 1, 1))
+        np.testing.assert_allclose(motion.values[:, 0], [0.001, -0.02, 0.0001], atol=1e-12)
+    with pytest.raises(RecordError, match=r"'g'.*'gal'"):
+        read(tmp_path, columns("time,NS (g),EW (g)\ns,gal,gal", 1, 1))
+    rows = "".join(f"{one},{2 * one},{3 * one},\n" for one in SAMPLES)
+    motion = read(tmp_path, f"UNIT  = gal(cm/s/s),\nSAMPLING RATE= 100Hz,\nNS,EW,UD,\n{rows}")
+    np.testing.assert_allclose(motion.values, np.outer([0.01, 0.02, 0.03], SAMPLES), rtol=1e-15)
+
+
+def test_quoted_numbers(tmp_path):
+    rows = "".join(f'"{0.01 * i:.2f}","{one}"\n' for i, one in enumerate(SAMPLES))
+    np.testing.assert_allclose(read(tmp_path, f'"time (s)","a (m/s2)"\n{rows}').values, [SAMPLES], rtol=1e-15)
+
+
+@pytest.mark.parametrize(("step", "decimals"), [(1.0 / 128.0, 3), (0.005, 2), (1.0 / 64.0, 2)])
+def test_times_that_are_rounded(tmp_path, step, decimals):
+    rows = "".join(f"{step * i:.{decimals}f},0.1\n" for i in range(500))
+    with pytest.raises(RecordError, match=rf"rounded to {decimals} decimals: leave .* 'dt = {step:.6g}' above"):
+        read(tmp_path, f"time,a (g)\n{rows}")
+    gap = "".join(f"{0.01 * (i + (i > 250)):.2f},0.1\n" for i in range(500))
+    with pytest.raises(RecordError, match="must be uniform"):
+        read(tmp_path, f"time,a (g)\n{gap}")
+
+
+@pytest.mark.parametrize("mark", ["-999", "999.99", "-99999", "9999.0", "99.99"])
+def test_marks_of_gaps(tmp_path, mark):
+    with pytest.raises(RecordError, match=r"2 of its values are 9[9.]*, a mark of gaps"):
+        read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,{mark}\n")
+    with pytest.raises(RecordError, match="a mark of gaps"):
+        read(tmp_path, at2(f"{TITLE}\nACCELERATION IN CM/S2\nNPTS= 14, DT= 0.01").rstrip() + f" {mark} {mark}\n")
+    assert read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,1.0\n").sizes["time"] == 14
 
 
 def test_acceleration_alone_of_a_table_with_velocity_and_displacement(tmp_path):
@@ -206,6 +315,22 @@ def test_columns_that_another_line_names(tmp_path):
         (f"dt = 10 milliseconds\nacceleration (g)\n{COLUMN}", "time step as '10 milliseconds'"),
         (f"sampling rate: 0.01\nacceleration (g)\n{COLUMN}", "sampling rate as '0.01', must be in Hz"),
         (f"number of data: 13\ndt = 0.01\nacceleration (g)\n{COLUMN}", "declares 13 samples, it holds 12"),
+        (f"T (s),Sa (g)\n{ROWS}", "a spectrum, no motion"),
+        (f"t,PSA (g)\n{ROWS}", "a spectrum, no motion"),
+        (f"# response spectrum, 5 % damping\nt,a (g)\n{ROWS}", "a response spectrum, no motion"),
+        (at2(f"PEER\nSPECTRAL ACCELERATION IN UNITS OF G\n{NPTS}"), "line 2 says .* a response spectrum"),
+        (f"time (s),relative acceleration (g)\n{ROWS}", "line 1 says .*: relative to its support"),
+        (f"# acc (rel. to the ground)\ntime,a (g)\n{ROWS}", "relative to its support"),
+        (at2(f"PEER\nRELATIVE ACCELERATION IN UNITS OF G\n{NPTS}"), "relative to its support"),
+        (f"time\ta (g)\n{ROWS.replace(',', chr(9)).replace('.', ',')}", "line 2 holds .*: write decimals with a point"),
+        (f"time   a (g)\n{ROWS.replace(',', '  ').replace('.', ',')}", "write decimals with a point"),
+        ('time,a (g)\n"0,00","0,1"\n"0,01","0,2"\n', "write decimals with a point"),
+        ('time,a (gal)\n"0","1,100.5"\n"1","1,200.5"\n', "write decimals with a point"),
+        (
+            "time,a (g)\n00:00:00.00,1\n00:00:00.01,2\n",
+            "line 3 holds '00:00:00.01,2', a time of day: write the time in s",
+        ),
+        ("time,a (g)\n2023-02-06T01:17:35.00Z,1\n2023-02-06T01:17:35.01Z,2\n", "a time of day"),
         (f"time;a (g)\n{ROWS.replace(',', ';').replace('.', ',')}", "write decimals with a point"),
     ],
 )
