@@ -15,7 +15,7 @@ KINDS: dict[str, str] = {
     "block size": "sides above 20 m or below 0.01 m, widths above 1.5 m, and centres of mass lower than half the width",
     "level": "levels above 5 g or 10 m/s",
     "scenario": "earthquakes and sites outside of a generator's data, or motions unlike a ground-motion model's",
-    "spectra": "ensembles whose motions have nearly one spectrum: PGV/PGA or Sa(1 s)/Sa(0.2 s) hardly varies",
+    "spectra": "records that are copies, and ensembles of nearly one spectrum: PGV/PGA or Sa(1 s)/Sa(0.2 s) is alike",
     "vertical": "vertical components of records, left out, or shaking blocks as horizontal ones where they are named",
     "offset": "records whose mean is above 1 % of their PGA",
     "drift": "records whose velocity at the end is above 10 % of their PGV",
@@ -32,7 +32,7 @@ KINDS: dict[str, str] = {
     "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
     "scaling": "recordings scaled far before they go through a building or an isolator that yields",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
-    "table": "lines that lack cells or may be cut, factors not applied, what is left out, and hidden cells that are read",
+    "table": "lines that lack cells or are cut, factors not applied, what is left out, and hidden cells that are read",
 }
 """Kinds of doubts, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -83,6 +84,7 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     Anderson, J. G. (2010). Source and site characteristics of earthquakes that have caused exceptional ground
     accelerations and velocities. Bulletin of the Seismological Society of America 100(1), 1-36.
     """
+    records = list(records)
     read = [one for record in records if record.recorded for one in _components(record)]
     uncorrected: set[str] = set()
     offset: list[str] = []
@@ -91,12 +93,19 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     strong: list[tuple[float, str]] = []
     ratio: list[str] = []
     long: list[str] = []
+    first: dict[tuple[float, bytes], str] = {}
+    copies: list[str] = []
 
     def keep(names: list[str], record: Record, what: str) -> None:
         names.append(f"{record.label}: {what}")
         if not record.corrected:
             uncorrected.add(names[-1])
 
+    for record in records:
+        if record.recorded and not record.floor and record.acceleration.any():
+            digest = hashlib.sha256(record.acceleration.tobytes()).digest()
+            original = first.setdefault((record.dt, digest), record.label)
+            copies += [f"{record.label}: those of {original}"] * (original != record.label)
     for record in read:
         pga = peak_acceleration(record.acceleration, record.dt)
         if pga == 0.0:
@@ -137,6 +146,9 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
 
     unit = "another unit than the file says, gal headed g?"
     grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
+    if copies:
+        what = "a record has" if len(copies) == 1 else f"{len(copies):,} records have"
+        found.append(Doubt("spectra", f"{what} the samples of another ({first_of(copies)}): leave copies out"))
     doubt("offset", offset, "keeps an offset", "keep an offset", cure(offset, level))
     doubt("drift", drift, "ends in motion", "end in motion", cure(drift, filtered))
     doubt("displacement", wandering, "wanders off", "wander off", cure(wandering, filtered))

@@ -19,7 +19,7 @@ import numpy as np
 
 from .components import Component, without_offset
 from .lines import MAX_SAMPLES, RecordError, beginning
-from .units import given_factor
+from .units import agreed, given_factor, unit_of
 
 MAX_OBSPY_BYTES = 128 * 2**20
 _GROUP = "obspy.plugin.waveform"
@@ -49,7 +49,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     file : path
         File of at most 128 MiB.
     unit : str or float
-        Unit of the samples, or m/s² per count: these formats state no unit, or one that files seldom follow.
+        Unit of the samples, or m/s² per count: of these formats SLIST and TSPAIR alone may state a unit.
 
     Raises
     ------
@@ -67,9 +67,15 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         name, traces = _traces(file)
+    stated = {str(trace.stats.get("ascii", {}).get("unit", "")) for trace in traces}
+    agreed_on = agreed(file, (one for one in map(unit_of, stated) if one.quantity))
+    if unit is None and agreed_on is not None:
+        unit = agreed_on.text
     if unit is None:
         raise RecordError(f"{file}: {name} states no unit, so unit must be given ('m/s2', 'g', or m/s² per count)")
     factor = given_factor(unit)
+    if agreed_on is not None and factor != agreed_on.factor:
+        raise RecordError(f"{file}: states its unit ({agreed_on.text}), so unit must not be {unit!r:.60}")
     pieces = Counter(trace.id for trace in traces)
     found: list[Component] = []
     for trace in traces:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from ...doubts import Doubt, first_of, warn
 from ...motions.arrays import records
 from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
 from ...motions.readers.read import read_file
@@ -74,6 +75,8 @@ def read_floor_index(path: Path, dt: float | None = None, unit: str | float | No
 
 def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | float | None) -> Iterator[History]:
     files: dict[Path, list[xr.DataArray]] = {}
+    levels: dict[tuple[str, ...], float] = {}
+    again: dict[str, None] = {}
     samples = 0
     directed = "direction" in table.columns
     for line in table:
@@ -93,6 +96,8 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
         if directed and direction not in DIRECTIONS:
             line.refuse("direction", f"must be x or y, got {shown(line.text('direction'))}")
         file = table.file.parent / texts["file"]
+        if levels.setdefault((texts["motion"], floor, direction, texts["file"], line.text("column")), level) != level:
+            again[f"line {line.number}: {texts['file']}"] = None
         if file not in files:
             files[file] = read_file(file, dt, unit)
             samples += sum(array.size for array in files[file])
@@ -100,6 +105,9 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
         one = _chosen(line, files[file], texts["file"])
         (record,) = records(one)
         yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"])
+    if again:
+        what = f"{table.where}: a motion has the same history at two levels ({first_of([*again])})"
+        warn([Doubt("spectra", f"{what}: give the history of each level")])
 
 
 def _chosen(line: CsvLine, arrays: list[xr.DataArray], file: str) -> xr.DataArray:

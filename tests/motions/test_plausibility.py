@@ -69,6 +69,15 @@ class TestRecords:
         found = kinds(recorded(wavelet(frequency=frequency, n=40_000, dt=0.001), dt=0.001))
         assert ("PGV/PGA" in found) == named
 
+    def test_copies(self):
+        one, two = (recorded(wavelet(frequency=f), label=str(f)) for f in (1.0, 1.5))
+        copy, other = recorded(wavelet(), label="copy of 1.0"), recorded(wavelet(), 2.0 * DT, "slow")
+        found = record_doubts([*records(one), *records(two), *records(copy), *records(other)])
+        assert [doubt.sentence for doubt in found] == [
+            "a record has the samples of another (copy of 1.0: those of 1.0): leave copies out"
+        ]
+        assert record_doubts([*records(one), *records(two), *records(other)]) == []
+
     def test_duration(self):
         assert set(kinds(recorded(wavelet(n=45_100, dt=0.02), dt=0.02))) == {"duration"}
         assert kinds(recorded(wavelet(n=44_900, dt=0.02), dt=0.02)) == {}

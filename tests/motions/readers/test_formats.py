@@ -397,6 +397,18 @@ class TestObspy:
         assert motion.motion.values[0].startswith("ABC HNE 1970-01-01")
         assert float(motion.dt[0]) == pytest.approx(0.01)
 
+    @pytest.mark.parametrize("kind", ["SLIST", "TSPAIR"])
+    def test_a_unit_in_the_header(self, tmp_path, kind):
+        path, data = self.stream(tmp_path, kind)
+        text = path.read_text(encoding="utf-8").replace("INTEGER, \n", "INTEGER, Counts\n")
+        for written, factor in (("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", G)):
+            path.write_text(text.replace("Counts", written), encoding="utf-8")
+            np.testing.assert_allclose(mo.read(path).values[0], factor * data, rtol=1e-12)
+        assert mo.read(path, unit="g").sizes["motion"] == 3
+        refused(path, "states its unit .G., so unit must not be 'gal'", unit="gal")
+        path.write_text(text.replace("Counts", "M/S"), encoding="utf-8")
+        refused(path, "gives a velocity")
+
     def test_gse(self, tmp_path):
         path, _ = self.stream(tmp_path, "GSE2")
         refused(path, "a GSE file, which obspy reads unsafely", unit="g")
