@@ -106,8 +106,8 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
         (record,) = records(one)
         yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"])
     if again:
-        what = f"{table.where}: a motion has the same history at two levels ({first_of([*again])})"
-        warn([Doubt("spectra", f"{what}: give the history of each level")])
+        what = f"{table.file}: a motion has the same history at two levels ({first_of([*again])})"
+        warn([Doubt("table", f"{what}: give the history of each level")])
 
 
 def _chosen(line: CsvLine, arrays: list[xr.DataArray], file: str) -> xr.DataArray:
