@@ -19,7 +19,18 @@ from ...doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, refuse_gaps, single
 from .directions import direction_of
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
-from .units import Unit, agreed, doubt_factors, given_factor, in_name, quantities, refuse_others, told, unit_of
+from .units import (
+    RELATIVE,
+    Unit,
+    agreed,
+    doubt_factors,
+    given_factor,
+    in_name,
+    quantities,
+    refuse_others,
+    told,
+    unit_of,
+)
 
 _STEP = re.compile(
     rf"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{{0,5}} ?(?:interval|period|step|time))\s{{0,9}}"
@@ -82,7 +93,9 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     note = ""
     if columns == 1 and values[0, 0] == n - 1 > FEW:  # (the number of samples, above them)
         values, n, note = values[1:], n - 1, "its first line, the number of samples, is no sample"
-    refuse_others(file, header)
+    words = header[:-1] if names and header else header
+    total = columns > 2 and not all(RELATIVE.search(name) for name in names[1:])
+    refuse_others(file, words if total else header)
     refuse_gaps(file, values)
     for number, text in header:
         declared = _COUNT.search(text)
@@ -95,13 +108,13 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     time = values[:, 0] * _seconds(file, in_name(names[0], number) if names else [])
     step = _step(lines, time, header, dt, timed)
     given = None if unit is None else given_factor(unit)
-    words = header[:-1] if names and header else header
     doubt_factors(file, words)
     found, out = [], []
     directions = [direction_of(name) for name in names]
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
-        if _RESULTANT.match(name) and sum(direction is not None for direction in directions) > 1:
+        resultant = _RESULTANT.match(name) and sum(direction is not None for direction in directions) > 1
+        if resultant or RELATIVE.search(name):
             out.append(name)
             continue
         own = in_name(name, number)
@@ -131,8 +144,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
     _refuse_repeated(file, found)
     if out:
-        why = "of components, which are here themselves"
-        warn([Doubt("table", f"{file}: {first_names(out)} is left out: a resultant {why}", settled=True)])
+        warn([Doubt("table", f"{file}: {first_names(out)} is left out: a resultant, or relative", settled=True)])
     return found
 
 
@@ -143,7 +155,7 @@ def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
     stages = [{word.lower() for word in _STAGES.findall(one.component)} for one in found]
     directions = [direction_of(one.component) for one in found]
     samples = np.stack([one.acceleration / (np.linalg.norm(one.acceleration) or 1.0) for one in found])
-    alike = np.abs(samples @ samples.T) > 1.0 - 1e-6
+    alike = (np.abs(samples @ samples.T) > 1.0 - 1e-6) & (samples.shape[1] > FEW)
     for i, j in itertools.combinations(range(len(found)), 2):
         apart = None not in (directions[i], directions[j]) and directions[i] != directions[j]
         if stages[i] != stages[j] or (alike[i, j] and not apart):

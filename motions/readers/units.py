@@ -59,16 +59,17 @@ _FACTOR = re.compile(
     r"multipl(?:y|ier))\s*(?:by|of|is|[:=])?\s*(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|[a-z]))",
     re.IGNORECASE,
 )
+RELATIVE = re.compile(
+    r"\brel(?:ative|\.)?[ _]+(?:floor[ _]+)?acc|\bacc[a-z]*[ _,(]{1,3}rel(?:ative)?\b(?! to g)|\ba_rel\b", re.IGNORECASE
+)
+"""What names an acceleration relative to the ground or a support."""
 _OTHERS_NAMED = {
     "a response spectrum, no motion": re.compile(
         r"^\W*(?:(?:pseudo\W?)?spectral acc\w*\s*(?:$|[(\[,]|in\b|units?\b)|"
         r"(?:acc\w* )?response spectr(?:um|a)(?!\W*(?:co|ma)))",
         re.IGNORECASE,
     ),
-    "relative to its support: blocks need the total acceleration": re.compile(
-        r"\brel(?:ative|\.)?[ _]+(?:floor[ _]+)?acc|\bacc[a-z]*[ _,(]{1,3}rel(?:ative)?\b(?! to g)|\ba_rel\b",
-        re.IGNORECASE,
-    ),
+    "relative to its support: blocks need the total acceleration": RELATIVE,
 }
 _APPLIED = re.compile(r"(?:(?:scal|amplifi|multipli)ed\b[^,;]*|orig peer filename.*)$", re.IGNORECASE)
 _SUFFIX = re.compile(r"[a-z]_(?P<unit>[cm]?m_?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE)

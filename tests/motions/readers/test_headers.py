@@ -190,9 +190,15 @@ def columns(heading, *factors):
     ],
 )
 def test_resultants_are_left_out(tmp_path, heading):
-    with pytest.warns(ImplausibleInput, match="is left out: a resultant of components"):
+    with pytest.warns(ImplausibleInput, match="is left out: a resultant, or relative"):
         motion = read(tmp_path, columns(heading, 1, 1, 1))
     np.testing.assert_allclose(motion.values, [SAMPLES, np.roll(SAMPLES, 1)], rtol=1e-15)
+
+
+def test_relative_columns_beside_total_ones_are_left_out(tmp_path):
+    with pytest.warns(ImplausibleInput, match=r"record.csv: roof rel\. acc \(m/s2\) is left out"):
+        motion = read(tmp_path, columns("time,roof rel. acc (m/s2),roof total acc (m/s2),table (m/s2)", 1, 1, 1))
+    np.testing.assert_allclose(motion.values, [np.roll(SAMPLES, 1), np.roll(SAMPLES, 2)], rtol=1e-15)
 
 
 def test_a_total_acceleration_alone_is_one(tmp_path):
