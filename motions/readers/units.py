@@ -46,6 +46,7 @@ _TOLD = re.compile(
 # ("0.2 in g" is of another number)
 _IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)", re.IGNORECASE)
 _BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
+_LAST = re.compile(r",\s*(?P<unit>[a-z][^\s,;]*)\W*$", re.IGNORECASE)  # "ACCELERATION TIME SERIES, GAL"
 _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
 _PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
@@ -151,6 +152,9 @@ def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) ->
             value = pattern is _BRACKETS and math.isnan(unit.factor) and re.match(r"\s*\d", unit.text)
             if unit.quantity in ("acceleration", *named) and not value:
                 found += [unit] if theirs or not _PEAK.search(text[: match.start()]) else []
+    last = _LAST.search(text) if named and not found else None
+    if last is not None and (unit_of(last["unit"]).quantity in named or re.search(r"/s", last["unit"], re.IGNORECASE)):
+        found.append(_of_match(last, line))
     others = [_of_match(match, line) for match in _TO.finditer(text)] if found else []
     return [*found, *(unit for unit in others if unit.quantity == "acceleration")]
 

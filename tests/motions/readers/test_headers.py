@@ -38,6 +38,7 @@ TITLE = "PEER RECORD\nSomewhere, 1/2/1999, Station, 090"
         (f"PEER\nACCELERATION TIME SERIES IN UNITS OF M/S/S\n{NPTS}", 1.0),
         (f"PEER\nACCELERATION IN UNITS OF CM/SEC**2\nSomewhere\n{NPTS}", 0.01),
         (f"PEER\nSomewhere\nACCELERATION\n{NPTS}, UNITS: GAL", 0.01),
+        (f"{TITLE}\nACCELERATION TIME SERIES, GAL\n{NPTS}", 0.01),
         (f"PEER\nSomewhere\nACCELERATION [mm/s^2]\n{NPTS}", 0.001),
         (f"PEER\nThe units are (g)\n*** Begin data ***\n{NPTS}", G),
         (f"PEER\nUNIT 5, UNITED STATES\nACCELERATION\n{NPTS}", G),
@@ -77,6 +78,7 @@ def test_an_at2_file_without_a_unit_is_noted(tmp_path):
                     "UNITS: G*100",
                     "(G) x 10",
                     "IN 1E-3 M/S2",
+                    ", IN/S2",
                 ),
             )
         ),
