@@ -21,6 +21,7 @@ from ...aliases import Array
 from ...motions.readers.lines import Lines, plain
 from .curve import HazardCurve
 from .reading import (
+    LOW_PERCENT,
     MOST_LEVELS,
     UNNAMED,
     HazardError,
@@ -54,7 +55,7 @@ _TIME = re.compile(
 )
 _KINDS = {
     "return period": re.compile(r"return periods?"),
-    "probability": re.compile(r"(?<![a-z])(?:probability|poe|apoe)(?![a-z])"),
+    "probability": re.compile(r"(?<![a-z])(?:probability|probabilities|poes?|apoe)(?![a-z])"),
     "rate": re.compile(r"(?<![a-z])(?:rate|rates|frequency|afe|mafe)(?![a-z])"),
 }
 _WRITTEN = {
@@ -62,6 +63,9 @@ _WRITTEN = {
     "probability": "probabilities with their time, as 'probability in 50 yr' or 'probability in 50 yr (%)'",
     "rate": "rates in 1/yr, as 'rate (1/yr)'",
 }
+_RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
+"""What comments on probabilities say where the numbers are rates all the same."""
+_THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
 _ANNUAL = re.compile(r"(?<![a-z])(?:annual|yearly|apoe|afe|mafe)(?![a-z])")
 _PERCENT = re.compile(r"%|(?<![a-z])per ?cent(?![a-z])")
 _PLAIN_WORDS = frozenset(
@@ -106,12 +110,23 @@ def read_plain(
             f"{lines.file}: line {lines.number} names {len(kinds)} columns of rates: realisations need a weight each, "
             f"as 'rate (1/yr) weight 0.3', got {name!r}"
         )
+    if kinds[0][0].kind == "rate" and _KINDS["probability"].search(comment.lower()) and not _RATES.search(comment):
+        raise HazardError(f"{lines.file}: line {lines.number} names rates, a comment probabilities: correct one of them")
     table: list[list[float]] = []
+    unsure: list[tuple[int, str, str]] = []
+    periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]
+    decimal = False  # (True once a number shows that points mark decimals)
     for line in lines:
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         words = _row_under(names, lines, line, separator)
         level = lines.value(words[0], names[0][:40])
+        decimal = decimal or any("." in word and not _THOUSANDS.fullmatch(word) for word in words)
+        unsure += [
+            (lines.number, name, word)
+            for word, name, period in zip(words, names, periods, strict=True)
+            if (period or separator != ",") and _THOUSANDS.fullmatch(word)
+        ]
         rates = [
             rate_of_word(lines, word, name, quantity)
             for word, name, (quantity, _) in zip(words[1:], names[1:], kinds, strict=True)
@@ -119,9 +134,22 @@ def read_plain(
         table.append([level, *rates])
         if len(table) > MOST_LEVELS:
             raise HazardError(f"{lines.file}: line {lines.number} is beyond {MOST_LEVELS} levels, no hazard curve is")
+    if unsure and not decimal:
+        at, name, word = unsure[0]
+        whole, _, thousands = word.partition(".")
+        raise HazardError(
+            f"{lines.file}: line {at} gives {name[:40]!r} as {word!r}, which is ambiguous: write {whole}{thousands} or "
+            f"{whole}.0"
+        )
     values = np.array(table).reshape(-1, len(names)).T
     shares = None if len(kinds) == 1 else [float(weight) for weight in weights if weight is not None]
-    return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares)
+    # (in a year, all are below 1 %)
+    low = bool(table) and all(
+        quantity.unit == 0.01 and quantity.years > 1.0 and -np.expm1(-column.max() * quantity.years) < 0.01
+        for column, (quantity, _) in zip(values[1:], kinds, strict=True)
+    )
+    text = f"table ({LOW_PERCENT})" if low else "table"
+    return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text)
 
 
 def _row_under(names: list[str], lines: Lines, line: str, separator: str) -> list[str]:

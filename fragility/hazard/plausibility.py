@@ -9,10 +9,14 @@ from ...motions.intensity.naming import written_level
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from .curve import HazardCurve
 from .pieces import NONE
-from .reading import UNNAMED
+from .reading import LOW_PERCENT, UNNAMED
 
-MOST_OFTEN, IMPOSSIBLY_OFTEN = 1.0, 10.0
-"""Annual rate of damaging shaking above which no site is, and above which nothing real can be meant."""
+MOST_OFTEN, IMPOSSIBLY_OFTEN = 0.2, 10.0
+"""Annual rate of the weakest damaging shaking above which no site is, and above which nothing real can be meant."""
+MOST_OFTEN_OF_LAW = 1.0
+"""The same of formulas, which are fitted to rarer levels."""
+AMPLIFIED = 2.5
+"""Spectral accelerations over PGA, at most: such levels are that much more frequent, and so are those of floors."""
 RETURN_PERIOD = 475.0
 KIND = "hazard"
 
@@ -36,7 +40,7 @@ _BOUNDS = {
 
 
 def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
-    """Return the doubts in a hazard curve: damaging shaking every year, levels beyond any site, no stated measure."""
+    """Return the doubts in a hazard curve: damaging shaking every year, levels beyond any site, what is not stated."""
     name = hazard.source.partition(",")[0] or "hazard"
     found = []
     if UNNAMED in hazard.source:
@@ -44,14 +48,22 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     bounds = _BOUNDS.get(hazard.units)
     if bounds is None or str(hazard.im) in ("arias", "cav"):
         return found
+    if LOW_PERCENT in hazard.source:
+        found.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
     damaging = max(bounds.damaging, hazard.levels[0])
     often = float(hazard.rate_at(damaging, above=NONE))
-    if often > MOST_OFTEN:
+    if hazard.source.endswith("law"):
+        most = MOST_OFTEN_OF_LAW
+    else:  # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
+        peak = str(hazard.im) in ("pga", "pgv") and hazard.at == "ground"
+        most = MOST_OFTEN * (1.0 if peak else AMPLIFIED) * max(bounds.damaging / damaging, 0.2)
+    if often > most:
         found.append(
             Doubt(
                 KIND,
                 f"{name}: {written_level(hazard.measure, damaging)} is exceeded {often:,.4g} times per year, more "
-                "often than at any site: return periods or per cent in place of annual rates?",
+                "often than at any site: return periods, per cent or probabilities in 50 years in place of annual "
+                "rates?",
                 often > IMPOSSIBLY_OFTEN,
             )
         )

@@ -23,6 +23,9 @@ MOST_LEVELS = 10_000
 UNNAMED = "the file names no measure"
 """Part of the source of a curve whose measure is only that of the levels."""
 
+LOW_PERCENT = "all per cent are below 1"
+"""Part of the source of such a curve."""
+
 
 class HazardError(ValueError):
     """A hazard file that cannot be read as what it claims to be; the message names the file, the line and the value."""

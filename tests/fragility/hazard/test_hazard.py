@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import time
 from pathlib import Path
 
@@ -560,6 +561,11 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         # per cent in place of rates: 3 % per year at 0.1 g
         ([0.1, 0.4], [3.0, 0.2], "Sa(1.0)", "g", "0.1 g is exceeded 3 times per year", False),
         ([5.0, 50.0], [3.0, 0.2], "pgv", "cm/s", "10 cm/s is exceeded", False),
+        # probabilities in 50 years in place of rates
+        ([0.1, 0.2, 0.4], [0.39, 0.10, 0.02], "pga", "g", "0.1 g is exceeded 0.39 times per year", False),
+        ([0.05, 0.1, 0.4], [0.63, 0.3, 0.02], "pga", "g", "0.1 g is exceeded 0.3 times per year", False),
+        # return periods in thousands of years
+        ([196.0, 294.0, 392.0], [1.0, 1 / 2.475, 1 / 4.975], "pga", "cm/s2", "exceeded 1 times per year", False),
         # levels in per cent of g, in cm/s2, in cm/s
         ([5.0, 20.0, 80.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once in 475 years", False),
         ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once", True),
@@ -579,6 +585,8 @@ def test_what_no_site_has(levels, rates, im, units, sentence, grave):
     [
         HazardCurve.from_points([0.05, 0.1, 0.2, 0.4, 0.8], [2e-2, 6e-3, 1.2e-3, 2e-4, 2e-5], "pga", "g"),
         HazardCurve.from_points([0.01, 0.1, 1.0, 3.0], [20.0, 0.4, 2e-3, 1e-5], "Sa(0.2)", "g"),
+        HazardCurve.from_points([0.01, 0.1, 1.0], [5.0, 0.15, 2e-3], "pga", "g"),
+        HazardCurve.from_points([0.1, 1.0], [0.4, 1e-2], "pga", "g", at="floor"),
         HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "cav", "m/s"),
         HazardCurve.power_law(1e-3, 3.0, "pga", "g"),
         HazardCurve.log_quadratic(1e-4, 2.0, 0.2, "pga", "g"),
@@ -610,6 +618,45 @@ def test_a_curve_describes_its_realisations():
     assert told["realisations"] == [list(low.rates), list(high.rates)]
     again = HazardCurve(told["levels"], told["rates"], told["im"], "", told["realisations"], told["weights"])
     assert again.rates == HazardCurve.from_realisations([low, high], [0.25, 0.75]).rates
+
+
+@pytest.mark.parametrize(
+    ("text", "refused"),
+    [
+        ("PGA (cm/s2);return period (yr)\n196;1.000\n294;2.475\n", "line 2 gives 'return period (yr)' as '1.000'"),
+        ("pga (m/s2)\trate (1/yr)\n1.500\t1\n2.000\t0\n", "line 2 gives 'pga (m/s2)' as '1.500', which is ambiguous"),
+        ("pga (cm/s2),return period (yr)\n196,1.000\n294,2.475\n", "write 1000 or 1.0"),
+        ("pga (g);return period (yr)\n0.2;1.000\n0.3;2.475\n", ""),
+        ("pga (m/s2);return period (yr)\n1.000;475\n2.5;2475\n", ""),
+        ("pga (m/s2),return period (yr)\n1.000,475\n2.000,2475\n", ""),
+        ("# 50-year probabilities\nPGA (g),rate\n0.1,0.3\n0.4,0.02\n", "a comment probabilities"),
+        ("# PoE in 50 yr\nPGA (g),rate (1/yr)\n0.1,0.3\n0.4,0.02\n", "line 2 names rates"),
+        ("# rates, from probabilities in 50 years\nPGA (g),rate\n0.1,0.03\n0.4,0.002\n", ""),
+    ],
+)
+def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
+    path = saved(tmp_path, text)
+    if not refused:
+        assert read_hazard(path).levels
+        return
+    with pytest.raises(HazardError, match=re.escape(refused)):
+        read_hazard(path)
+
+
+@pytest.mark.parametrize(
+    ("heading", "first", "doubted"),
+    [
+        ("probability in 50 yr (%)", 0.39, True),
+        ("PoE in 10 years [%]", 0.39, True),
+        ("probability in 50 yr (%)", 10.0, False),
+        ("annual probability (%)", 0.39, False),
+    ],
+)
+def test_fractions_under_per_cent(tmp_path, heading, first, doubted):
+    hazard = read_hazard(saved(tmp_path, f"pga (g),{heading}\n0.1,{first}\n0.4,0.02\n"))
+    assert [one.sentence for one in hazard_doubts(hazard)] == [
+        "hazard.csv: all per cent are below 1: fractions under a heading of per cent?"
+    ] * doubted
 
 
 def test_cut_within_the_last_number(tmp_path):
