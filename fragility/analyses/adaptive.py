@@ -39,7 +39,7 @@ from ..runs.progress import part_of
 from ..runs.provenance import ADAPTIVE, AXES, RUN
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import check_factors
-from ..validity.plausibility import block_doubts, cut_slides, end_doubts, rocking_doubts
+from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts
 from ..validity.screen import with_sparse_screen
 from ..validity.sparse_screen import ScreenRequest, Shaken
 from ..validity.undecided import perturbed_runs
@@ -106,7 +106,7 @@ def adaptive(
     if source.size is not None and source.size < until.least:
         raise ValueError(f"motions must be {until.least} at least (until motions least), got {source.size}")
     plan = Plan(until, state, runs_per_motion, seed, hazard, scaled, source, ground is not None)
-    doubts = [*block_doubts(request.blocks), *rocking_doubts(request.blocks, request.models, request.outputs)]
+    doubts = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
     curves: dict[tuple[int, int], SequentialCurve] = {}
     others = OtherMeasures(scaled)
     cut: dict[str, bool] = {}

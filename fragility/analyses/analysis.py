@@ -28,7 +28,7 @@ from ..runs.plan import plan_even
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.lazy_screen import with_lazy_screen
-from ..validity.plausibility import block_doubts, cut_slides, end_doubts, level_doubts, rocking_doubts
+from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenInput
 from .measuring import MeasuringThread
@@ -98,7 +98,7 @@ def doubts_of(request: Request, design: Design) -> list[Doubt]:
     """Return the doubts in blocks, in records, and in the levels that they are scaled to."""
     at = design.coordinates.get("intensity" if design.name == STRIPES else "level")
     levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
-    blocks = [*block_doubts(request.blocks), *rocking_doubts(request.blocks, request.models, request.outputs)]
+    blocks = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
     return [*blocks, *record_doubts([one for one in design.motions if not one.reverse_of]), *levels]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
@@ -12,9 +13,23 @@ from ...doubts import NAMED, Doubt, first_names, first_of
 from ...models import Block, Model, Sliding
 from ...models.block import WIDEST, likely_sizes
 from ...models.columns import BlockArray
+from ...models.scenes.restraint import Restraint
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
+UNITS = "units"
+"""Kind of doubts about numbers that are likely of another unit."""
+MOST_DAMPED = 1.0
+"""Damping ratio: FEMA 356 and the published laws have 0 to 0.64."""
+LEAST_STRENGTH, MOST_STRENGTH = 10.0, 1e6  # N
+MOST_SLACK = 0.5  # m
+LEAST_DENSE, MOST_DENSE = 5.0, 8000.0  # kg/m³
+UNKNOWN_DEPTH = 10.0
+"""Depth over width, at most, of a block whose depth is not given."""
+LEAST_GAP = 0.001
+"""Distance, m, below which a gap that is not 0 is no measured one."""
+LONGEST_PERIOD = 10.0  # s
+METRES = "metres in place of mm, or the other way round?"
 SLIDES_ON = 0.05
 """Share of a slip that comes after the end of the motion."""
 LEAST_SLIP = 1e-4  # m
@@ -35,7 +50,32 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
     # (a block without a name is called by its sizes)
-    return _size_doubts(sides, np.array([block.h / block.b for block in every]), lambda i: every[i].name)
+    sizes = _size_doubts(sides, np.array([block.h / block.b for block in every]), lambda i: every[i].name)
+    restraints = [(block.label, block.restraint) for block in every if block.restraint is not None]
+    return [*sizes, *unit_doubts(restraints, every)]
+
+
+def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Block] = ()) -> list[Doubt]:
+    """Return the doubts in restraints, with what they hold, and in masses and distances of blocks: of other units?"""
+    found: dict[str, list[str]] = {}
+    for name, one in restraints:
+        if not LEAST_STRENGTH <= one.strength <= MOST_STRENGTH and one.strength != math.inf:
+            found.setdefault("kN in place of N?", []).append(f"{name}: a strength of {one.strength:g} N")
+        if one.slack > MOST_SLACK:
+            found.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * one.slack:g} mm")
+    for block in blocks:
+        if block.mass is not None:
+            density = block.mass / (block.width * (block.depth or block.width) * block.height)
+            most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
+            if not LEAST_DENSE <= density <= most:
+                said = f"{block.label}: {block.mass:,g} kg"
+                found.setdefault("tonnes or grams in place of kg?", []).append(said)
+        wall, edge = block.wall, block.edge
+        gaps = (() if wall is None else (wall.gap, wall.front_gap)) + (() if edge is None else (edge.front, edge.back))
+        tiny = [gap for gap in gaps if gap is not None and 0.0 < gap < LEAST_GAP]
+        if tiny:
+            found.setdefault(METRES, []).append(f"{block.label}: {1e3 * tiny[0]:g} mm to a wall or an edge")
+    return [Doubt(UNITS, f"{first_of(said)}: {slip}") for slip, said in found.items()]
 
 
 def _size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
@@ -75,13 +115,16 @@ def _sizes(sides: Array, name: str | None) -> str:
     return f"{f'{name}: ' if name else ''}{width:g} m × {height:g} m{f', or {likely}?' if likely else ''}"
 
 
-def rocking_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:
-    """Return the doubt in blocks that slide under a static friction of b/h or more, where no `mode` tells of it."""
-    if "mode" in outputs:
-        return []
+def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:
+    """Return the doubts in damping ratios above 1, and in blocks that slide under a static friction of b/h or more.
+
+    The latter only where no `mode` tells of it.
+    """
     found = []
     for law in models:
-        if not isinstance(law, Sliding):
+        if law.options.get("zeta", 0.0) > MOST_DAMPED:
+            found.append(Doubt(UNITS, f"{law.label}: no block is damped so: a ratio, 0.05 for 5 %?"))
+        if not isinstance(law, Sliding) or "mode" in outputs:
             continue
         early = [block.label for block in blocks if law.static >= math.tan(block.alpha)]
         if early:
@@ -115,6 +158,14 @@ def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
             "end, change what it does",
         )
     ]
+
+
+def period_doubts(im: str) -> list[Doubt]:
+    """Return the doubt in a measure of a period above 10 s, by its label."""
+    period = re.match(r"\w+\([(\[]*(\d+(?:\.\d*)?)", im)
+    if period is None or float(period[1]) <= LONGEST_PERIOD:
+        return []
+    return [Doubt(UNITS, f"{im}: no spectrum has periods above {LONGEST_PERIOD:g} s: milliseconds in place of s?")]
 
 
 def level_doubts(levels: Array, units: str) -> list[Doubt]:

@@ -28,7 +28,14 @@ MOST_COLUMNS = 1024
 """Columns that a row may reach, empty ones among them."""
 _UNITS = ("mm", "cm", "m", "in", "ft", "g", "kg", "t", "lb", "n", "kn")
 """Units that number formats write beside numbers, in lower case."""
-_LITERAL = re.compile(r'"([^"]*)"|\\(.)')
+_MULTIPLE = re.compile(
+    r"%|‰|[.,' ]?0+|(?:k|t|m|tsd|thsd|thousands?|mio|mill|millions?|mn|mrd|bn)\.?\s?"
+    r"(?:€|\$|£|¥|fr\.?|euro?|usd|gbp|chf|jpy|cny|inr|try|cad|aud|nzd|mxn|clp|sek|nok|dkk)?"
+)
+"""What formats write beside numbers that are a multiple of what is shown, in lower case."""
+_SCALED = re.compile(r"[0#?],+(?![0#?])")
+"""Mark of a format that shows a number divided by thousands: then the number itself is whole."""
+_LITERAL = re.compile(r'"([^"]*)"|\\(.)|\[\$([^\]-]*)[^\]]*\]')
 _OLD = b"\xd0\xcf\x11\xe0"
 
 
@@ -60,8 +67,10 @@ class Numeric(str):
     def cell(cls, text: str, format_code: str) -> Numeric:
         """Return such a cell, of a number format such as ``0.0" cm"``."""
         made = cls(text)
-        shown = "".join(map("".join, _LITERAL.findall(format_code.partition(";")[0]))).strip().lower()
-        made.unit = shown if shown in _UNITS else ""
+        code = format_code.partition(";")[0]
+        shown = "".join(map("".join, _LITERAL.findall(code))).strip().lower()
+        multiple = _MULTIPLE.fullmatch(shown) and not _SCALED.search(_LITERAL.sub("", code))
+        made.unit = shown if multiple or shown in _UNITS else ""
         return made
 
 

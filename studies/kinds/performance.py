@@ -23,7 +23,7 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import PieceDraws, Variability
 from ...fragility.validity.notes import squat_notes
-from ...fragility.validity.plausibility import block_doubts, level_doubts
+from ...fragility.validity.plausibility import block_doubts, level_doubts, period_doubts, unit_doubts
 from ...fragility.validity.scenes import scene_notes
 from ...models import Law
 from ...models.oscillator import Oscillator
@@ -511,7 +511,8 @@ class PerformanceStudy(Study):
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
         pieces = block_doubts([replace(row.block, name=row.label) for row in self.inventory.rows])
-        return [*self.of_tables, *pieces, *own, *far, *levels, *said, *others]
+        kits = unit_doubts((kit.name, kit.restraint) for kit in self.kits)
+        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *levels, *said, *others]
 
     @cached_property
     def reading(self) -> Reading:

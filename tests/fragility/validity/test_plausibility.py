@@ -7,7 +7,7 @@ import pytest
 
 import toppling as tp
 from toppling.doubts import ImplausibleInput, noted
-from toppling.fragility.validity.plausibility import block_doubts, level_doubts
+from toppling.fragility.validity.plausibility import block_doubts, law_doubts, level_doubts, period_doubts, unit_doubts
 from toppling.models.columns import BlockArray
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -35,6 +35,51 @@ def test_sizes(width, height, expected):
     found = block_doubts([tp.Block(width, height, name="one")])
     assert [one.grave for one in found] == ([] if expected is None else [expected])
     assert all(f"one: {width:g} m × {height:g} m" in one.sentence for one in found)
+
+
+STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)
+
+
+@pytest.mark.parametrize(
+    ("scene", "expected"),
+    [
+        ({"mass": 120_000.0}, "cabinet: 120,000 kg: tonnes or grams"),
+        ({"mass": 0.12}, "cabinet: 0.12 kg: tonnes or grams"),
+        ({"mass": 5000.0, "depth": 0.4}, "cabinet: 5,000 kg"),
+        ({"mass": 5000.0}, ""),  # (a row of shelves 4 m long)
+        ({"mass": 12.0, "depth": 1.0}, ""),
+        ({"mass": 120.0, "restraint": STRAP}, ""),
+        ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 0.267)}, "a strength of 0.267 N: kN in place of N?"),
+        ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 2e6)}, "a strength of 2e+06 N: kN"),
+        ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, np.inf)}, ""),
+        ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 267.0, slack=5.0)}, "a slack of 5000 mm: metres in"),
+        ({"wall": tp.Wall(0.00002)}, "cabinet: 0.02 mm to a wall or an edge: metres in place of mm"),
+        ({"wall": tp.Wall(0.02, front_gap=0.00003)}, "cabinet: 0.03 mm to a wall"),
+        ({"edge": tp.Edge(None, 0.00005)}, "cabinet: 0.05 mm to a wall or an edge"),
+        ({"wall": tp.Wall(0.0)}, ""),
+        ({"edge": tp.Edge(0.05)}, ""),
+    ],
+)
+def test_numbers_of_another_unit(scene, expected):
+    found = block_doubts([tp.Block(0.4, 1.8, name="cabinet", **scene)])
+    assert [(one.kind, expected in one.sentence) for one in found] == [("units", True)] * bool(expected)
+    assert unit_doubts([("strap", STRAP)]) == []
+
+
+@pytest.mark.parametrize(
+    ("im", "doubted"),
+    [("Sa(200.0)", True), ("Sa(500.0, 0.02)", True), ("FIV3(300.0)", True), ("Sa(10.0)", False), ("d5_75", False)],
+)
+def test_periods_in_milliseconds(im, doubted):
+    assert [one.kind for one in period_doubts(im)] == ["units"] * doubted
+
+
+def test_damping_in_per_cent():
+    laws = [tp.ViscousDamping(zeta=0.64), tp.ViscousDamping(zeta=5.0), tp.HousnerImpact()]
+    (doubt,) = law_doubts([CABINET], laws, [])
+    assert "ζ=5" in doubt.sentence
+    with pytest.warns(ImplausibleInput, match="0.05 for 5 %"):
+        tp.ida(CABINET, laws[1], SHAKES, [1.0])
 
 
 # (what was written, what was meant, by hand)

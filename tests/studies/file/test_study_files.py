@@ -298,6 +298,10 @@ MESSAGES = [
         SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-2, 1e-3]\nunit = "m/s"\n',
         "hazard.unit must be one of g, m/s2, cm/s2 for pga, got 'm/s'",
     ),
+    (
+        SMALL.replace('law = "housner"', 'law = "viscous"\nzeta = 5'),
+        "models[1].zeta: must be >= 0 and <= 1, got 5",
+    ),
     (SMALL + "[fit]\nconfidence = 95\n", "fit.confidence: must be > 0 and < 1, got 95"),
     (SMALL + "[fit]\nfractiles = [10]\n", "fit.fractiles[1]: must be > 0 and < 1, got 10"),
     (SMALL + "[uncertainty]\nsamples = 1\n", "key 'uncertainty.inputs' is missing"),

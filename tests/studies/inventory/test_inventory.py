@@ -557,6 +557,32 @@ class TestWorkbooks:
         with pytest.raises(InventoryError, match="row 2, column 'width_m': must be in the unit of its heading, got 45"):
             read_inventory(path)
 
+    @pytest.mark.parametrize(
+        ("code", "refused"),
+        [
+            ('0.0" k€"', True),
+            ('0.0\\ "TEUR"', True),
+            ('0.0" Mio. EUR"', True),
+            ("0.0 [$k€-407]", True),
+            ('0".000"', True),
+            ('0.0," k€"', False),  # (shows 1200 as 1.2 k€)
+            ("#,##0.0\\ [$€-407]", False),
+            ('#,##0.0" EUR"', False),
+            ('0.0" MXN"', False),
+        ],
+    )
+    def test_multiples_of_number_formats(self, tmp_path, code, refused):
+        """A person sees 1.2 k€ below value."""
+        path = book_of([["width_m", "height_m", "floor", "value"], [0.45, 2.0, 1, 1.2]], tmp_path / "i.xlsx")
+        book = openpyxl.load_workbook(path)
+        book.active["D2"].number_format = code
+        book.save(path)
+        if refused:
+            with pytest.raises(InventoryError, match="row 2, column 'value': must be in the unit of its heading, got 1.2"):
+                read_inventory(path)
+        else:
+            assert read_inventory(path).rows[0].value == 1.2
+
     def test_shares_in_per_cent_and_numbers_as_text(self, tmp_path):
         rows = [["catalogue", "floor", "persons_exposed", "injury_probability", "value"]]
         path = book_of([*rows, ["bookcase-5-shelf", 1, 1.125, 0.4, "250"]], tmp_path / "i.xlsx", lambda cell: cell)
