@@ -15,11 +15,9 @@ from ... import checks
 from ...doubts import Doubt, first_of, warn
 from ...wording import system_reason
 from ..text.error import StudyError
-from .table import nearest_key, shown, unended
+from .table import meant, shown, unended
 from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
 
-UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}
-"""The advice for sizes in other units."""
 MAX_TEXT = 200
 """Most characters of a cell."""
 
@@ -176,14 +174,7 @@ class CsvTable:
         name = next((one for one in known if one.lower() == heading.lower()), None)
         if name is not None or not heading:
             return name or ""
-        stem, _, unit = heading.lower().rpartition("_")
-        if unit in UNITS and f"{stem}_m" in known:
-            raise self.kind.error(
-                f"{self.where}: unknown column {shown(heading)}; sizes are in metres: name it {stem}_m, and "
-                f"{UNITS[unit]}"
-            )
-        near = nearest_key(heading[:MAX_TEXT], known)
-        hint = f"did you mean {near!r}?" if near else f"allowed are {', '.join(known)}"
+        hint = meant(heading[:MAX_TEXT], known) or f"allowed are {', '.join(known)}: rename it, or leave it out"
         raise self.kind.error(f"{self.where}: unknown column {shown(heading)}; {hint}")
 
     def _content(self) -> bytes:

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from .include import tables_of
-from .table import UNIT_SUFFIXES, KeyInfo, Table, nearest_key, shown, suffix_of
+from .table import UNIT_SUFFIXES, KeyInfo, Table, meant, shown, suffix_of
 
 NO_TABLE = ("model_type", "model_attributes_type", "dict_type")
 NO_LIST = ("list_type", "tuple_type")
@@ -91,11 +91,11 @@ def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> s
             f"unknown key {shown(key, 120)}: width_m is the size in the direction in which the block tips, which of a "
             "bookcase is its depth from front to back; its length along the wall is not needed"
         )
-    near = nearest_key(name, known)
+    near = meant(name, known)
     homes = [_header(top, fields) for top in fields if top not in location and name in _known_keys(table, (top,))]
     hint = f", allowed are {', '.join(known)}"
     if near:
-        hint = f"; did you mean {near!r}?"
+        hint = f"; {near}"
     elif 0 < len(homes) <= MOST_HOMES and len(location) > 1:
         hint = f"; {name} is a key of {', '.join(homes)}"
     return f"unknown key {shown(key, 120)}{hint}"

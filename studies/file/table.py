@@ -30,7 +30,16 @@ _MORE = {
 _SPELLINGS = {"m/s²": "m/s2", "m/s^2": "m/s2", "cm/s²": "cm/s2", "cm/s^2": "cm/s2", "Gal": "gal", "°": "deg"}
 SIMILAR = 0.75
 """Similarity (`difflib`) from which a word may be meant."""
-_SAME = {"weight": "mass", "restitution": "e"}
+_SAME = {
+    **{"weight": "mass", "restitution": "e"},
+    **dict.fromkeys(("quantity", "qty", "pieces", "number"), "count"),
+    **dict.fromkeys(("coefficient", "friction", "mu", "static_friction"), "static"),
+}
+_FACTORS = {
+    **{"mm": (1e-3, "m"), "cm": (1e-2, "m"), "m": (1.0, "m"), "in": (0.0254, "m"), "ft": (0.3048, "m")},
+    **{"n": (1.0, "n"), "kn": (1e3, "n"), "kg": (1.0, "kg"), "t": (1e3, "kg"), "s": (1.0, "s"), "ms": (1e-3, "s")},
+}
+"""SI value and SI unit, as names of keys end, of each unit that somebody may write there."""
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _EXAMPLES = {
     **{ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"},
@@ -102,10 +111,33 @@ def nearest_key(name: str, keys: Iterable[str]) -> str | None:
     name = name.casefold()
     stem, suffix = bare(name), suffix_of(name)
     alike = [key for key in keys if not suffix or _KINDS.get(suffix_of(key), "") in ("", _KINDS[suffix])]
-    near = nearest(_SAME.get(stem, stem), [bare(key) for key in alike])
+    words = [bare(key) for key in alike]
+    near = _SAME[stem] if _SAME.get(stem) in words else nearest(stem, words)
     return next((key for key in alike if key.casefold() == name), None) or next(
         (key for key in alike if bare(key) == near), None
     )
+
+
+def meant(name: str, keys: Sequence[str]) -> str:
+    """Return the question whether another key is meant, and what its unit does to the numbers; '' without one.
+
+    Examples
+    --------
+    >>> meant("width_mm", ["width_m"]), meant("Width (m)", ["width_m"]), meant("colour", ["width_m"])
+    ("did you mean 'width_m'? Then divide by 1000", "did you mean 'width_m'?", '')
+    """
+    plain = re.sub(r"[\W_]+", "_", name.casefold()).strip("_")
+    stem, _, unit = plain.rpartition("_")
+    factor, si = _FACTORS.get(unit, (0.0, ""))
+    for key in keys:
+        own, of = _FACTORS.get(suffix_of(key)[1:], (0.0, ""))
+        if of == si != "" and own != factor and bare(key) in (stem, _SAME.get(stem)):
+            less = f"divide by {own / factor:g}" if own > factor and unit != "in" and unit != "ft" else ""
+            return f"did you mean {key!r}? Then {less or f'multiply by {factor / own:g}'}"
+    # (a unit of no key in brackets, as EUR)
+    tried = (name, plain) if si else (name, plain, re.split(r"[\[(]", name)[0].strip())
+    near = next((key for key in (nearest_key(one, keys) for one in tried) if key), None)
+    return f"did you mean {near!r}?" if near else ""
 
 
 def checked(value: str, allowed: Iterable[str], beside: str = "") -> str:

@@ -105,7 +105,7 @@ class TestReading:
             ("", "empty"),
             (
                 "name,width_mm,height_mm\n",
-                "unknown column 'width_mm'; sizes are in metres: name it width_m, and divide b",
+                r"unknown column 'width_mm'; did you mean 'width_m'\? Then divide by 1000",
             ),
             ("name,width_m,height_m,\na,1,2,x\n", "line 2: has a cell below a heading without a name"),
             ("PK\x03\x04", "a workbook or archive, no text; save its sheet as CSV in UTF-8"),

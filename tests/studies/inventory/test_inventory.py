@@ -361,6 +361,13 @@ PLAIN_FILES = [
     ("columns", "message"),
     [
         ("item,weight_kg,floor", "unknown column 'weight_kg'; did you mean 'mass_kg'?"),
+        ("item,width (cm),floor", "did you mean 'width_m'? Then divide by 100"),
+        ("item,Height [in],floor", "did you mean 'height_m'? Then multiply by 0.0254"),
+        ("item,weight (t),floor", "did you mean 'mass_kg'? Then multiply by 1000"),
+        ("item,anchor_strength_kn,floor", "did you mean 'anchor_strength_n'? Then multiply by 1000"),
+        ("item,Value (EUR),floor", "did you mean 'value'?"),
+        ("item,quantity,floor", "did you mean 'count'?"),
+        ("item,Remarks,floor", "support: rename it, or leave it out"),
         ("item,lean_mm,floor", "unknown column 'lean_mm'; allowed are item"),
         ("item,wall_gap_m,floor", "unknown column 'wall_gap_m'; did you mean 'wall_gap_mm'?"),
     ],

@@ -127,7 +127,7 @@ def test_columns_are_what_lines_give(text, tmp_path):
             "name,width_m,height_m,cm_height_m,inertia_factor\na,0.4,1.8,1.0,1.3\nb,0.4,1.8",
             "line 3: has 3 of 5 cells and no line end: the file is cut",
         ),
-        ("name,width_mm,height_m\na,400,1.8\n", "sizes are in metres"),
+        ("name,width_mm,height_m\na,400,1.8\n", "did you mean 'width_m'? Then divide by 1000"),
     ],
 )
 def test_files_that_are_wrong_are_refused_as_line_by_line(text, said, tmp_path):
