@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..aliases import Array, Flags
+from ..doubts import Doubt, warn
 from ..labelled import spare_dask
 from ..units import ACCELERATION, METRE, RADIAN, SECOND
 
@@ -32,6 +33,11 @@ DRAW = "draw"
 """Coordinate of runs of which several are of one motion: the number of each among them."""
 REVERSE_OF = "reverse_of"
 """Coordinate of motions that are run both ways: the label of the motion that each reverses (`motions.polarity`)."""
+
+TRANSPOSED = 10
+"""Motions over samples, above which an array is likely transposed."""
+LONG_STEP = 1.0
+"""Time step, s, from which it is no step of a motion."""
 
 
 class Record(NamedTuple):
@@ -134,6 +140,13 @@ def from_array(
     if values.shape[1] < 2:
         raise ValueError(f"acceleration must have at least 2 samples, got {values.shape[1]}")
     n = values.shape[0]
+    if n > TRANSPOSED * values.shape[1]:
+        what = (
+            f"{n:,} motions of {values.shape[1]} samples: motions are rows, samples columns: a table to be transposed?"
+        )
+        warn([Doubt("duration", what)])
+    if step >= LONG_STEP:
+        warn([Doubt("duration", f"a time step of {step:g} s: no motion has that: Hz, or ms in place of s?")])
     if labels is None:
         labels = [f"motion {i + 1}" for i in range(n)]
     names = list(labels) if isinstance(labels, Iterable) and not isinstance(labels, str) else [labels]

@@ -76,7 +76,9 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
 
-    Motions that were generated are passed over.  A zero motion, and one that is all offset, has no drift of its own.
+    Of motions that were generated, PGA and duration alone are looked at, and nothing of floor motions.
+
+    A zero motion, and one that is all offset, has no drift of its own.
     Baseline and filters are no cure where all that is doubted has them already.
 
     References
@@ -85,7 +87,8 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     accelerations and velocities. Bulletin of the Seismological Society of America 100(1), 1-36.
     """
     records = list(records)
-    read = [one for record in records if record.recorded for one in _components(record)]
+    looked_at = [one for one in records if one.recorded or not (one.floor or one.own_level)]
+    read = [one for record in looked_at for one in _components(record)]
     uncorrected: set[str] = set()
     offset: list[str] = []
     drift: list[str] = []
@@ -110,6 +113,12 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
         pga = peak_acceleration(record.acceleration, record.dt)
         if pga == 0.0:
             continue
+        if pga > HIGHEST_PGA:
+            strong.append((pga, f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"))
+        if record.duration > LONGEST:
+            long.append(f"{record.label}: {short_digits(record.duration)} s")
+        if not record.recorded:
+            continue
         pgv = peak_velocity(record.acceleration, record.dt)
         mean = abs(float(record.acceleration.mean())) / pga
         if mean > OFFSET:
@@ -120,12 +129,8 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
         pgd = peak_displacement(record.acceleration, record.dt)
         if pgd > WANDERING * record.duration * pgv:
             keep(wandering, record, f"PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
-        if pga > HIGHEST_PGA:
-            strong.append((pga, f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"))
         if max(mean / OFFSET, left / DRIFT) <= 1.0 and not SHORTEST_PGV_PGA <= pgv / pga <= LONGEST_PGV_PGA:
             ratio.append(f"{record.label}: {short_digits(pgv / pga)} s")
-        if record.duration > LONGEST:
-            long.append(f"{record.label}: {short_digits(record.duration)} s")
     found: list[Doubt] = []
 
     def doubt(kind: str, names: list[str], one: str, more: str, remedy: str, grave: bool = False) -> None:
@@ -144,7 +149,8 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
             return what
         return "after the corrections that were asked for; a window and filters can leave that"
 
-    unit = "another unit than the file says, gal headed g?"
+    told = "the file says, gal" if any(record.recorded for record in read) else "is meant, per cent of g"
+    unit = f"another unit than {told} headed g?"
     grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
     if copies:
         what = "a record has" if len(copies) == 1 else f"{len(copies):,} records have"

@@ -111,7 +111,9 @@ def read_plain(
             f"as 'rate (1/yr) weight 0.3', got {name!r}"
         )
     if kinds[0][0].kind == "rate" and _KINDS["probability"].search(comment.lower()) and not _RATES.search(comment):
-        raise HazardError(f"{lines.file}: line {lines.number} names rates, a comment probabilities: correct one of them")
+        raise HazardError(
+            f"{lines.file}: line {lines.number} names rates, a comment probabilities: correct one of them"
+        )
     table: list[list[float]] = []
     unsure: list[tuple[int, str, str]] = []
     periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]

@@ -36,7 +36,9 @@ class ModelTable(Table):
         Field(description="Half width of the elastic zone over α, 0 to 1."),
     ] = None
     zeta: Annotated[
-        float | None, KeyInfo(at_least=0.0), Field(le=1.0, description="Damping ratio of the viscous law, 0.05 for 5 %.")
+        float | None,
+        KeyInfo(at_least=0.0),
+        Field(le=1.0, description="Damping ratio of the viscous law, 0.05 for 5 %."),
     ] = None
     coefficient: Annotated[
         float | None, KeyInfo(0.02, at_least=0.0), Field(description="Coefficient of the law of Vassiliou et al.")

@@ -132,7 +132,7 @@ def meant(name: str, keys: Sequence[str]) -> str:
     for key in keys:
         own, of = _FACTORS.get(suffix_of(key)[1:], (0.0, ""))
         if of == si != "" and own != factor and bare(key) in (stem, _SAME.get(stem)):
-            less = f"divide by {own / factor:g}" if own > factor and unit != "in" and unit != "ft" else ""
+            less = f"divide by {own / factor:g}" if own > factor and unit not in {"in", "ft"} else ""
             return f"did you mean {key!r}? Then {less or f'multiply by {factor / own:g}'}"
     # (a unit of no key in brackets, as EUR)
     tried = (name, plain) if si else (name, plain, re.split(r"[\[(]", name)[0].strip())

@@ -42,10 +42,11 @@ class Reading(NamedTuple):
         """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario."""
         plain = [record for array in arrays for record in records(array)]
         if generator is not None:
-            return cls._of_scenario(arrays, generator)._varied(plain)
+            found = cls._of_scenario(arrays, generator)._varied(plain)
+            return found._replace(doubts=(*record_doubts(plain), *found.doubts))
         missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
-            return cls(missed)
+            return cls((*record_doubts(plain), *missed))
         done = [(str(array.attrs.get("processing", "")), records(array)) for array in arrays]
         notes = {note for note, _ in done}
         if len(notes) == 1:

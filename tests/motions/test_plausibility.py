@@ -7,6 +7,7 @@ import pytest
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
+from toppling.doubts import noted
 from toppling.motions.arrays import records
 from toppling.motions.plausibility import record_doubts, ringing_doubts
 from toppling.units import STANDARD_GRAVITY as G
@@ -168,3 +169,28 @@ class TestMarks:
         assert not records(mo.Building.flexural_shear(0.5).floor_motions(read))[0].recorded
         with pytest.raises(TypeError, match="recorded must be True or False"):
             mo.from_array([0.0, 1.0], 0.1, recorded=1)
+
+
+@pytest.mark.parametrize(
+    ("shape", "dt", "doubt"),
+    [
+        ((2000, 2), 0.01, "2,000 motions of 2 samples"),  # (time, motion)
+        ((2, 2000), 100.0, "a time step of 100 s"),  # Hz
+        ((2, 2000), 10.0, "a time step of 10 s"),  # ms
+        ((2, 2000), 0.01, None),
+        ((100, 50), 0.02, None),
+        ((3,), 0.5, None),
+    ],
+)
+def test_arrays_that_are_transposed_or_of_another_step(shape, dt, doubt):
+    with noted() as found:
+        mo.from_array(np.ones(shape), dt)
+    assert [one.sentence.partition(":")[0] for one in found] == [doubt] * bool(doubt)
+
+
+@pytest.mark.parametrize(("peak", "grave"), [(2.9, []), (18.0, [False]), (21.0, [True])])
+def test_generated_motions_beyond_what_was_recorded(peak, grave):
+    """A target of 20 % of g, headed g."""
+    values = peak * G * np.sin(np.arange(500) * 0.1)[None]
+    found = record_doubts(records(mo.from_array(values, 0.01)))
+    assert [(one.kind, one.grave) for one in found] == [("PGA", one) for one in grave]

@@ -585,7 +585,7 @@ class TestWorkbooks:
         book.active["D2"].number_format = code
         book.save(path)
         if refused:
-            with pytest.raises(InventoryError, match="row 2, column 'value': must be in the unit of its heading, got 1.2"):
+            with pytest.raises(InventoryError, match="column 'value': must be in the unit of its heading, got"):
                 read_inventory(path)
         else:
             assert read_inventory(path).rows[0].value == 1.2
