@@ -267,7 +267,9 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     ends = [_log_capacities(capacities, one) for one in candidates]
     dims = ("block", "model", "measure")
     powers = np.array([one.power for one in candidates])
-    fits = _dispersions(ordered, candidates, ends, np.tile(weights, (1, capacities.repeats)), options)
+    # (a motion and its reverse are one earthquake, so that fits of both ways are as precise as those of one)
+    of_fits = np.tile(weights * as_given(runs).mean(), (1, capacities.repeats))
+    fits = _dispersions(ordered, candidates, ends, of_fits, options)
     columns = _efficiency(fits, powers, options.confidence)
     if "peak_rotation" in runs:
         columns |= _practicality(runs, ordered, candidates, weights, options)

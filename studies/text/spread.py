@@ -65,7 +65,7 @@ def amount_range(low: float, high: float) -> str:
 
 def years_range(low: float, high: float) -> str:
     """Write a range of annual rates as years between two events."""
-    return f"{about_years(high)} to {about_years(low)}"
+    return f"{about_years(high)}–{about_years(low)}"
 
 
 def whole_range(low: float, high: float) -> str:

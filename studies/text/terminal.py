@@ -32,8 +32,10 @@ def fitted(table: Table, width: int) -> Iterator[Table]:
     Each of these tables begins with the first column.  A column that is too wide by itself may be broken anywhere.
     """
     cells = [[Text.from_markup(str(one)) for one in (column.header, *column.cells)] for column in table.columns]
-    most = [max(cell_len(line) for one in column for line in one.plain.split("\n")) for column in cells]
     words = [max((cell_len(word) for one in column for word in _words(one)), default=0) for column in cells]
+    most = [_longest(column) for column in cells]
+    if _width(most, [*range(len(cells))]) > width:  # (headings are broken before cells are)
+        most = [max(word, _longest(column[1:])) for column, word in zip(cells, words, strict=True)]
     least = [a if column.no_wrap else b for column, a, b in zip(table.columns, most, words, strict=True)]
     first, *rest = range(len(cells))
     group = [first]
@@ -43,6 +45,10 @@ def fitted(table: Table, width: int) -> Iterator[Table]:
             group = [first]
         group.append(i)
     yield _part(table, group, least, most, width)
+
+
+def _longest(column: list[Text]) -> int:
+    return max((cell_len(line) for one in column for line in one.plain.split("\n")), default=0)
 
 
 def _words(text: Text) -> list[str]:
@@ -62,16 +68,18 @@ def _part(table: Table, group: list[int], least: list[int], most: list[int], wid
         title = re.split(r" \(|: |; ", title, maxsplit=1)[0] + ", continued"
     part = Table(title=title, box=table.box, pad_edge=table.pad_edge, title_justify=table.title_justify)
     room = width - _width(least, group)
-    wanted = sum(most[i] - least[i] for i in group)
+    given, left = {}, max(0, room)
+    for i in sorted(group, key=lambda i: most[i] - least[i]):  # (as few columns as can be have broken cells)
+        given[i] = min(most[i] - least[i], left)
+        left -= given[i]
     for i in group:
         column = table.columns[i]
-        more = most[i] - least[i] if wanted <= room else max(0, room) * (most[i] - least[i]) // max(1, wanted)
         part.add_column(
             column.header,
             justify=column.justify,
             overflow=column.overflow,
             no_wrap=column.no_wrap,
-            width=least[i] + more if room >= 0 else None,
+            width=least[i] + given[i] if room >= 0 else None,
         )
     columns = [list(table.columns[i].cells) for i in group]
     for row, found in zip(table.rows, zip(*columns, strict=True), strict=True):

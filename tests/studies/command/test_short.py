@@ -22,7 +22,7 @@ def study(tmp_path):
 def test_an_answer_in_a_few_lines(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out")]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) < 25
+    assert len(lines) < 27
     text = "\n".join(lines)
     assert "of the annual rate of “crate” comes from shaking stronger than any that was run" in text
     assert "What overturns under housner e=e_R, the reference law" in text
