@@ -39,7 +39,7 @@ class DispersionFits(NamedTuple):
 
 
 def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> DispersionFits:
-    """Fit the standard deviation of ln capacity in each measure, under weights (sample, motion), those of the first row alike.
+    """Fit the standard deviation of ln capacity in each measure, under weights (sample, motion), the first row alike.
 
     Rows are shared between threads; the result of a row depends on that row alone.
     """
