@@ -87,8 +87,8 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     accelerations and velocities. Bulletin of the Seismological Society of America 100(1), 1-36.
     """
     records = list(records)
-    looked_at = [one for one in records if one.recorded or not (one.floor or one.own_level)]
-    read = [one for record in looked_at for one in _components(record)]
+    looked_at = [record for record in records if record.recorded or not (record.floor or record.own_level)]
+    read = [component for record in looked_at for component in _components(record)]
     uncorrected: set[str] = set()
     offset: list[str] = []
     drift: list[str] = []

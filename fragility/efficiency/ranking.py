@@ -363,7 +363,7 @@ def _dispersions(
     for i in range(min(LEVEL_SAMPLES, options.replicates)):
         kept = np.unique([0, levels - 1, *stream(options.seed, i, levels).integers(levels, size=levels)])
         sampled = _capacities(ordered, options.pool, kept)
-        of_levels = [_log_capacities(sampled, one) for one in candidates]
+        of_levels = [_log_capacities(sampled, candidate) for candidate in candidates]
         own = slice(1 + i, None, LEVEL_SAMPLES)
         fits = fit_dispersions(of_levels, np.concatenate([weights[:1], weights[own]]))
         found[..., own] = fits.dispersion[..., 1:]

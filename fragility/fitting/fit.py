@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -266,7 +267,8 @@ def fit_fragility(
             "im": trials.level["im"],
         }
     )
-    warn_of_results([*of_runs(data, min((one.size for one in trials.strata), default=0)), *of_curves(curves)])
+    motions = min((stratum.size for stratum in trials.strata), default=0)
+    warn_of_results(chain(of_runs(data, motions), of_curves(curves)))
     return _with_shift(curves, data, trials, state) if method == FIRST else curves
 
 

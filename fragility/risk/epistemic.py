@@ -114,7 +114,8 @@ def epistemic_rates(
     mean = own @ weights
     if beta > 0.0:
         modelled = [
-            rates_alone(with_modelling(one.curves, beta), one.hazard, below, above, outside)[1].ravel() for one in every
+            rates_alone(with_modelling(branch.curves, beta), branch.hazard, below, above, outside)[1].ravel()
+            for branch in every
         ]
         mean = np.stack(modelled, axis=-1) @ weights
     spread = shares_of_spread(every, found, weights)

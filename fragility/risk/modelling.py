@@ -36,7 +36,7 @@ def capacity_factors(dispersion: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> [round(one, 3) for one in capacity_factors(0.0)]
+    >>> [round(factor, 3) for factor in capacity_factors(0.0)]
     [0.681, 1.468]
     """
     error = TENTH * (dispersion or USUAL_DISPERSION)

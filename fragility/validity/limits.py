@@ -29,7 +29,7 @@ def mostly(shares: xr.DataArray | Array) -> bool:
 def sliding_shares(data: xr.Dataset) -> xr.DataArray:
     """Return the shares of the runs (block, model) in which a block slides at any time."""
     reasons = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
-    return data["outside"].sel(reason=[one.name for one in reasons]).max("reason")
+    return data["outside"].sel(reason=[reason.name for reason in reasons]).max("reason")
 
 
 def interval_ratios(curves: xr.Dataset) -> xr.DataArray:

@@ -152,7 +152,7 @@ def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
     """Raise RecordError for columns that are one signal twice, or at two stages of its processing."""
     if len(found) < 2:
         return
-    stages = [{word.lower() for word in _STAGES.findall(one.component)} for one in found]
+    stages = [{word.lower() for word in _STAGES.findall(column.component)} for column in found]
     directions = [direction_of(one.component) for one in found]
     samples = np.stack([one.acceleration / (np.linalg.norm(one.acceleration) or 1.0) for one in found])
     alike = (np.abs(samples @ samples.T) > 1.0 - 1e-6) & (samples.shape[1] > FEW)

@@ -10,9 +10,9 @@ from ..region.rows import event_sentences
 from ..report.actions import money_steps
 from ..report.crossed import crossed_pieces
 from ..report.extrapolation import rate_sentences, second_opinions
-from ..report.law_choice import law_choice
+from ..report.law_choice import choice_of_law
 from ..report.summary import plain_answer
-from ..report.validity import badge, checks_of, is_valid
+from ..report.validity import INVALID, badge, checks_of, worst_word
 from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
 from ..tables.sensitivity import claims_of
@@ -27,9 +27,10 @@ def verdict(results: xr.Dataset, answered: bool) -> list[str]:
 
     The line comes last, but first where the results are not valid: nothing is advised before that is said.
     """
+    checks = checks_of(results)
     said = _beside_table(results) if answered else plain_answer(results)
-    line = f"validity: {badge(checks_of(results))}"
-    return [f"{line}; decide nothing by these results", *said] if not is_valid(results) else [*said, line]
+    line = f"validity: {badge(checks)}"
+    return [f"{line}; decide nothing by these results", *said] if worst_word(checks) == INVALID else [*said, line]
 
 
 def _beside_table(results: xr.Dataset) -> list[str]:
@@ -43,7 +44,7 @@ def _beside_table(results: xr.Dataset) -> list[str]:
         more = [f"{len(claims) - MOST_CLAIMS} more: see the report"] if len(claims) > MOST_CLAIMS else []
         said = [f"{one.verdict}: {one.claim} ({one.text})" for one in claims[:MOST_CLAIMS]]
         return [*islice(plain_answer(results), 1), *said, *more]
-    choice = [one for one in (law_choice(results, is_valid(results)),) if one]
+    choice = [one for one in (choice_of_law(results),) if one]
     slid = [*edge_sentences(results), *trip_sentences(results)]
     crossing = crossed_pieces(results)[:1]  # (the report has the others)
     beyond = [*rate_sentences(results), *second_opinions(results)] if "rate" in results else []

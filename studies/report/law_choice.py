@@ -6,10 +6,17 @@ import xarray as xr
 
 from ..tables.sensitivity import LAW_NAMES
 from ..text.words import REFERENCE_LAW, reference_law
+from .validity import is_valid
 
 VISCOUS = ("giannini-masiani", "makris-konstantinidis", "vassiliou")
 """Laws that replace impacts by viscous damping."""
 CONSISTENT = "energy-consistent"
+
+
+def choice_of_law(results: xr.Dataset) -> str:
+    """Return `law_choice` for results by their checks, which are made only where there is a choice."""
+    said = law_choice(results)
+    return said if not said or is_valid(results) else law_choice(results, valid=False)
 
 
 def law_choice(results: xr.Dataset, valid: bool = True) -> str:

@@ -70,9 +70,9 @@ from ..text.words import (
 from .answers import largest_share
 from .crossed import case_name, crossed, crossing_laws
 from .extrapolation import part_sentence
-from .law_choice import law_choice
+from .law_choice import choice_of_law
 from .results_file import without_motions
-from .validity import is_valid, resonant_laws
+from .validity import resonant_laws
 
 NEVER_HALF = "fewer than half of the runs do so at any level"
 """Why there is no median where a curve exists (isotonic)."""
@@ -348,7 +348,7 @@ def _other_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) ->
     others = np.delete(values, at)
     others = others[np.isfinite(others) & (others > 0.0)]
     text = _where_laws_disagree(float(values[at]), others, write)
-    crosses, choice = crossing_laws(every, results, name, verb), law_choice(results, is_valid(results))
+    crosses, choice = crossing_laws(every, results, name, verb), choice_of_law(results)
     if text:
         with np.errstate(invalid="ignore"):
             less = values < values[at] / DISAGREE if "risk_probability" in every else values > values[at] * DISAGREE
@@ -381,7 +381,7 @@ def _why_laws_differ(results: xr.Dataset, milder: NDArray[np.bool_]) -> str:
 
 def _choice(results: xr.Dataset) -> str:
     """Return which law to use, with a space before it; '' where there is no choice."""
-    said = law_choice(results, is_valid(results))
+    said = choice_of_law(results)
     return f" {said}" if said else ""
 
 
