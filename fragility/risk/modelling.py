@@ -87,23 +87,6 @@ def range_of_medians(curves: xr.Dataset, dispersion: float) -> dict[str, xr.Vari
     return with_ends("median", tuple(map(str, median.dims)), ends, units, dispersion, measure)
 
 
-def values_between(levels: Array, values: Array, wanted: Array) -> Array:
-    """Return values (…, level) at other levels, linear in their logarithm; NaN outside, where nothing was run.
-
-    Examples
-    --------
-    >>> values_between(np.array([1.0, 4.0]), np.array([0.0, 1.0]), np.array([2.0, 5.0])).tolist()
-    [0.5, nan]
-    """
-    if levels.size < 2:
-        return np.where(np.isclose(wanted, levels, rtol=1e-12), values, np.nan)
-    u, at = np.log(levels), np.log(wanted)
-    k = np.clip(np.searchsorted(u, at, side="right") - 1, 0, levels.size - 2)
-    share = (at - u[k]) / (u[k + 1] - u[k])
-    found = values[..., k] * (1.0 - share) + values[..., k + 1] * share
-    return np.asarray(np.where((share >= -1e-9) & (share <= 1.0 + 1e-9), found, np.nan))
-
-
 def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
     """Return lognormal curves whose dispersion holds modelling uncertainty too: the mean over what the model may be.
 

@@ -20,11 +20,12 @@ from ...fragility.hazard.levels import LevelWeights, level_weights
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.numerics.slabs import slabs
 from ...fragility.numerics.totals import exceedances
-from ...fragility.risk.modelling import capacity_factors, seen_by, values_between, with_ends
+from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...motions.arrays import POLARITY, RECORD
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from ..inventory.contents import Contents
+from ..plan.design_shaking import at_level
 from .modelling import Mixture, covering
 from .outcomes import JointFlags, JointOutcomes, Quantity
 
@@ -471,6 +472,10 @@ def range_at_levels(means: Mapping[Any, Any], run: Array, levels: Array, dispers
     for name in OF_A_YEAR.values():
         if name in means:
             mean = means[name].transpose(..., "level")
-            ends = [values_between(run, mean.values, levels / each) for each in capacity_factors(dispersion)]
+            ends = []
+            for factor in capacity_factors(dispersion):
+                seen = levels / factor
+                known = np.where((seen >= run[0] * (1.0 - 1e-9)) & (seen <= run[-1] * (1.0 + 1e-9)), seen, np.nan)
+                ends.append(np.stack([at_level(level, run, mean.values) for level in known.tolist()], axis=-1))
             found |= with_ends(name, mean.dims, ends, mean.attrs["units"], dispersion)
     return found

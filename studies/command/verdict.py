@@ -30,7 +30,7 @@ def verdict(results: xr.Dataset, answered: bool) -> list[str]:
     checks = checks_of(results)
     said = _beside_table(results) if answered else plain_answer(results)
     line = f"validity: {badge(checks)}"
-    return [f"{line}; decide nothing by these results", *said] if worst_word(checks) == INVALID else [*said, line]
+    return [f"{line}; do not rely on these results", *said] if worst_word(checks) == INVALID else [*said, line]
 
 
 def _beside_table(results: xr.Dataset) -> list[str]:

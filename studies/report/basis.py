@@ -11,12 +11,14 @@ import xarray as xr
 
 from ...doubts import first_of
 from ...fragility.fitting.states import DIRECTIONS, state_name
+from ...fragility.risk.modelling import RANGE
 from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of, number_of_motions
 from ...fragility.validity.scenes import DRIFT, pushed_by_drift
 from ...motions.arrays import POLARITY
 from ...wording import confidence_text, counted, given_number
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, GATED, GATED_RATE, INSTEAD
+from ..text.spread import MODEL_RANGE
 from ..text.words import block_title, reference_law, roof_of, scales, storeys_yield
 from .method import lifted, study_of
 
@@ -198,6 +200,7 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
             "piece; all repairs are assumed to run at the same time."
         )
     sure = confidence_text(results)
+    apart = f", apart from {MODEL_RANGE}s," if RANGE in results.attrs else ""
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     held = (
         f"modelling uncertainty (β_m = {beta:g}) is in the rates themselves"
@@ -217,11 +220,13 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         branches = counted(results.sizes["branch"], "weighted combination")
         yield (
             f"Ranges of return periods and of chances cover 90 % of the results of {branches} of laws, motions and "
-            "hazard curves, together with the other uncertainties that the study states; other ranges are "
-            f"{sure} intervals that reflect only the limited number of motions."
+            f"hazard curves, together with the other uncertainties that the study states; other ranges{apart} "
+            f"are {sure} intervals that reflect only the limited number of motions."
         )
     else:
-        yield f"Ranges in brackets are {sure} intervals that reflect only the limited number of motions; {held}."
+        yield (
+            f"Ranges in brackets{apart} are {sure} intervals that reflect only the limited number of motions; {held}."
+        )
     if "anchored" in results and bool(np.any(results["anchored"].values)):
         kits = ", except for those held by a kit, which can break" if "anchored_with" in results.coords else ""
         yield f"Pieces that are already anchored are assumed not to overturn{kits}."

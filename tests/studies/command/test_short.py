@@ -38,7 +38,7 @@ def test_results_that_are_not_valid_are_said_to_be_so_before_anything_is_advised
     assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
     assert said.index("validity: not valid: ") < said.index("Once results are valid, use those under Housner’s impacts")
-    assert "; decide nothing by these results" in said
+    assert "; do not rely on these results" in said
     assert "Use the results" not in said
 
 

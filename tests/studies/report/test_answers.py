@@ -148,6 +148,9 @@ class TestClientPart:
     def test_basis_names_the_motions_that_were_run(self, folder):
         said = basis(loaded(folder))[0]
         assert said == "The pieces are shaken by 12 simulated ground motions, scaled to 8 levels of shaking."
+        assert any(
+            one.startswith("Ranges in brackets, apart from model ranges, are 95 %") for one in basis(loaded(folder))
+        )
         stripes = basis(loaded(folder, "stripes"))[0]
         assert "24 ground motions, from different earthquakes for each level of shaking" in stripes
         results = loaded(folder)
