@@ -121,11 +121,7 @@ def model_range_sentences(results: xr.Dataset, *names: str) -> Iterator[str]:
             f"{low} to {high}: that needs levels of shaking from {low} to {high} times this one."
         )
         return
-    source = (
-        "; FEMA P-58-1 has 0.25 for a model of average and 0.40 for one of limited quality"
-        if beta == USUAL_DISPERSION
-        else ""
-    )
+    source = f"; {QUALITIES}" if beta == USUAL_DISPERSION else ""
     yield (
         f"The {MODEL_RANGE} is that of the same number if all capacities are off by one factor, {low} to {high} (10 to "
         f"90 % for a modelling uncertainty β_m of {beta:g}{source})."
