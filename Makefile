@@ -6,7 +6,7 @@ OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
 .PHONY: help study docs validation validate-experiments scenarios drawing schema gallery film p58 paper sensitivity walls kits directions runs consistency sliding-map scaling examples lint test test-slow test-all \
-        coverage engine-truth faults test-exchange environments golden lock benchmark clean
+        coverage covered-lines engine-truth faults test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -139,9 +139,14 @@ test-slow: $(VENV)/installed-dev
 # test and test-slow (half an hour)
 test-all: test test-slow
 
+# docs/coverage.md: how often intervals hold the truth (minutes; FULL=1: an hour)
+coverage: $(VENV)/installed-dev
+	$(BIN)/python -m toppling.benchmarks.coverage $(if $(FULL),--full) > $(VENV)/coverage.md
+	mv $(VENV)/coverage.md docs/coverage.md
+
 # (limits on time may fail while lines are counted: the tables are made all the same)
 # tests/coverage.csv, the lines and branches that all tests reach, and which tests reach each of the sixty faults (an hour)
-coverage: $(VENV)/installed-dev
+covered-lines: $(VENV)/installed-dev
 	@rm -f $(VENV)/durations.tsv
 	-COVERAGE_FILE=$(abspath $(VENV))/covered FAULTS_REPORT=$(abspath $(VENV))/durations.tsv PYTHONPATH=$(abspath tests/faults) \
 	  $(BIN)/python -m pytest $(SHARED) -q -p fault_reports --cov --cov-config=tests/coverage.ini --cov-context=test \

@@ -93,7 +93,7 @@ def direct_medians(
     request = check_request(blocks[:1], law, ["overturned"], True, None, None)
     specimens = [oscillator_of(block, law) for block in blocks]
     source, scaled = MotionSource(generator, seed), scaled_to("pga")
-    x = np.log(curves["median"].values) + WIDTH * curves["dispersion"].values * np.array([-1.0, 0.0, 1.0])
+    x = np.log(curves["half_level"].values) + WIDTH * curves["dispersion"].values * np.array([-1.0, 0.0, 1.0])
     levels = np.exp(x)
     flags, numbers = [], []
     for first in range(0, motions, TOGETHER):
@@ -141,7 +141,7 @@ def errors(columns: BlockArray, tested: BlockArray, law: Law, runs: int, each: i
     found = [pooled_of(columns, law, runs, each, seed) for seed in range(1, SURFACES + 1)]
     curves = [surface_curves(one.surface, tested) for one in found]
     truth, error = direct_medians(blocks_of(tested), law, curves[0], motions)
-    gaps = np.log(np.stack([one["median"].values[:, 0] for one in curves])) - truth
+    gaps = np.log(np.stack([one["half_level"].values[:, 0] for one in curves])) - truth
     # (runs of the surface alone: those of its check come on top)
     return Errors(
         float(np.sqrt(np.mean(gaps**2))),
@@ -192,9 +192,11 @@ def band(replicates: int = 40, tolerance: float = 0.05, motions: int = 20_000) -
         curves = surface_curves(surface, tested)
         if truth is None:
             truth, _ = direct_medians(blocks_of(tested), law, curves, motions)
-        lower, upper = (np.log(curves[f"median_{end}"].values[:, 0]) for end in ("lower", "upper"))
+        lower, upper = (np.log(curves[f"half_level_{end}"].values[:, 0]) for end in ("lower", "upper"))
         held.append((lower <= truth) & (truth <= upper))
-        promised.append(float((np.abs(np.log(curves["median"].values[:, 0]) - truth) <= math.log1p(tolerance)).all()))
+        promised.append(
+            float((np.abs(np.log(curves["half_level"].values[:, 0]) - truth) <= math.log1p(tolerance)).all())
+        )
         used.append(int(surface["motions_run"].values[0]))
     table = np.array(held)
     return Coverage(
@@ -220,7 +222,7 @@ def kink(tested: int = 200, motions: int = 4000) -> tuple[str, float, float]:
     own = _inside(columns, region(tested, 2))
     curves = surface_curves(surface, own)
     truth, _ = direct_medians(blocks_of(own), law, curves, motions)
-    lower, middle, upper = (np.log(curves[f"median{end}"].values[:, 0]) for end in ("_lower", "", "_upper"))
+    lower, middle, upper = (np.log(curves[f"half_level{end}"].values[:, 0]) for end in ("_lower", "", "_upper"))
     held = float(((lower <= truth) & (truth <= upper)).mean())
     return str(surface["account"].values[0]), held, float(np.quantile(np.abs(middle - truth), 0.95))
 
@@ -249,7 +251,7 @@ def rates(slopes: Sequence[float], motions: int = 4000) -> list[Rates]:
     found = [[_rates(columns, tested, hazard, 1 + k) for k in range(SURFACES)] for hazard in hazards]
     direct = np.empty((len(slopes), len(tested)))
     for i, block in enumerate(blocks_of(tested)):
-        median = float(found[0][0]["median"][i, 0])
+        median = float(found[0][0]["half_level"][i, 0])
         levels = np.geomspace(0.3 * median, 5.0 * median, 60)
         shares = _shares(block, LAWS[0], levels, motions)
         for k, hazard in enumerate(hazards):

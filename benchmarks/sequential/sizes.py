@@ -80,7 +80,7 @@ def truth(motions: int = TRUTH_MOTIONS) -> Truth:
     curves = surface_curves(pooled_of(blocks, LAW, POOLED[-1], EACH, 1).surface, blocks)
     near = curves.isel(block=slice(None, None, TESTED))
     medians, errors = direct_medians(blocks_of(blocks)[::TESTED], LAW, near, motions)
-    rough, dispersions = (curves[name].values[:, 0] for name in ("median", "dispersion"))
+    rough, dispersions = (curves[name].values[:, 0] for name in ("half_level", "dispersion"))
     return Truth(np.log(rough), dispersions, medians, float(np.sqrt(np.mean(errors**2))))
 
 
@@ -96,7 +96,7 @@ def by_surface(runs: int, seed: int) -> Medians:
     """Return the medians by a surface through so many runs."""
     blocks = sizes()
     found = pooled_of(blocks, LAW, runs, EACH, seed)
-    medians = np.log(surface_curves(found.surface, blocks)["median"].values[:, 0])
+    medians = np.log(surface_curves(found.surface, blocks)["half_level"].values[:, 0])
     return Medians(medians, found.runs - runs, found.seconds)
 
 

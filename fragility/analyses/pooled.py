@@ -80,7 +80,7 @@ def pooled(
     im : str or Measure
         Measure to which motions are scaled, or ``scale``; not one that depends on the block.
     until : mapping, optional
-        ``median``: half width at which the medians of *all* blocks are known at once with 95 % confidence, as a share
+        ``median``: half width at which `half_level` of *all* blocks is known at once with 95 % confidence, as a share
         (0.1); and ``motions``, a mapping of ``least`` (64) and ``most`` (20,000).
     client : distributed.Client, optional
         As of `toppling.ida`.
@@ -98,11 +98,11 @@ def pooled(
     Returns
     -------
     xarray.Dataset
-        On (block, model): `median`, `median_lower` and `median_upper`, which hold for all blocks at once; `dispersion`
-        and `curve_median` of the lognormal curve through all runs; with a hazard `rate`.  On model: `stopped_because`,
-        `account`, `half_width`, `motions_run`, `lack_of_fit` and `check_p_value`.  On (model, check): how medians of
-        blocks of which no run was used differ from the surface.  The surfaces, from which `surface_curves` returns
-        the curves of further blocks in the same region.  On pooled_run: the runs.
+        On (block, model): `half_level`, `half_level_lower` and `half_level_upper`, which hold for all blocks at once;
+        `median` and `dispersion` of the lognormal curve through all runs; with a hazard `rate`.  On model:
+        `stopped_because`, `account`, `half_width`, `motions_run`, `lack_of_fit` and `check_p_value`.  On (model,
+        check): how medians of blocks of which no run was used differ from the surface.  The surfaces, from which
+        `surface_curves` returns the curves of further blocks in the same region.  On pooled_run: the runs.
         A function of the arguments alone: neither of chunks nor of workers.
 
     Raises
@@ -141,7 +141,7 @@ def pooled(
     >>> shelves = [tp.Block(0.3, height) for height in (1.2, 1.5, 1.8, 2.1)]
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01)
     >>> found = pooled(shelves, tp.HousnerImpact(), shakes, until={"median": 0.25})
-    >>> dict(found["median"].sizes), found["stopped_because"].values.tolist()
+    >>> dict(found["half_level"].sizes), found["stopped_because"].values.tolist()
     ({'block': 4, 'model': 1}, ['precision reached'])
     """
     checks.callback("progress", progress)

@@ -202,15 +202,15 @@ def curve_variables(
     found: dict[str, xr.Variable] = {}
     looks = [one.looks[-1] for one in curves]
     near = f"level at which {half}, from levels near it: {measure}"
-    interval("median", [_ends(one.local) for one in looks], unit, near)
+    interval("half_level", [_ends(one.local) for one in looks], unit, near)
+    through = f"median of the curve through all runs: {measure}"
+    interval("median", [_ends(one.curve) for one in looks], unit, through)
     interval(
         "dispersion",
         [_ends(one.log_dispersion) for one in looks],
         DIMENSIONLESS,
         "lognormal standard deviation of the curve through all runs",
     )
-    through = f"median of the curve through all runs: {measure}"
-    column("curve_median", [_ends(one.curve)[0] for one in looks], unit, through)
     target = curves[0].until.target
     asked = [(one.value, one.lower, one.upper) for one in looks]
     if target == RATE:
@@ -224,7 +224,7 @@ def curve_variables(
     if target == PROBABILITY:
         interval("probability", asked, DIMENSIONLESS, f"probability of {of} at the level asked for")
     misfits = [math.expm1(-one.misfit) for one in looks]
-    column("misfit", misfits, DIMENSIONLESS, "curve_median over median, less 1; 0 within twice its error")
+    column("misfit", misfits, DIMENSIONLESS, "median over half_level, less 1; 0 within twice its error")
     column("motions_run", [one.motions for one in looks], DIMENSIONLESS, "motions that the block was run under")
     width = "half width of the 95 % interval asked for, in the terms of until"
     column("half_width", [half_width(one, one.looks[-1].ratio) for one in curves], DIMENSIONLESS, width)

@@ -366,8 +366,8 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
     spread = "lognormal standard deviation of the curve through all runs"
     rate = "annual rate of overturning: of the lognormal curve through all runs, times what runs without a form say"
     labels = {
-        **{f"median{end}": (unit, words + of_all) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
-        "curve_median": (unit, f"median of the curve through all runs: {name}"),
+        **{f"half_level{end}": (unit, words + of_all) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
+        "median": (unit, f"median of the curve through all runs: {name}"),
         **{f"dispersion{end}": (DIMENSIONLESS, words + spread) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
         **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
         **{
@@ -384,7 +384,7 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
             continue
         values = np.empty((len(columns), len(found)))
         for i, one in enumerate(found):
-            values[:, i] = np.exp(one[k]) if "median" in name else one[k]
+            values[:, i] = np.exp(one[k]) if units == unit else one[k]
         variables[name] = xr.Variable(("block", "model"), values, {"units": units, "long_name": text})
     return xr.Dataset(variables, coords={**_block_columns(columns), **_of_laws(surface)}, attrs=surface.attrs)
 

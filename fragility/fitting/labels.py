@@ -18,14 +18,18 @@ LEVEL = "unit of the level"
 """Placeholder for the unit of the levels."""
 
 _PARAMETERS = {
-    "median": (LEVEL, "median of the fragility curve"),
-    "dispersion": (DIMENSIONLESS, "lognormal standard deviation of the fragility curve"),
+    "half_level": (LEVEL, "level at which half overturn"),
+    "fraction_level": (LEVEL, "level at which the fraction overturns"),
+    "median": (LEVEL, "median of the fitted curve"),
+    "dispersion": (DIMENSIONLESS, "lognormal standard deviation of the fitted curve"),
     "uplift_median": (LEVEL, "median level of uplift"),
     "uplift_dispersion": (DIMENSIONLESS, "lognormal standard deviation of uplift, 0 for a step"),
-    "fractile": (LEVEL, "level at which the probability of overturning is the fraction"),
+    "fractile": (LEVEL, "level at which the fitted probability of overturning is the fraction"),
     "probability": (DIMENSIONLESS, "fitted probability of overturning"),
 }
 _OTHERS = {
+    "misfit": (DIMENSIONLESS, "median of the fitted curve over half_level, less 1; 0 within the interval"),
+    "misfit_low": (DIMENSIONLESS, "fitted level of 10 % over that of the runs, less 1; 0 within the interval"),
     "log_likelihood": (DIMENSIONLESS, "log-likelihood without its constant and without penalty"),
     "aic": (DIMENSIONLESS, "Akaike's information criterion"),
     "converged": (DIMENSIONLESS, "whether there is an estimate"),
@@ -38,7 +42,7 @@ _OTHERS = {
     "uplift_failed_replicates": (DIMENSIONLESS, "replicates without a curve of uplift"),
 }
 # Last dimension of results that are arrays.
-_DIMENSIONS = {"fractile": "fraction", "probability": "level"}
+_DIMENSIONS = {"fractile": "fraction", "fraction_level": "fraction", "probability": "level"}
 
 
 def label_curves(
@@ -83,7 +87,7 @@ def label_curves(
             dims.append("replicate")
         if base in _DIMENSIONS:
             dims.append(_DIMENSIONS[base])
-        if base == "fractile" and not fractiles:
+        if _DIMENSIONS.get(base) == "fraction" and not fractiles:
             continue
         values = _column([one.get(name) for one in columns], trials.shape)
         if base == "probability":

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -85,6 +86,20 @@ class Sample(NamedTuple):
         last = (np.minimum if below else np.maximum).reduceat(cells // STATES, starts[:-1])
         motions = np.bincount(last, times, self.levels.size).astype(np.int64)
         return np.cumsum(motions) if below else np.cumsum(motions[::-1])[::-1]
+
+    @property
+    def single_runs(self) -> tuple[Array, Flags, Index]:
+        """Ln of the level, whether it overturned, and the number of the motion of every run, (run,)."""
+        if self.patterns is None:
+            cells = np.repeat(np.arange(self.cells.size), self.cells.astype(np.int64))
+            motion = np.arange(cells.size)
+        else:
+            of_cluster, starts, in_cells, counts = self.patterns
+            own = [np.repeat(in_cells[a:b], counts[a:b]) for a, b in pairwise(starts)]
+            known = np.flatnonzero(of_cluster >= 0)
+            cells = np.concatenate([own[pattern] for pattern in of_cluster[known]])
+            motion = np.repeat(known, [own[pattern].size for pattern in of_cluster[known]])
+        return np.log(self.levels[cells // STATES]), cells % STATES == TOPPLED, motion
 
     @property
     def level_counts(self) -> tuple[Index, Index]:

@@ -79,12 +79,13 @@ def with_ends(
     }
 
 
-def range_of_medians(curves: xr.Dataset, dispersion: float) -> dict[str, xr.Variable]:
-    """Return the ends of the medians' range, which are the medians times the `capacity_factors`."""
-    median = curves["median"]
-    ends = [median.values * factor for factor in capacity_factors(dispersion)]
-    units, measure = str(median.attrs.get("units", "1")), str(median.attrs.get("long_name", "")).rpartition(": ")[2]
-    return with_ends("median", tuple(map(str, median.dims)), ends, units, dispersion, measure)
+def range_of_half_levels(curves: xr.Dataset, dispersion: float) -> dict[str, xr.Variable]:
+    """Return the ends of the range of half_level: its values times the `capacity_factors`, NaN beyond the levels."""
+    level = curves["half_level"]
+    known = level.where((level > 0.0) & np.isfinite(level)).values
+    ends = [known * factor for factor in capacity_factors(dispersion)]
+    units, measure = str(level.attrs.get("units", "1")), str(level.attrs.get("long_name", "")).rpartition(": ")[2]
+    return with_ends("half_level", tuple(map(str, level.dims)), ends, units, dispersion, measure)
 
 
 def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:

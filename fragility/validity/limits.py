@@ -33,10 +33,10 @@ def sliding_shares(data: xr.Dataset) -> xr.DataArray:
 
 
 def interval_ratios(curves: xr.Dataset) -> xr.DataArray:
-    """Return the ratios of the ends of the medians' intervals, NaN of curves without a median."""
+    """Return the ratios of the ends of the intervals of half_level, NaN where it lies beyond the levels."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = curves["median_upper"] / curves["median_lower"]
-    return ratio.where(np.isfinite(curves["median"]))
+        ratio = curves["half_level_upper"] / curves["half_level_lower"]
+    return ratio.where(np.isfinite(curves["half_level"]) & (curves["half_level"] > 0.0))
 
 
 def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
@@ -65,12 +65,12 @@ def of_curves(curves: xr.Dataset) -> Iterator[str]:
     if not curves["converged"].any():
         reasons = ", ".join(dict.fromkeys(curves["status"].values.ravel().astype(str)))
         yield f"no curve can be fitted ({reasons}): take other levels or more motions"
-    elif "median_lower" in curves and not bool((curves["median"] == np.inf).all()):
+    elif "half_level_lower" in curves and not bool((curves["half_level"] == np.inf).all()):
         ratios = interval_ratios(curves)
         if not bool(ratios.notnull().any()):
-            yield "no median has an interval: take more motions"
+            yield "no level at which half fall has an interval: take more motions"
         elif float(ratios.min()) > HOPELESS:
-            yield f"the interval of every median spans more than a factor of {HOPELESS:g}: take more motions"
+            yield f"every interval of a level at which half fall spans a factor above {HOPELESS:g}: take more motions"
 
 
 def of_rates(rates: xr.Dataset) -> Iterator[str]:

@@ -129,7 +129,7 @@ def _quantities(side: Side, years: float) -> list[Quantity]:
     name = level_name(side.results)
     state = str(side.results.attrs.get("state", "overturning"))
     return [
-        Quantity(MEDIAN, f"Median {name} of {state}", unit, scale, stored, reading="higher: takes more shaking"),
+        Quantity(MEDIAN, f"Fitted median {name} of {state}", unit, scale, stored, reading="higher: takes more shaking"),
         Quantity(DISPERSION, f"Dispersion β of {state}", "", 1.0, DIMENSIONLESS),
         Quantity(RATE, f"Annual rate of {state}", "1/year", 1.0, PER_YEAR, shown=False),
         Quantity(CHANCE, f"Chance of {state} in {years:g} years", "", 1.0, DIMENSIONLESS, chance=True),

@@ -20,7 +20,7 @@ from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, re
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.inversion import check_family
-from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_medians
+from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
@@ -517,7 +517,7 @@ class FragilityStudy(BlockStudy, Study):
             said += selection_notes(chosen)
         elif isinstance(self.design, Stripes):
             said.append(UNSELECTED)
-        kept = without_replicates(curves).assign(range_of_medians(curves, self.fit.modelling_dispersion))
+        kept = without_replicates(curves).assign(range_of_half_levels(curves, self.fit.modelling_dispersion))
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:
             observed = self.fit.probabilities(results)

@@ -18,7 +18,7 @@ from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
-from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_medians
+from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.progress import part_of
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts
@@ -164,7 +164,7 @@ class PooledStudy(BlockStudy, Study):
         if self.design.events is not None:
             events = self._events(client, part_of(progress, surfaces, surfaces + self.event_runs))
             found = found.merge(events, combine_attrs="no_conflicts")
-        return found.assign(range_of_medians(found, 0.0)).assign_attrs(
+        return found.assign(range_of_half_levels(found, 0.0)).assign_attrs(
             fit_method=FORM,
             form="lognormal",
             modelling_dispersion=0.0,
@@ -172,7 +172,7 @@ class PooledStudy(BlockStudy, Study):
             modelling="mean",
             confidence=CONFIDENCE,
             state=state_name(OVERTURNED),
-            notes="\n".join([*pooled_notes(found), *median_doubts(found["median"].values, run.attrs["units"])]),
+            notes="\n".join([*pooled_notes(found), *median_doubts(found["half_level"].values, run.attrs["units"])]),
         )
 
     def _events(self, client: Runner, progress: Progress | None) -> xr.Dataset:

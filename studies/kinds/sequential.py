@@ -19,16 +19,16 @@ from ...fragility import notes
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
-from ...fragility.risk.modelling import range_of_medians
+from ...fragility.risk.modelling import range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
 from ...motions.arrays import LIFTS
 from ...wording import counted
 from ..file.schema import StudyFile
-from ..plan.adaptive_slides import SLIP_MEDIAN, adaptive_slides, groups
+from ..plan.adaptive_slides import SLIP_HALF, adaptive_slides, groups
 from ..plan.designs import Sequential
-from ..plan.form_free import form_free, modelling_factor
+from ..plan.form_free import ENDS, form_free, modelling_factor
 from ..plan.risk import without_replicates
 from ..plan.slides import exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes
@@ -42,7 +42,10 @@ if TYPE_CHECKING:
     from ..plan.risk import Risk
 
 OUTPUTS = ("overturned",)
-OF_ANALYSIS = ("median", "dispersion", "rate", "probability")
+OF_ANALYSIS = ("dispersion", "rate", "probability")
+"""Variables of the analysis that results hold beside those of the fitted curve."""
+OF_FIT = ("misfit", "misfit_low", *(f"half_level{end}" for end in ENDS))
+"""Variables of the fit whose place is taken by the analysis, which made runs for them."""
 
 
 @dataclass(frozen=True)
@@ -171,19 +174,19 @@ class SequentialStudy(FragilityStudy):
             coordinates |= rated.coordinates
             attributes |= rated.attributes
             said += rated.notes
-        units, medians = str(runs["level"].attrs["units"]), curves["median"].values
+        units, medians = str(runs["level"].attrs["units"]), runs["half_level"].values
         if self.slides is not None:
             falls = {"rate": found["rate"]} if "rate" in found else {}
             slid = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
             found |= {name: one.variable for name, one in slid.variables.data_vars.items()}
             coordinates["slip"] = slid.variables["slip"]
-            medians = np.append(medians, slid.variables[SLIP_MEDIAN].values)
+            medians = np.append(medians, slid.variables[SLIP_HALF].values)
             said += [*slid.notes, *slide_notes(slid.variables, self.blocks, plane=in_plane(runs))]
             said += exact_friction_notes(self.slides.exact(self.blocks))
         said += [*median_doubts(medians, units), *notes(runs, self.slides is not None)]
-        found |= without_replicates(curves).data_vars
-        found |= range_of_medians(curves, self.fit.modelling_dispersion)
-        own = [f"{name}{end}" for name in OF_ANALYSIS for end in ("", "_lower", "_upper")]
+        found |= without_replicates(curves).drop_vars(OF_FIT).data_vars
+        found |= range_of_half_levels(runs, self.fit.modelling_dispersion)
+        own = [f"{name}{end}" for name in OF_ANALYSIS for end in ENDS]
         renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in own if name in runs})
         # (figures and sentences take the axis of runs that have no common levels from there, as of a cloud)
         renamed = renamed.assign_coords(intensity=renamed["level"].variable)

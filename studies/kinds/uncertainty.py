@@ -24,7 +24,7 @@ from ...fragility import (
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name
-from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_medians
+from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
@@ -257,7 +257,7 @@ class UncertaintyStudy(BlockStudy, Study):
         found = found.assign(kept.data_vars).assign_attrs(
             shared.attrs, fit_method=pooled.attrs["method"], form=pooled.attrs["form"], confidence=self.fit.confidence
         )
-        found = found.assign(range_of_medians(pooled, 0.0)).assign_attrs({RANGE: USUAL_DISPERSION})
+        found = found.assign(range_of_half_levels(pooled, 0.0)).assign_attrs({RANGE: USUAL_DISPERSION})
         if self.risk is not None:
             ends = self.design.highest(runs), self.design.lowest(runs)
             rates = yearly(self.risk, pooled, own, *ends, self.fit.confidence)

@@ -33,7 +33,7 @@ from .slides import ENDS, INSTEAD, SLIP, SLIP_RATE, Slides, free_of, gated
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
-SLIP_MEDIAN, SLIP_DISPERSION = "slip_median", "slip_dispersion"
+SLIP_HALF, SLIP_DISPERSION = "slip_half_level", "slip_dispersion"
 """Variables: of the curve of a slip of a block that slides, on (block, slip)."""
 NEGLIGIBLE = 1e-6
 """Chance of sliding up to which nothing is run: its share of a rate is below what any number here is known to."""
@@ -52,7 +52,7 @@ class Known(NamedTuple):
 class _Curve(NamedTuple):
     """Numbers of the curve of one slip of one block, NaN where they are not known: estimates with their intervals."""
 
-    median: Array
+    half: Array
     dispersion: Array
     rate: Array
     probability: Array
@@ -105,9 +105,9 @@ def adaptive_slides(
     -------
     Known
         On block: ``slides_instead`` and ``friction_near_uplift`` (`Slides.of`).  On (block, slip), slip in m:
-        ``slip_median`` and ``slip_dispersion`` with their intervals, of the shaking that takes a block further where it
-        slides, in the measure of the levels; ``slip_target`` with its interval, the number whose precision is asked
-        for, of blocks that slide, and its ``slip_half_width``; ``slip_motions_run``, ``slip_runs``,
+        ``slip_half_level`` and ``slip_dispersion`` with their intervals, of the shaking that takes a block further
+        where it slides, in the measure of the levels; ``slip_target`` with its interval, the number whose precision is
+        asked for, of blocks that slide, and its ``slip_half_width``; ``slip_motions_run``, ``slip_runs``,
         ``slip_stopped_because``, ``slip_account``; and with a hazard ``slip_rate``, 1/year, with its interval: the rate
         of the curve, or of weighted runs without a curve where the precision asked for is that of a rate, times
         ``slides_instead``; where it is that of a probability, ``slip_probability`` at its level with its interval,
@@ -149,10 +149,8 @@ def adaptive_slides(
             found[f"{name}{end}"] = (("block", "slip"), of[..., j], {"units": units, "long_name": words})
 
     every = [curves[i, k] for i in range(shape[0]) for k in range(shape[1])]
-    column(
-        SLIP_MEDIAN, units, "level at which half of the blocks that slide slip further", [one.median for one in every]
-    )
-    column(SLIP_DISPERSION, DIMENSIONLESS, "dispersion of that level", [one.dispersion for one in every])
+    column(SLIP_HALF, units, "level at which half of the blocks that slide slip further", [one.half for one in every])
+    column(SLIP_DISPERSION, DIMENSIONLESS, "dispersion of the fitted curve", [one.dispersion for one in every])
     weights = [0.0 if still[i] else chance[i] for i in range(shape[0]) for _ in range(shape[1])]
     if risk is not None:
         rates = [w * one.rate if w else np.zeros(3) for w, one in zip(weights, every, strict=True)]
@@ -194,11 +192,11 @@ def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -
     for i in range(runs.sizes["block"]):
         one = runs.isel(block=i, model=0)
         yield _Curve(
-            ends(fitted, "median", i),
+            ends(runs, "half_level", i),
             ends(fitted, "dispersion", i),
             ends(rates, "rate", i),
             ends(runs if design.until.target == PROBABILITY else None, "probability", i),
-            ends(runs, design.until.target, i),
+            ends(runs, "half_level" if design.until.target == MEDIAN else design.until.target, i),
             float(one["half_width"]),
             int(one["motions_run"]),
             runs_of_curve(one).size,

@@ -16,9 +16,9 @@ from ...fragility.curves.curve import LEAST, TABULATED, form_name
 from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.modelling import capacity_factors, with_ends
-from ...fragility.runs.provenance import RUN, motions_by_floor, scaled_to_levels
+from ...fragility.runs.provenance import RUN, motions_by_floor
 from ...units import DIMENSIONLESS
-from ..text.curve_notes import crossing_notes, curve_notes
+from ..text.curve_notes import curve_notes, misfit_notes
 from ..text.first_overturning import spacing_notes
 
 RANK = "measure_"
@@ -136,8 +136,8 @@ class Fit:
         counted = gathered(self._counted, runs)
         said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
         said += spacing_notes(curves)
-        common = RUN not in runs.dims and scaled_to_levels(runs)
-        return said + (crossing_notes(curves, self.probabilities(runs)) if common else [])
+        # (what is off at adaptive levels is said with the precision)
+        return said if RUN in runs.dims else said + misfit_notes(curves, state_name(self.state))
 
     def _counted(self, runs: xr.Dataset) -> xr.Dataset:
         """The number of runs of each curve that reached the state, and the number of its runs."""

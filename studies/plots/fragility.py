@@ -19,7 +19,7 @@ from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import RUN, number_of_motions
 from ...motions.arrays import POLARITY
 from ...wording import percent
-from ..text.block_order import MEDIAN, ORDERS, places
+from ..text.block_order import HALF, ORDERS, places
 from ..text.precision import runs_of_curve
 from ..text.reached import highest_level
 from ..text.words import axis_name, axis_of, display_unit, floor_name, level_name
@@ -413,7 +413,7 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
     ways = " both ways" if POLARITY in results.coords else ""
     parts = [f"{motions} motion{'s' if motions != 1 else ''}{ways}{' a floor' if floors > 1 else ''}"]
     if panels < every or "shown_of" in results.attrs:
-        by = results.attrs.get("shown_by", ORDERS[MEDIAN])
+        by = results.attrs.get("shown_by", ORDERS[HALF])
         of = every // results.sizes["block"] * int(results.attrs.get("shown_of", results.sizes["block"]))
         parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {by}")
     fell = results.attrs.get("state", state_name(OVERTURNED)) == state_name(OVERTURNED)

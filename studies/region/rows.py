@@ -12,6 +12,7 @@ from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN
 from ...fragility.analyses.surface_results import POOLED
 from ...wording import about_percent, chances_between, two_digits, whole_percent
+from ..text.block_order import HALF
 from ..text.precision import measure_notes
 from ..text.rows import Rows
 from ..text.words import axis_of, display_unit, quantity_name, reference_law
@@ -51,10 +52,10 @@ def pooled_notes(results: xr.Dataset) -> list[str]:
 
 
 def examples(results: xr.Dataset) -> xr.Dataset:
-    """Return the blocks with the lowest, the middle and the highest median, for curves of a region."""
-    order = np.argsort(results[MEDIAN].isel(model=reference_law(results)[0]).values, kind="stable")
+    """Return the blocks whose half falls first, in the middle and last, for curves of a region."""
+    order = np.argsort(results[HALF].isel(model=reference_law(results)[0]).values, kind="stable")
     chosen = list(dict.fromkeys(order[[0, order.size // 2, order.size - 1]].tolist()))
-    which = {"shown_of": results.sizes["block"], "shown_by": "with the lowest, the middle and the highest median"}
+    which = {"shown_of": results.sizes["block"], "shown_by": "whose half falls first, in the middle and last"}
     return results.isel(block=chosen).assign_attrs(which if order.size > len(chosen) else {})
 
 
@@ -155,8 +156,8 @@ def region_rows(results: xr.Dataset) -> Iterator[Rows]:
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
     for j, model in enumerate(results["model"].values.tolist()):
         one = results.isel(model=j)
-        heading = f"median, {unit}" if unit else "median"
-        columns = [(heading, one[MEDIAN].values / scale), ("β", one["dispersion"].values)]
+        heading = f"half fall at, {unit}" if unit else "half fall at"
+        columns = [(heading, one[HALF].values / scale), ("β", one["dispersion"].values)]
         if "rate" in one:
             columns.append(("annual rate", one["rate"].values))
         found = [(name, np.quantile(values, SHARES)) for name, values in columns]

@@ -54,9 +54,9 @@ from .extrapolation import part_sentence
 from .results_file import without_motions
 
 SPREAD = (0.1, 0.5, 0.9)
-"""Shares of many blocks for which the answer gives the median."""
+"""Shares of many blocks for which the answer gives the level at which half overturn."""
 BEYOND = 1e300
-"""In place of a median that is not reached, where shares are interpolated (SI)."""
+"""In place of a level that is not reached, where shares are interpolated (SI)."""
 CHANCES = (0.5, 0.1, 0.01)
 """Probabilities in the study's years for which the answer counts the blocks that reach them."""
 MOST_NAMED = 3
@@ -109,16 +109,16 @@ def _fragility(results: xr.Dataset) -> Answer:
 
 
 def _spread(results: xr.Dataset, verb: str) -> Iterator[str]:
-    """Yield sentences on the spread of many blocks' medians, and on the number of blocks with a high chance."""
+    """Yield sentences on the spread of many blocks' levels, and on the number of blocks with a high chance."""
     at, _ = reference_law(results)
     one = results.isel(model=at)
-    medians = one["median"].values.ravel()
-    known = medians[~np.isnan(medians)]
-    every = f"{medians.size:,} {'blocks' if 'floor' not in results.dims else 'blocks and floors'}"
+    halves = one["half_level"].values.ravel()
+    known = halves[~np.isnan(halves)]
+    every = f"{halves.size:,} {'blocks' if 'floor' not in results.dims else 'blocks and floors'}"
     if known.size:
         scale, unit = display_unit(axis_of(results))
         unit = f" {unit}" if unit else ""
-        # (a median that is not reached counts as one above all others)
+        # (a level that is not reached counts as one above all others)
         ends = np.quantile(np.where(np.isinf(known), BEYOND, known), SPREAD)
         few, half, most = (f"below {three_digits(float(end) / scale)}{unit}" for end in ends)
         reached = int((ends <= EDGE * highest_level(results)).sum())
@@ -130,7 +130,7 @@ def _spread(results: xr.Dataset, verb: str) -> Iterator[str]:
         )[reached]
         beyond = int(np.isinf(known).sum())
         of = f", of which {beyond:,} {'is' if beyond == 1 else 'are'} not reached" if beyond else ""
-        yield f"Of {every} {said} (medians of the {known.size:,} that have one{of})."
+        yield f"Of {every} {said} (levels of the {known.size:,} that have one{of})."
     if "risk_probability" in one:
         chance = one["risk_probability"].values.ravel()
         told = int(np.isfinite(chance).sum())
@@ -147,13 +147,13 @@ def _always(results: xr.Dataset, cases: Sequence[tuple[int, tuple[int, str | Non
     ]
     more = f" and {len(cases) - MOST_NAMED:,} more" if len(cases) > MOST_NAMED else ""
     number = f"{len(cases):,} of {every:,} ({'; '.join(names)}{more})"
-    unknown = "neither median nor rate is known" if "rate" in results else "no median is known"
+    unknown = "neither that level nor a rate is known" if "rate" in results else "that level is not known"
     state = str(results.attrs.get("state", state_name(OVERTURNED)))
     return f"In every run {number} {reached_of(state)}, even in the weakest shaking: {unknown}."
 
 
 def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
-    """Return a sentence on one block's curves: the reference law's median with its interval, and the other medians.
+    """Return a sentence on the level at which half overturn: the reference law's with its interval, and the others'.
 
     Parameters
     ----------
@@ -171,8 +171,8 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
     Examples
     --------
     >>> curves = xr.Dataset(
-    ...     {"median": ("model", [4.0, 2.0]), "median_lower": ("model", [3.6, 1.9]),
-    ...      "median_upper": ("model", [4.4, 2.2]), "status": ("model", ["ok", "ok"])},
+    ...     {"half_level": ("model", [4.0, 2.0]), "half_level_lower": ("model", [3.6, 1.9]),
+    ...      "half_level_upper": ("model", [4.4, 2.2]), "status": ("model", ["ok", "ok"])},
     ...     {"model": ["rigid", "soft"], "law": ("model", ["housner", "discrete"])},
     ...     {"confidence": 0.95},
     ... )
@@ -184,33 +184,31 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
     at, known = reference_law(here)
     law = f"under {here['model'].values[at]}" + (", the reference law" if known else "")
     one = here.isel(model=at)
-    median = float(one["median"])
+    half = float(one["half_level"])
     scale, unit = display_unit(axis)
     unit = f" {unit}" if unit else ""
-    if median == np.inf:
+    if half == np.inf:
         most = f"{three_digits(float(axis.max()) / scale)}{unit}"
-        text = (
-            f"does not reach a probability of 50 % {law}, up to the highest shaking that was run ({most}): its median "
-            "is not reached."
-        )
-    elif not np.isfinite(median):
-        text = f"has no median {law}: {one['status'].item()}."
+        text = f"does not reach a probability of 50 % {law}, up to the highest shaking that was run ({most})."
+    elif half == 0.0:
+        least = f"{three_digits(float(axis.min()) / scale)}{unit}"
+        text = f"{verb} in half of the runs or more at every level {law}, down to the weakest shaking ({least})."
+    elif np.isnan(half):
+        text = f"has no such level {law}: {one['status'].item()}."
     else:
-        lower, upper = (float(one[f"median_{end}"]) / scale for end in ("lower", "upper"))
+        lower, upper = (float(one[f"half_level_{end}"]) / scale for end in ("lower", "upper"))
         percent = confidence_text(here)
-        interval = f"({percent} interval {interval_text(lower, upper)})".replace(f"{percent} interval no", "no")
+        ends = interval_text(lower or -np.inf, upper)
+        interval = f"({percent} interval {ends})".replace(f"{percent} interval no", "no")
         measure = quantity_name(axis)
         article = "an" if measure[:1].lower() in "aeiou" else "a"
-        once = " once it has uplifted" if here.attrs.get("form") == "uplift-lognormal" else ""
         text = (
-            f"{verb} with a probability of 50 %{once} at {article} {measure} of {three_digits(median / scale)}{unit} "
+            f"{verb} with a probability of 50 % at {article} {measure} of {three_digits(half / scale)}{unit} "
             f"{interval} {law}."
         )
-        if median < float(axis.min()):
-            text += " That is below the lowest shaking that was run: an extrapolation."
-    others = np.delete(here["median"].values.astype(float), at) / scale
+    others = np.delete(here["half_level"].values.astype(float), at) / scale
     beyond = int(np.isposinf(others).sum())
-    found = others[np.isfinite(others)]
+    found = others[np.isfinite(others) & (others > 0.0)]
     if found.size:
         low, high = found.min(), found.max()
         ends = (
@@ -219,18 +217,18 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
             else f"{three_digits(low)} to {three_digits(high)}"
         )
         them = "law gives" if others.size == 1 else f"{others.size} laws give"
-        every = [*found, median / scale] if np.isfinite(median) else [*found]
+        every = [*found, half / scale] if 0.0 < half < np.inf else [*found]
         ratio = f"{max(every) / min(every):.2g}"
         apart = f": a factor of {ratio} between laws" if ratio != "1" else ""
         text += f" The other {them} {ends}{unit}{apart}."
         if beyond:
             text += f" (Under {beyond} of them it is not reached.)"
         if found.size + beyond < others.size:
-            text += f" ({others.size - found.size - beyond} of them have no median.)"
+            text += f" ({others.size - found.size - beyond} of them have no such level.)"
     elif beyond:
-        text += " Nor is it reached under any other law." if median == np.inf else " It is reached under no other law."
+        text += " Nor is it reached under any other law." if half == np.inf else " It is reached under no other law."
     elif others.size:
-        text += " No other law has a median."
+        text += " No other law has such a level."
     return text
 
 

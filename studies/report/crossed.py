@@ -36,7 +36,7 @@ def crossed_pieces(results: xr.Dataset) -> list[str]:
     results = within_levels(results)
     at, _ = reference_law(results)
     small = without_motions(results).isel(model=at)
-    cases = small["median"].transpose("block", ...)
+    cases = small["half_level"].transpose("block", ...)
     ranked = np.argsort(places(results).values.ravel(), kind="stable")
     status = small["status"].transpose(*cases.dims).values.ravel() if "status" in small else np.full(cases.size, "")
     known = ranked[status[ranked] != ALL]

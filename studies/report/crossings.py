@@ -11,7 +11,6 @@ import xarray as xr
 
 from ...aliases import Array, Flags
 from ...fragility import curve_probability
-from ..text.reached import FITTED
 from ..text.words import axis_of, display_unit
 from .results_file import without_motions
 
@@ -54,8 +53,6 @@ def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
     """Return the probabilities of the fitted curves at levels that were run; NaN where there is no curve."""
     small = without_motions(results)
     small = small.assign_attrs(form=small.attrs.get("form", "lognormal"))
-    if FITTED in small:
-        small = small.assign(median=small[FITTED])
     if "curve_probability" in small:
         small = small.drop_vars(["probability", "lower", "upper"], errors="ignore")
         small = small.rename(curve_probability="probability")

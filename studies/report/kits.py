@@ -246,7 +246,7 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
     """Yield whether restraints raise the level at which half of the motions bring a block down."""
     at, _ = reference_law(results)
     small = without_motions(results).isel(model=at)
-    if "floor" in small["median"].dims or "level" not in small.coords:
+    if "floor" in small["half_level"].dims or "level" not in small.coords:
         return
     axis = axis_of(results)
     scale, unit = display_unit(axis)
@@ -258,11 +258,11 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
         if {with_it.label, without.label} & either:
             continue
         here, other = small.isel(block=i), small.isel(block=j)
-        if not np.isfinite(float(other["median"])):
+        if not np.isfinite(float(other["half_level"])):
             continue
-        level = f"{two_digits(float(other['median']) / scale)}{unit}"
+        level = f"{two_digits(float(other['half_level']) / scale)}{unit}"
         name, of = f"“{block_title(with_it.label)}”", f"“{block_title(without.label)}”"
-        lower, upper = (float(other[f"median_{end}"]) for end in ("lower", "upper"))
+        upper = float(other["half_level_upper"])
         seldom = small["level"].values[(small["level"].values > upper) & (here["upper"].values < HALF)]
         if seldom.size:
             yield (
@@ -270,14 +270,15 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
                 f"{quantity_name(axis)} of {two_digits(float(seldom.max()) / scale)}{unit}, compared with half of them "
                 f"at {level} for {of}."
             )
-        elif np.isfinite(float(here["median"])):
-            own = f"{two_digits(float(here['median']) / scale)}{unit}"
+        elif np.isfinite(float(here["half_level"])):
+            own = f"{two_digits(float(here['half_level']) / scale)}{unit}"
             compared = (
                 f"{chance} in half of the motions at a {quantity_name(axis)} of {own}, compared with {level} for {of}"
             )
-            if float(here["median_lower"]) > upper:
+            # (fitted medians are compared: their intervals are narrower than those of the levels themselves)
+            if float(here["median_lower"]) > float(other["median_upper"]):
                 yield f"The restraint of {name} {HELPS}{compared}."
-            elif float(here["median_upper"]) < lower:
+            elif float(here["median_upper"]) < float(other["median_lower"]):
                 yield f"Do not fit the restraint of {name} as it is: {compared}."
             else:
                 yield (

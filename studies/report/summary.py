@@ -36,7 +36,7 @@ from ..tables.gains import gain_sentences
 from ..tables.item_slides import falling_off_sentences, item_trip_sentences
 from ..tables.sensitivity import PARAMETERS, claims_of, sensitivity_sentences
 from ..tables.slides import edge_sentences, trip_sentences
-from ..text.block_order import MEDIAN, RATE, places
+from ..text.block_order import HALF, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
 from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
@@ -75,7 +75,7 @@ from .results_file import without_motions
 from .validity import resonant_laws
 
 NEVER_HALF = "fewer than half of the runs do so at any level"
-"""Why there is no median where a curve exists (isotonic)."""
+"""Why there is no level at which half fall where a curve exists."""
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the summary also gives counts."""
 YEARS = 50.0
@@ -128,12 +128,12 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     at, _ = reference_law(results)
     state = str(results.attrs.get("state", state_name(OVERTURNED)))
     small = without_motions(results).isel(model=at)
-    cases = small["median"].transpose("block", ...)
+    cases = small["half_level"].transpose("block", ...)
     status = small["status"].transpose(*cases.dims).values.ravel()
-    # (a curve that never reaches 1/2 has a rate, and an infinite median)
+    # (a curve that never reaches 1/2 has a rate, and an infinite level of half)
     curved = not np.isnan(cases.values).all()
-    by = RATE if curved and "rate" in small and np.isfinite(small["rate"].values).any() else MEDIAN
-    if by == MEDIAN and not np.isfinite(cases.values).any():
+    by = RATE if curved and "rate" in small and np.isfinite(small["rate"].values).any() else HALF
+    if by == HALF and not np.isfinite(cases.values).any():
         status = np.where(cases.values.ravel() == np.inf, NEVER_HALF, status)
         yield f"The runs do not show how strong the shaking must be: {_missing_curves(status)}."
         yield from _at_the_strongest(results, small, cases, verb_of(state))
@@ -144,13 +144,13 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
         yield f"{always_fallen} {reached_of(state)} in every run, even in the weakest shaking."
     order = np.argsort(places(results, by).values.ravel())
     # (by rate, blocks that fell in every run come after those that have a rate)
-    at_first = np.unravel_index(order[always if by == MEDIAN else 0], cases.shape)
+    at_first = np.unravel_index(order[always if by == HALF else 0], cases.shape)
     first = small.isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
     name = f"“{block_title(str(first['block'].item()))}”"
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
     verb = verb_of(state)
     if cases.size > 1:
-        ranked = order[always if by == MEDIAN else 0 :]
+        ranked = order[always if by == HALF else 0 :]
         found = list(crossed(results, small, cases, ranked, verb))
         none_first = any(of_first for of_first, _ in found)
         if not none_first:
@@ -162,7 +162,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     yield from _hundred_earthquakes(first, results, f"{name}{where}", verb)
     most = largest_share(first, SOURCES) if str(results.attrs["kind"]) == "uncertainty" else None
     if most is not None:
-        wider = " more widely than this level" if np.isfinite(first["median"]) else ""
+        wider = " more widely than this level" if np.isfinite(first["half_level"]) else ""
         yield (
             f"The shaking that overturns the piece in a single earthquake scatters{wider}; the largest contribution to "
             f"that scatter, {about_percent(most[1])}, comes from {most[0]}."
@@ -179,7 +179,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     yield from event_sentences(results)
     yield from _tests(results)
     every = without_motions(results).isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
-    yield from model_range_sentences(results, "median")
+    yield from model_range_sentences(results, "half_level")
     yield from _other_laws(every, results, f"{name}{where}", verb)
     yield from gain_sentences(results)
     yield from break_sentences(results)
@@ -188,7 +188,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
 
 
 def _at_the_strongest(results: xr.Dataset, small: xr.Dataset, cases: xr.DataArray, verb: str) -> Iterator[str]:
-    """Yield how many of 100 earthquakes at the highest level bring down what falls first, if no median is reached."""
+    """Yield how many of 100 earthquakes at the highest level bring down what falls first, if half fall at none."""
     reached = np.flatnonzero(cases.values.ravel() == np.inf)
     if not reached.size:
         return
@@ -208,7 +208,7 @@ def _most_vulnerable(
     order: positions of the cases from the first that falls; always: the number of those that fell in every run, which
     are not among them.
     """
-    number = order.size if by == MEDIAN else cases.size - always
+    number = order.size if by == HALF else cases.size - always
     many = "combinations of piece and floor" if "floor" in small.dims else "pieces"
     if "floor" not in small.dims and is_one_piece(small):
         many = "arrangements of the same piece"
@@ -217,7 +217,7 @@ def _most_vulnerable(
     low, high = (small[f"{by}_{end}"].transpose(*cases.dims).values.ravel() for end in ("lower", "upper"))
     first, *rest = order.tolist()
     with np.errstate(invalid="ignore"):
-        close = [one for one in rest if (low[one] <= high[first] if by == MEDIAN else high[one] >= low[first])]
+        close = [one for one in rest if (low[one] <= high[first] if by == HALF else high[one] >= low[first])]
     if not close:
         return f"{name} is {most} of {of}."
     if len(close) == len(rest) and len(rest) > 1:
@@ -266,42 +266,43 @@ def _always_fallen(small: xr.Dataset, cases: xr.DataArray, status: NDArray[np.ob
 
 
 def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb: str) -> Iterator[str]:
-    """Yield the number of overturnings in 100 earthquakes: at a level where few are observed, and at the median."""
+    """Yield the number of overturnings in 100 earthquakes: where few are observed, and where half are."""
     axis = axis_of(results)
     scale, unit = display_unit(axis)
     unit = f" {unit}" if unit else ""
     measure = quantity_name(axis)
-    median, low, high = (float(first[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
+    half, low, high = (float(first[f"half_level{end}"]) / scale for end in ("", "_lower", "_upper"))
     sure = confidence_text(results)
-    if not math.isfinite(median):
+    if not 0.0 < half < math.inf:
         if "probability" in first and "level" in first["probability"].dims:
-            few, least, most = (round(100.0 * float(first[end][-1])) for end in ("probability", "lower", "upper"))
-            held = and_model(f"{least} to {most}", first.isel(level=-1), "probability", whole_range, 100.0)
-            strongest = f"{two_digits(float(results['level'][-1]) / scale)}{unit}"
+            at, which = (0, "weakest") if half == 0.0 else (-1, "strongest")
+            few, least, most = (round(100.0 * float(first[end][at])) for end in ("probability", "lower", "upper"))
+            held = and_model(f"{least} to {most}", first.isel(level=at), "probability", whole_range, 100.0)
+            level = f"{two_digits(float(results['level'][at]) / scale)}{unit}"
             yield (
-                f"Of 100 earthquakes with a {measure} of {strongest}, the strongest shaking that was run, about {few} "
+                f"Of 100 earthquakes with a {measure} of {level}, the {which} shaking that was run, about {few} "
                 f"({held}) would {action_of(verb, name)}. The first range in brackets is a {sure} interval for the "
                 "limited number of motions."
             )
         return
     if math.isfinite(high) or low > 0.0:
-        known = interval_text(low, high, two_digits)
+        known = interval_text(low or -math.inf, high, two_digits)
     else:
         known = "these motions do not show how precisely that level is known"
-    which = "The first range" if model_range(first, "median") else "The range"
-    at_median = f"{two_digits(median)}{unit} ({and_model(known, first, 'median', amount_range, 1.0 / scale)})"
+    which = "The first range" if model_range(first, "half_level") else "The range"
+    at_half = f"{two_digits(half)}{unit} ({and_model(known, first, 'half_level', amount_range, 1.0 / scale)})"
     either = str(first["block"].item()) in falling_both_ways(results)
     if "sample_median" in first:
         yield (
-            f"Of 100 earthquakes with a {measure} of {two_digits(median)}{unit}, about 50 would "
+            f"Of 100 earthquakes with a {measure} of {two_digits(half)}{unit}, about 50 would "
             f"{action_of(verb, name)}. {_over_properties(first, scale, unit)} The {sure} interval for the limited "
-            f"number of motions is {interval_text(low, high, two_digits)}{unit}."
+            f"number of motions is {interval_text(low or -math.inf, high, two_digits)}{unit}."
         )
         return
-    rare = _rare(first, results["level"].values, median * scale) if {"probability", "lower"} <= {*first} else None
+    rare = _rare(first, results["level"].values, half * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         yield (
-            f"Of 100 earthquakes with a {measure} of {at_median}, about 50 would {action_of(verb, name)}. {which} in "
+            f"Of 100 earthquakes with a {measure} of {at_half}, about 50 would {action_of(verb, name)}. {which} in "
             f"brackets is a {sure} interval for the limited number of motions."
         )
         return
@@ -317,7 +318,7 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
         return
     yield (
         f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({range_of_few}) would "
-        f"{action_of(verb, name)}; at {at_median} about half of them would. {which}s in brackets are {sure} "
+        f"{action_of(verb, name)}; at {at_half} about half of them would. {which}s in brackets are {sure} "
         "intervals for the limited number of motions."
     )
 
@@ -343,7 +344,7 @@ def _other_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) ->
         write, unit = about_percent, ""
     else:
         scale, unit = display_unit(axis_of(results))
-        values, unit = every["median"].values / scale, f" {unit}" if unit else ""
+        values, unit = every["half_level"].values / scale, f" {unit}" if unit else ""
         what = f"about half of the earthquakes would {action_of(verb, name)} at a {quantity_name(axis_of(results))} of"
     others = np.delete(values, at)
     others = others[np.isfinite(others) & (others > 0.0)]
@@ -416,10 +417,10 @@ def _elastic(results: xr.Dataset) -> str:
     )
 
 
-def _rare(first: xr.Dataset, levels: Array, median: float) -> int | None:
-    """Return the position of the level below the median whose observed share is nearest a tenth; None without any."""
+def _rare(first: xr.Dataset, levels: Array, half: float) -> int | None:
+    """Return the position of the level below that of half whose observed share is nearest a tenth; None without any."""
     seen = first["probability"].values
-    found = np.flatnonzero((seen > 0.0) & (seen < 0.5) & (levels < median))
+    found = np.flatnonzero((seen > 0.0) & (seen < 0.5) & (levels < half))
     return int(found[np.abs(np.log(seen[found] / RARE)).argmin()]) if found.size else None
 
 

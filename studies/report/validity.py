@@ -44,9 +44,9 @@ MARKED = 0.01
 LARGE_DELTA = 0.1
 """Largest half width of the zone over alpha that Liu, Huang and Qu (2024) use."""
 WIDE = 1.5
-"""Ratio of the ends of a median's interval above which it needs care."""
+"""Ratio of the ends of the interval of a level at which half fall, above which it needs care."""
 UNBOUNDED = 100.0
-"""Ratio of the ends of a median's interval above which its number says no more."""
+"""That ratio above which the number says no more."""
 UNSTABLE = 0.05
 """Share of outcomes that a change of a millionth reverses, from which outcomes need care."""
 MOST_NAMES = 4
@@ -217,7 +217,7 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _motions(results)
     yield _inputs(results)
     yield _spectra(results)
-    if "median" in results:
+    if "half_level" in results:
         if FORCED in results.attrs:
             yield _one_side(results)
         yield _curves(results)
@@ -538,23 +538,26 @@ def _curves(results: xr.Dataset) -> Check:
 def _intervals(results: xr.Dataset) -> Check:
     question = "Are the intervals narrow enough to base a decision on?"
     cure = "Take more motions, or decide with the whole interval."
-    if "median_lower" not in results:
-        return Check(question, UNKNOWN, "The medians have no intervals.", AGAIN, "the medians have no intervals")
+    if "half_level_lower" not in results:
+        said = "levels at which half fall have no intervals"
+        return Check(question, UNKNOWN, f"The {said}.", AGAIN, said)
     known = interval_ratios(results)
-    if bool((results["median"] == np.inf).all()):
-        reason = "No curve reaches a probability of 50 % at the levels that were run, so no median is reached."
+    if bool((results["half_level"] == np.inf).all()):
+        reason = "In no case do half of the runs fall at the levels that were run."
         cure = "Judge by the intervals of the probabilities and rates in the tables."
-        return Check(question, UNKNOWN, reason, cure, "no curve reaches a probability of 50 %")
+        return Check(question, UNKNOWN, reason, cure, "half fall at no level")
     if not bool(known.notnull().any()):
-        return Check(question, INVALID, "No median has an interval.", cure, "no median has an interval")
+        said = "no level at which half fall has an interval"
+        return Check(question, INVALID, f"{said.capitalize()}.", cure, said)
     widest, where = _worst(known)
-    reason = f"The widest interval of a median spans a factor of {widest:.3g} ({where})."
-    clause = f"the interval of a median spans a factor of {widest:.2g}"
+    reason = f"The widest interval of a level at which half fall spans a factor of {widest:.3g} ({where})."
+    clause = f"the interval of the level at which half fall spans a factor of {widest:.2g}"
     if widest > UNBOUNDED:
-        reason = f"An interval of a median spans a factor of more than {UNBOUNDED:g} ({where})."
-        clause = f"the interval of a median spans a factor of more than {UNBOUNDED:g}"
+        reason = f"An interval of a level at which half fall spans a factor of more than {UNBOUNDED:g} ({where})."
+        clause = f"the interval of the level at which half fall spans a factor of more than {UNBOUNDED:g}"
     if not np.isfinite(widest):
-        reason, clause = f"An interval of a median is open ({where}).", "the interval of a median is open"
+        clause = "an interval of a level at which half fall is open"
+        reason = f"{clause.capitalize()} ({where})."
     if widest <= WIDE:
         return _reached(results, question, reason)
     return Check(question, INVALID if float(known.min()) > HOPELESS else CARE, reason, cure, clause)

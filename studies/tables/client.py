@@ -23,7 +23,7 @@ from ...wording import (
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_of
 from ..text.one_side import falling_both_ways
-from ..text.reached import within_levels
+from ..text.reached import BELOW, within_levels
 from ..text.rows import Rows
 from ..text.spread import (
     MODEL_RANGE,
@@ -77,20 +77,20 @@ def _blocks(results: xr.Dataset) -> Rows:
     at, _ = reference_law(here)
     axis = axis_of(here)
     scale, unit = display_unit(axis)
-    floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
+    floors = here["floor"].values.tolist() if "floor" in here["half_level"].dims else [None]
     rows: list[tuple[str, ...]] = []
     starred: list[float] = []
     extrapolated: list[float] = []
     either = falling_both_ways(here)
     sampled, roof = "sample_median" in here, roof_of(here)
-    ranged = has_model_range(here, "risk_probability" if yearly else "median")
+    ranged = has_model_range(here, "risk_probability" if yearly else "half_level")
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         every = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
         one = every.isel(model=at)
         cells = [block_title(str(here["block"].values[i]))]
         cells += [] if floor is None else [floor_cell(floor, roof)]
         mark = " †" if str(here["block"].values[i]) in either else ""
-        cells.append(f"{_median(one, scale, float(axis.max()))}{mark}")
+        cells.append(f"{_half(one, scale, float(axis.max()))}{mark}")
         cells += [_properties(one, scale)] if sampled else []
         if yearly:
             known = np.isfinite(float(one["rate"])) and "rate_share_above" in one
@@ -139,17 +139,19 @@ def _blocks(results: xr.Dataset) -> Rows:
     return Rows(title, tuple(headings), rows)
 
 
-def _median(one: xr.Dataset, scale: float, most: float) -> str:
-    middle, low, high = (float(one[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
+def _half(one: xr.Dataset, scale: float, most: float) -> str:
+    middle, low, high = (float(one[f"half_level{end}"]) / scale for end in ("", "_lower", "_upper"))
+    if middle == 0.0:
+        return BELOW
     if np.isfinite(middle):
-        return estimate_text(middle, low, high)
+        return estimate_text(middle, low or -np.inf, high)
     if middle == np.inf:  # (fewer than half of the motions do so at any level)
         return f"{NOT_REACHED} (above {two_digits(most / scale)})"
     return {ALL: ALWAYS, NONE: NEVER}.get(str(one["status"].item()), UNKNOWN)
 
 
 def _properties(one: xr.Dataset, scale: float) -> str:
-    """Return between which levels the medians of nine tenths of a block's samples lie."""
+    """Return between which levels the fitted medians of nine tenths of a block's samples lie."""
     low, high = sample_range(one)
     return interval_text(low / scale, high / scale, two_digits) if math.isfinite(low) else UNKNOWN
 
@@ -164,7 +166,7 @@ def _years(one: xr.Dataset, every: xr.Dataset) -> str:
 def _model_range(one: xr.Dataset, every: xr.Dataset, scale: float, years: float | None) -> str:
     """Return the model range of the chance in so many years, or of the level."""
     if years is None:
-        return model_range(one, "median", amount_range, 1.0 / scale)
+        return model_range(one, "half_level", amount_range, 1.0 / scale)
     if "epistemic_rate" not in every:
         return model_range(one, "risk_probability")
     chances = every[[f"epistemic_rate{end}" for end in (LOWER, UPPER)]].map(probability_in, args=(years,))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from itertools import product
 
@@ -32,11 +31,11 @@ from ...wording import (
 )
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
-from ..text.curve_notes import reached_of, verb_of
+from ..text.curve_notes import infinitive_of, reached_of, verb_of
 from ..text.level_advice import other_levels
-from ..text.reached import within_levels
+from ..text.reached import fraction_text, level_texts, within_levels
 from ..text.rows import Rows
-from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, fractile_text, level_name, measure_at
+from ..text.words import axis_of, display_unit, floor_name, level_name, measure_at
 from .values import Cell, ValueTable, known, with_units
 
 OVERTURNING = state_name(OVERTURNED)
@@ -69,21 +68,22 @@ def hints(results: xr.Dataset) -> list[str]:
 
 
 def fragility_table(results: xr.Dataset) -> Table:
-    """Medians and dispersions of a study's curves, with intervals, for a terminal."""
+    """Levels at which half fall, and dispersions of the fitted curves, with intervals, for a terminal."""
     scale, unit = display_unit(axis_of(results))
     name = axis_of(results).attrs.get("long_name", "level")
     percent = confidence_text(results)
     state = str(results.attrs.get("state", OVERTURNING))
-    of = "" if state == OVERTURNING else f" of {state}"
+    fall = infinitive_of(verb_of(state))
     table = Table(
-        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β{of} with {percent} intervals"
+        title=f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half of the runs {fall}, and "
+        f"dispersion β of the fitted curve, with {percent} intervals"
         f"{_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
     )
-    fractions = results["fraction"].values.tolist() if "fractile" in results else []
-    for heading in ("law", "median", percent, "β", percent, *(f"P = {given_percent(p)}" for p in fractions)):
+    fractions = results["fraction"].values.tolist() if "fraction_level" in results else []
+    for heading in ("law", "half at", percent, "β", percent, *(f"P = {given_percent(p)}" for p in fractions)):
         table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
     floors = results["floor"].values.tolist() if "floor" in results.dims else [None]
     for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
@@ -94,13 +94,11 @@ def fragility_table(results: xr.Dataset) -> Table:
             if floor is not None:
                 one = one.isel(floor=k)
             if bool(one["converged"]):
-                median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-                text = three_digits(median) if median < math.inf else NOT_REACHED
-                cells: tuple[str, ...] = (text, interval_text(low, high), "", "")
+                cells: tuple[str, ...] = (*level_texts(one, "half_level", scale), "", "")
                 if "dispersion" in one:
                     beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
                     cells = (*cells[:2], three_digits(beta), interval_text(narrow, wide))
-                cells += tuple(fractile_text(one, p, scale) for p in fractions)
+                cells += tuple(fraction_text(one, p, scale) for p in fractions)
             else:
                 cells = ("", f"[italic]{one['status'].item()}[/]", "", "", *("" for _ in fractions))
             table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
@@ -120,7 +118,7 @@ def risk_table(results: xr.Dataset) -> Table:
     )
     scale, unit = display_unit(axis_of(results))
     measure = f"{level_name(results)}{f', {unit}' if unit else ''}"
-    both = "fractile" in results and LOW_SHARE in results["fraction"].values
+    both = "fraction_level" in results and LOW_SHARE in results["fraction"].values
     shares = f"{100.0 * LOW_SHARE:g} / 50 %" if both else "50 %"
     columns = ("law", "once in, years", "in a year", f"in {years:g} years", f"{shares} at {measure}")
     for heading in columns:
@@ -154,14 +152,14 @@ def risk_table(results: xr.Dataset) -> Table:
 
 def _at(one: xr.Dataset, scale: float) -> str:
     """Return the levels at which one curve reaches the low share, where it is given, and a half."""
-    found = [value for value in (_low_level(one), one["median"].item()) if np.isfinite(value)]
+    found = [value for value in (_low_level(one), one["half_level"].item()) if 0.0 < value < np.inf]
     return " / ".join(two_digits(value / scale) for value in found)
 
 
 def _low_level(one: xr.Dataset) -> float:
     """Return the level at which one curve reaches the low share, NaN where that was not asked for."""
-    known_there = "fractile" in one and LOW_SHARE in one["fraction"].values
-    return float(one["fractile"].sel(fraction=LOW_SHARE)) if known_there else np.nan
+    known_there = "fraction_level" in one and LOW_SHARE in one["fraction"].values
+    return float(one["fraction_level"].sel(fraction=LOW_SHARE)) if known_there else np.nan
 
 
 def rate_values(results: xr.Dataset, laws: Sequence[int] | None = None) -> ValueTable:
@@ -193,7 +191,7 @@ def rate_values(results: xr.Dataset, laws: Sequence[int] | None = None) -> Value
         chances = [float(probability_in(np.float64(rate), 1.0)) for rate in rates]
         chances += [one[f"risk_probability{end}"].item() for end in ends]
         chances += [one[name].item() for name in ranged]
-        values = [*rates, *chances, _low_level(one), one["median"].item()]
+        values = [*rates, *chances, _low_level(one), one["half_level"].item()]
         where = "" if floors[k] is None else str(floors[k])
         rows.append([str(results["block"].values[i]), where, str(one["model"].item()), *map(known, values)])
     return ValueTable(headings, rows)

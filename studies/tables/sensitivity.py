@@ -95,7 +95,7 @@ def level_rows(results: xr.Dataset) -> Rows:
     axis = axis_of(results)
     scale, unit = display_unit(axis)
     symbol = GREEK[str(results.attrs["parameter"])]
-    medians = results["median"].isel(model=at).transpose("block", "value").values / scale
+    medians = results["half_level"].isel(model=at).transpose("block", "value").values / scale
     marks, own_e = marks_of(results), own_restitution(results)
     rows = []
     for i, block in enumerate(results["block"].values):
@@ -177,11 +177,11 @@ def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, 
     the numbers are those that `level_rows` shows.
     """
     results = within_levels(results)
-    every = results["median"].isel(model=model).transpose("block", "value").values
+    every = results["half_level"].isel(model=model).transpose("block", "value").values
     values, marks = results["value"].values, marks_of(results)
     found = []
     for i, block in enumerate(results["block"].values):
-        known = np.flatnonzero(np.isfinite(every[i]) & (marks[i] == ""))
+        known = np.flatnonzero(np.isfinite(every[i]) & (every[i] > 0.0) & (marks[i] == ""))
         if known.size > 1:
             own = every[i][known]
             first, last = sorted((int(known[own.argmin()]), int(known[own.argmax()])))

@@ -14,7 +14,6 @@ from ...wording import (
     chances_between,
     confidence_text,
     in_years,
-    interval_text,
     three_digits,
     years_between,
 )
@@ -24,6 +23,7 @@ from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.one_side import FORCED
 from ..text.precision import FITTED_RATE
+from ..text.reached import BELOW, level_texts
 from ..text.rows import Rows
 from ..text.spread import (
     MODEL_RANGE,
@@ -52,31 +52,31 @@ def short_rows(results: xr.Dataset) -> Rows | None:
 
 
 def _blocks(results: xr.Dataset) -> Rows:
-    """Return medians with intervals, the medians of the other laws, and how often, of the blocks that fall first."""
+    """Return the levels at which half fall, those of the other laws, and how often, of the blocks that fall first."""
     yearly = "rate" in results
-    floors = results["floor"].values.tolist() if "floor" in results["median"].dims else [None]
+    floors = results["floor"].values.tolist() if "floor" in results["half_level"].dims else [None]
     most = max(1, MOST // len(floors))
     here = shown(results, RATE, most) if yearly else shown(results, most=most)
     at, known = reference_law(here)
     axis = axis_of(here)
     scale, unit = display_unit(axis)
-    ranged = has_model_range(here, "rate" if yearly else "median")
+    ranged = has_model_range(here, "rate" if yearly else "half_level")
     rows: list[tuple[str, ...]] = []
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         one = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
-        own, others = one.isel(model=at), np.delete(one["median"].values / scale, at)
-        middle, low, high = (float(own[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
+        own, others = one.isel(model=at), np.delete(one["half_level"].values / scale, at)
+        level, interval = level_texts(own, "half_level", scale)
         beta = three_digits(float(own["dispersion"])) if "dispersion" in own else "–"
-        text = f"{three_digits(middle)} ({interval_text(low, high)})" if middle < np.inf else NOT_REACHED
+        text = f"{level} ({interval})" if level not in (NOT_REACHED, BELOW) else level
         found = others[np.isfinite(others)]
         ends = [three_digits(float(end)) for end in (found.min(), found.max())] if found.size else []
-        cells: list[str] = [text, beta] if middle > 0.0 else [str(own["status"].item()), "–"]
+        cells: list[str] = [text, beta] if not np.isnan(float(own["half_level"])) else [str(own["status"].item()), "–"]
         cells += [" to ".join(dict.fromkeys(ends)) or "–"] if others.size else []
         if yearly:
             rate, *limits = (float(own[f"rate{end}"]) for end in ("", "_upper", "_lower"))
             cells.append(f"{in_years(rate)} ({years_between(*limits)})" if np.isfinite(rate) else "–")
         if ranged:
-            name, write = ("rate", years_range) if yearly else ("median", amount_range)
+            name, write = ("rate", years_range) if yearly else ("half_level", amount_range)
             cells.append(model_range(own, name, write, 1.0 if yearly else 1.0 / scale) or NOT_GIVEN)
         if "epistemic_rate" in one:
             cells.append(range_text(one).removesuffix(" years") if np.isfinite(one["epistemic_rate"]) else "–")
@@ -84,7 +84,7 @@ def _blocks(results: xr.Dataset) -> Rows:
         rows.append((f"{here['block'].values[i]}{where}", *cells))
     law = f"{here['model'].values[at]}{', the reference law' if known else ''}"
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
-    heading = f"median {level_name(here)}{f', {unit}' if unit else ''}"
+    heading = f"half fall at {level_name(here)}{f', {unit}' if unit else ''}"
     headings = ["", heading, "β", *(["other laws"] if here.sizes["model"] > 1 else [])]
     headings += ["once in, years"] if yearly else []
     headings += [MODEL_RANGE] if ranged else []

@@ -12,7 +12,7 @@ import xarray as xr
 from ...fragility.adaptive.until import PROBABILITY
 from ...fragility.hazard.rates import probability_in
 from ...wording import about_percent, confidence_text, interval_text, two_digits
-from ..plan.adaptive_slides import SLIP_MEDIAN
+from ..plan.adaptive_slides import SLIP_HALF
 from ..plan.estimates import middle_level
 from ..plan.slides import (
     DAMAGE,
@@ -45,7 +45,7 @@ def slide_rows(results: xr.Dataset) -> Rows | None:
 
     None where no friction is given, or nothing is known of slips.
     """
-    if SLIP_MEDIAN in results:
+    if SLIP_HALF in results:
         return _adaptive_rows(results)
     if INSTEAD not in results or SLIP not in results:
         return None
@@ -114,7 +114,7 @@ def _adaptive_rows(results: xr.Dataset) -> Rows:
                 own = [float(here[f"{SLIP}{end}"][i, k]) for end in ENDS]
                 cells.append(_text(own if own[0] > 0.0 else own[:1]))
                 continue
-            median, low, high = (float(here[f"{SLIP_MEDIAN}{end}"][i, k]) / scale for end in ENDS)
+            median, low, high = (float(here[f"{SLIP_HALF}{end}"][i, k]) / scale for end in ENDS)
             cells.append("–" if np.isnan(median) else f"{median:.3g} ({low:.3g}–{high:.3g})")
         rows.append((str(block), *cells))
     name = f"{quantity_name(axis_of(results))}{f' ({unit})' if unit else ''}"

@@ -16,35 +16,34 @@ from ...wording import (
     years_between,
 )
 from ..plan.estimates import middle_level
+from ..text.reached import fraction_text, level_texts
 from ..text.rows import Rows
 from ..text.spread import sample_range
-from ..text.words import NOT_REACHED, display_unit, fractile_text, input_name
+from ..text.words import display_unit, input_name
 
 
 def median_rows(results: xr.Dataset) -> Rows:
-    """Median and dispersion with all uncertainties, and the spread of the samples' medians."""
+    """Level at which half fall and dispersion with all uncertainties, and the spread of the samples' medians."""
     scale, unit = display_unit(results["level"])
     name = results["level"].attrs.get("long_name", "level")
-    fractions = results["fraction"].values.tolist() if "fractile" in results else []
+    fractions = results["fraction"].values.tolist() if "fraction_level" in results else []
     rows = []
     for block in results["block"].values:
         for model in results["model"].values:
             one = results.sel(block=block, model=model)
             low, high = (end / scale for end in sample_range(one))
-            median, least, most = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-            cells = [
-                NOT_REACHED if median == np.inf else three_digits(median),
-                interval_text(least, most),
-                three_digits(one["dispersion"].item()),
-            ]
-            cells += [fractile_text(one, p, scale) for p in fractions]
+            cells = [*level_texts(one, "half_level", scale), three_digits(one["dispersion"].item())]
+            cells += [fraction_text(one, p, scale) for p in fractions]
             if not bool(one["converged"]):
                 cells = [str(one["status"].item()), *("" for _ in cells[1:])]
             rows.append((f"{block}, {model}", *cells, interval_text(low, high)))
-    title = f"Median {name}{f' ({unit})' if unit else ''} and dispersion β, motions and inputs together"
+    title = (
+        f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half fall, and dispersion β of the "
+        "fitted curve, motions and inputs together"
+    )
     more = [f"P = {given_percent(p)}" for p in fractions]
     percent = confidence_text(results)
-    return Rows(title, ("", "median", percent, "β", *more, "90 % of the samples' medians"), rows)
+    return Rows(title, ("", "half at", percent, "β", *more, "90 % of the samples' fitted medians"), rows)
 
 
 def rate_rows(results: xr.Dataset) -> Rows:

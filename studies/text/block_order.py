@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import ALL
-from .reached import within_levels
 from .words import reference_law
 
 MOST_BLOCKS = 100
@@ -15,18 +14,18 @@ MOST_DRAWN = 12
 """Most blocks in figures of the other kinds of studies, where each block takes a large panel or a figure."""
 BLOCK_KINDS = ("fragility", "uncertainty", "sensitivity")
 """Kinds of studies whose results are curves of blocks."""
-MEDIAN, RATE = "median", "rate"
-ORDERS = {MEDIAN: "that fall first", RATE: "with the highest rates"}
+HALF, RATE = "half_level", "rate"
+ORDERS = {HALF: "that fall first", RATE: "with the highest rates"}
 
 
-def places(results: xr.Dataset, by: str = MEDIAN) -> xr.DataArray:
+def places(results: xr.Dataset, by: str = HALF) -> xr.DataArray:
     """The rank of each block (and floor), 0 for the block that falls first, under the law that answers are given for.
 
-    By median, the blocks that fell in every run come first, because nothing else is known of them; then the blocks with
-    a median, from the lowest; then the blocks without a median, by the share of their runs that fell.  By rate, the
+    By half_level, the blocks that fell in every run come first, because nothing else is known of them; then the blocks
+    with one, from the lowest; then the blocks without one, by the share of their runs that fell.  By rate, the
     blocks with a rate come first, from the highest, then the rest.
     """
-    one = within_levels(results).isel(model=reference_law(results)[0])
+    one = results.isel(model=reference_law(results)[0])
     value = one[by].transpose("block", ...)
     always = np.zeros(value.shape, bool)
     if "status" in one:
@@ -35,15 +34,15 @@ def places(results: xr.Dataset, by: str = MEDIAN) -> xr.DataArray:
     fell = np.zeros(value.shape)
     if "probability" in one and "level" in one["probability"].dims:
         fell = one["probability"].mean("level").transpose(*value.dims).values
-    key = np.where(known, value.values if by == MEDIAN else -value.values, -fell)
-    kind = np.select([always, known], [0, 1] if by == MEDIAN else [1, 0], 2)
+    key = np.where(known, value.values if by == HALF else -value.values, -fell)
+    kind = np.select([always, known], [0, 1] if by == HALF else [1, 0], 2)
     order = np.lexsort([key.ravel(), kind.ravel()])
     place = np.empty(order.size, np.int64)
     place[order] = np.arange(order.size)
     return xr.DataArray(place.reshape(value.shape), dims=value.dims)
 
 
-def shown(results: xr.Dataset, by: str = MEDIAN, most: int = MOST_BLOCKS) -> xr.Dataset:
+def shown(results: xr.Dataset, by: str = HALF, most: int = MOST_BLOCKS) -> xr.Dataset:
     """The part of a study's results that tables and figures show: of many blocks, those that come first.
 
     At most `most` blocks are kept, ranked by their worst floors; the attributes ``shown_of`` and ``shown_by`` then hold

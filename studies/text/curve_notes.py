@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array, Flags
+from ...aliases import Flags
 from ...fragility.fitting.states import SEPARATED, state_name
 from ...wording import given_percent, listed_name, whole_percent
 from .words import floor_name, level_text
@@ -76,7 +76,7 @@ def action_of(verb: str, name: str) -> str:
 
 
 def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
-    """Notes on curves that rest on few runs, and on medians with wide intervals: one sentence each.
+    """Notes on curves that rest on few runs, and on levels of half with wide intervals: one sentence each.
 
     Parameters
     ----------
@@ -122,90 +122,50 @@ not, so the dispersion is a guess (penalised likelihood); take more motions or c
             f"{did} and runs that did not, so the dispersion is a guess (penalised likelihood); take more motions or "
             "closer levels"
         )
-    if "median_lower" in curves:
-        lower, upper = (curves[f"median_{end}"].transpose(*status.dims).values for end in ("lower", "upper"))
+    if "half_level_lower" in curves:
+        lower, upper = (curves[f"half_level_{end}"].transpose(*status.dims).values for end in ("lower", "upper"))
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = upper / lower
-        wide = np.isfinite(curves["median"].transpose(*status.dims).values) & (ratio > WIDEST)
+        wide = np.isfinite(curves["half_level"].transpose(*status.dims).values) & (ratio > WIDEST)
         if wide.any():
             of = [f"{one:.1f}" if one < LARGE else f"more than {LARGE:g}" for one in _first(wide, ratio)[0]]
             found.append(
-                f"the interval of the median is wider than a factor of {WIDEST:g} for {_how_many(wide)} "
-                f"({_listed(status, wide, of)}): take more motions"
+                f"the interval of the level at which half {did} is wider than a factor of {WIDEST:g} for "
+                f"{_how_many(wide)} ({_listed(status, wide, of)}): take more motions"
             )
     return found
 
 
-def crossing_notes(curves: xr.Dataset, observed: xr.Dataset) -> list[str]:
-    """A note on curves whose fitted median contradicts the observed probabilities: one sentence.
-
-    The level at which half of the runs reach the state is known without any curve: it lies between the level at which
-    the upper end of the interval of the observed probabilities passes 1/2 and the level at which the lower end does
-    (straight lines between levels, on a logarithmic axis; neither end falls as the level rises).
+def misfit_notes(curves: xr.Dataset, state: str) -> list[str]:
+    """Notes on curves whose median or level of 10 % lies outside the interval of the level at which so many runs fell.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As `fit_fragility` returns them; without ``median_lower`` there is no note.
-    observed : xarray.Dataset
-        As `overturning_probability` returns them, on the dimensions of the curves and level.
-
-    Returns
-    -------
-    list of str
+        As `fit_fragility` returns them.
+    state : str
+        Name of the state.
 
     Examples
     --------
-    >>> levels = ("level", [2.0, 4.0, 8.0], {"units": "m s-2"})
-    >>> ends = {"lower": ("level", [0.0, 0.45, 0.9]), "upper": ("level", [0.1, 0.55, 1.0])}
-    >>> curve = xr.Dataset({"median": 5.0, "median_lower": 4.9, "median_upper": 5.1})
-    >>> print(crossing_notes(curve, xr.Dataset(ends, {"level": levels}))[0][:72])
-    the median of the curve (the block: 0.51 g, observed 0.378 g to 0.441 g)
+    >>> curves = xr.Dataset({"status": "ok", "misfit": 0.034, "misfit_low": 0.0})
+    >>> print(misfit_notes(curves, "overturning")[0])  # doctest: +NORMALIZE_WHITESPACE
+    the curve (the block: +3.4 %) misses its runs: its median is not where half of them overturned; rates and
+    exports are those of the fitted curve; compare with form = "isotonic", which follows any runs
     """
-    if "median_lower" not in curves:
-        return []
-    dims = curves["median"].dims
-    median, low, high = (curves[name].transpose(*dims).values for name in ("median", "median_lower", "median_upper"))
-    level = observed["level"]
-    ends = {name: observed[name].transpose(*dims, "level").values for name in ("lower", "upper")}
-    band = np.empty((*median.shape, 2))
-    for at in np.ndindex(median.shape):
-        # (outside the levels it is only known that the median lies below or above all of them)
-        first, last = (_half_at(level.values, ends[name][at]) for name in ("upper", "lower"))
-        band[at] = min(first, level.values[-1]), max(last, level.values[0])
-    with np.errstate(invalid="ignore"):
-        outside = np.isfinite(median) & ((high < band[..., 0]) | (low > band[..., 1]))
-    if not outside.any():
-        return []
-    of = [
-        f"{level_text(one, level)}, observed {_span(a, b, level)}"
-        for one, (a, b) in zip(*_first(outside, median, band), strict=True)
-    ]
-    return [
-        f"the median of {_how_many(outside)} ({_listed(curves['median'], outside, of)}) lies, with its interval, "
-        "outside what was observed: this form of curve does not follow the runs there; compare with form = "
-        '"isotonic", which follows any, before using it'
-    ]
-
-
-def _half_at(levels: Array, probability: Array) -> float:
-    """The level from which a probability stays at one half or more: -inf below the levels, inf above them."""
-    rising = np.maximum.accumulate(probability)
-    k = int(np.searchsorted(rising, 0.5))
-    if k == 0:
-        return -np.inf
-    if k == rising.size:
-        return np.inf
-    share = (0.5 - rising[k - 1]) / (rising[k] - rising[k - 1])
-    return float(levels[k - 1] * (levels[k] / levels[k - 1]) ** share)
-
-
-def _span(low: float, high: float, like: xr.DataArray) -> str:
-    if np.isinf(low):
-        return f"below {level_text(high, like)}"
-    if np.isinf(high):
-        return f"above {level_text(low, like)}"
-    return f"{level_text(low, like)} to {level_text(high, like)}"
+    found = []
+    for name, level, share in (("misfit", "median", "half"), ("misfit_low", "level of 10 %", "a tenth")):
+        off = curves[name].transpose(*curves["status"].dims)
+        here = off.values != 0.0
+        if here.any():
+            of = [f"{100.0 * one:+.1f} %" for one in _first(here, off.values)[0]]
+            one = int(here.sum()) == 1
+            found.append(
+                f"{_how_many(here)} ({_listed(off, here, of)}) {'misses its' if one else 'miss their'} runs: "
+                f"{'its' if one else 'their'} {level} is not where {share} of them {reached_of(state)}; rates and "
+                'exports are those of the fitted curve; compare with form = "isotonic", which follows any runs'
+            )
+    return found
 
 
 def modelling_note(dispersion: float, where: str) -> str:

@@ -108,16 +108,22 @@ TERMS = (
         r"\brecommendations?\b",
     ),
     Term(
-        "median",
+        "half level",
         "The level of shaking at which half of the motions overturn the block (or bring it to the state that is "
-        "studied).",
-        r"\b[Mm]edians?\b",
+        "studied), read off the runs themselves.",
+        r"\bhalf (?:fall|at\b|of the (?:runs|motions))",
+    ),
+    Term(
+        "fitted curve, median",
+        "The lognormal curve through the runs of all levels, from which rates follow, and the level at which it passes "
+        "50 %. Where the runs are not lognormal, its median is not the level at which half of them fall.",
+        r"\b[Mm]edians?\b|\bfitted curves?\b",
     ),
     Term(
         "dispersion (β)",
         "How much the level of shaking that overturns a block (or brings it to the state that is studied) varies from "
         "motion to motion: the standard deviation of its logarithm. With β = 0.4, about two-thirds of the motions do "
-        "so at a level within a factor of 1.5 of the median.",
+        "so at a level within a factor of 1.5 of the fitted median.",
         r"\b[Dd]ispersions?\b|\bβ\b(?!_)",
     ),
     Term(
@@ -189,7 +195,7 @@ def used(texts: Iterable[str], known: Iterable[Term] = ()) -> list[Term]:
     Examples
     --------
     >>> [term.name for term in used(["The median PGA is 0.4 g."])]
-    ['PGA, PGV', 'g', 'median']
+    ['PGA, PGV', 'g', 'fitted curve, median']
     """
     text = "\n".join(texts)
     before = set(known)

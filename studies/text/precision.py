@@ -84,7 +84,7 @@ def reached_by(results: xr.Dataset) -> list[Reached]:
     found = [
         Reached(
             name,
-            ends(one, f"{SEQUENTIAL}{target}"),
+            ends(one, "half_level" if target == MEDIAN else f"{SEQUENTIAL}{target}"),
             float(one["half_width"]),
             int(one["motions_run"]),
             runs_of_curve(one).size,

@@ -1,7 +1,7 @@
-"""What the shaking that was run has reached: medians above the highest level are not reached, and not extrapolated.
+"""What the shaking that was run has reached: nothing above the highest level is told as if runs had shown it.
 
-A fitted curve goes on above the highest level, but no run says whether the blocks do.  Tables and sentences therefore
-take such a median as infinite, which is how curves without a form hold a median that no level reaches.
+A fitted curve goes on above the highest level, but no run says whether the blocks do.  Levels from the runs are
+infinite there, and 0 below the lowest level; ratios of fitted medians and medians of samples follow them here.
 """
 
 from __future__ import annotations
@@ -9,10 +9,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from .words import axis_of
+from ...wording import interval_text, three_digits
+from .words import NOT_REACHED, axis_of
 
-FITTED = "fitted_median"
-"""Variable that keeps the medians of the fitted curves, from which their probabilities at levels follow."""
+BELOW = "below all levels"
+"""In place of a level below the lowest one that was run."""
 EDGE = 1.0 + 1e-9
 """A median this many times the highest level still counts as reached: it differs from it by rounding alone."""
 
@@ -24,62 +25,53 @@ def highest_level(results: xr.Dataset) -> float:
     return float(axis_of(results).max())
 
 
+def level_texts(one: xr.Dataset, name: str, scale: float) -> tuple[str, str]:
+    """Return a level from the runs, divided by `scale`, and its interval; in words where it lies beyond the levels.
+
+    Examples
+    --------
+    >>> one = xr.Dataset({"half_level": 2.0, "half_level_lower": 0.0, "half_level_upper": 3.0})
+    >>> level_texts(one, "half_level", 1.0)
+    ('2.00', 'below 3.00')
+    """
+    value, low, high = (one[f"{name}{end}"].item() / scale for end in ("", "_lower", "_upper"))
+    text = BELOW if value == 0.0 else NOT_REACHED if value == np.inf else three_digits(value)
+    return text, interval_text(low or -np.inf, high)
+
+
+def fraction_text(one: xr.Dataset, p: float, scale: float) -> str:
+    """Return the level at which a share of the runs falls, with its interval in brackets."""
+    level, interval = level_texts(one.sel(fraction=p), "fraction_level", scale)
+    return f"{level} ({interval})"
+
+
 def within_levels(results: xr.Dataset) -> xr.Dataset:
-    """Return results in which a median above the highest level that was run is infinite: not reached.
+    """Return results in which fitted medians above the highest level that was run are infinite: not reached.
 
     Parameters
     ----------
     results : xarray.Dataset
-        Results with ``median`` (SI), its ends ``median_lower`` and ``median_upper`` where there are any, levels
-        (``level`` or, of a cloud, ``intensity``); ``fractile``, ``sample_median`` and ``median_ratio`` with their ends
-        where there are any.
+        Results with levels (``level`` or, of a cloud, ``intensity``) and with ``sample_median``, or ``median`` and
+        ``median_ratio`` with its ends; others are returned as they are.
 
     Returns
     -------
     xarray.Dataset
-        The lower end of the interval of such a median is at most the highest level and the upper end infinite: it reads
-        "above" that level.  ``fitted_median`` keeps what was fitted.  Ratios of a median that is not reached are
-        infinite, ratios to one that is not reached are NaN.  Results without medians or levels are returned as they
-        are; doing it twice changes nothing.
-
-    Examples
-    --------
-    >>> curves = xr.Dataset(
-    ...     {"median": ("block", [2.0, 5.0]), "median_lower": ("block", [1.5, 4.0]),
-    ...      "median_upper": ("block", [2.5, 7.0])}, {"level": [1.0, 3.0]}
-    ... )
-    >>> found = within_levels(curves)
-    >>> found["median"].values.tolist(), found["median_lower"].values.tolist(), found["median_upper"].values.tolist()
-    ([2.0, inf], [1.5, 3.0], [2.5, inf])
+        Ratios of a median that is not reached are infinite, ratios to one that is not reached are NaN.  Doing it twice
+        changes nothing.
     """
     most = highest_level(results)
-    if "median" not in results or not np.isfinite(most):
+    if not np.isfinite(most):
         return results
-    median = results["median"]
-    far = median > EDGE * most
-    others = [results[name] > EDGE * most for name in ("fractile", "sample_median") if name in results]
-    if not any(bool(one.any()) for one in (far, *others)):
-        return results
-    found = {"median": median.where(~far, np.inf)}
-    kept = {} if FITTED in results else {FITTED: median}
-    if "median_lower" in results:
-        found["median_lower"] = results["median_lower"].where(~far, np.fmin(results["median_lower"], most))
-        found["median_upper"] = results["median_upper"].where(~far, np.inf)
+    found = {}
     if "sample_median" in results:
         own = results["sample_median"]
         found["sample_median"] = own.where(~(own > EDGE * most), np.inf)
-    if "fractile" in results:
-        beyond = results["fractile"] > EDGE * most
-        found["fractile"] = results["fractile"].where(~beyond, np.inf)
-        if "fractile_lower" in results:
-            found["fractile_lower"] = results["fractile_lower"].where(~beyond, np.fmin(results["fractile_lower"], most))
-            found["fractile_upper"] = results["fractile_upper"].where(~beyond, np.inf)
     if "median_ratio" in results:
-        found |= _ratios(results, far, most)
+        found |= _ratios(results, results["median"] > EDGE * most, most)
     # (dimensions may change their order where two arrays meet)
     return results.assign(
         {name: one.transpose(*results[name].dims).assign_attrs(results[name].attrs) for name, one in found.items()}
-        | kept
     )
 
 

@@ -17,7 +17,6 @@ from ...fragility.runs.provenance import floor_of_each_motion
 from ...models import catalogue
 from ...motions.intensity.naming import FLOOR, place_in
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
-from ...wording import interval_text, value_text
 
 MEASURES = {
     "pga": "PGA",
@@ -84,15 +83,8 @@ def value_in(value: float, units: str) -> str:
     return f"{value / scale:.3g}{f' {unit}' if unit else ''}"
 
 
-def fractile_text(curve: xr.Dataset, p: float, scale: float) -> str:
-    """The level at which a curve reaches the probability p, divided by `scale`, with its interval."""
-    at = curve.sel(fraction=p)
-    value, low, high = (at[f"fractile{end}"].item() / scale for end in ("", "_lower", "_upper"))
-    return f"{NOT_REACHED} ({interval_text(low, high)})" if np.isposinf(value) else value_text(value, low, high)
-
-
 NOT_REACHED = "not reached"
-"""In place of a median that lies above the highest level that was run."""
+"""In place of a level that lies above the highest one that was run."""
 
 
 def axis_of(results: xr.Dataset) -> xr.DataArray:

@@ -1,4 +1,4 @@
-"""A plugin of pytest for find.py and `make coverage`: it writes the outcome and the seconds of each part of a test."""
+"""A plugin of pytest for find.py and `make covered-lines`: the outcome and the seconds of each part of a test."""
 
 import os
 from pathlib import Path

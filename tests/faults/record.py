@@ -1,4 +1,4 @@
-"""Write which tests execute the changed lines of each fault, from a run of all tests by `make coverage`.
+"""Write which tests execute the changed lines of each fault, from a run of all tests by `make covered-lines`.
 
     python tests/faults/record.py COVERAGE DURATIONS    the data of coverage with contexts, the file of fault_reports.py
 

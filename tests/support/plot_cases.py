@@ -35,6 +35,7 @@ def curves(blocks=("shelf", "rack")):
             "lower": (over, lower),
             "upper": (over, upper),
             "median": (on, median, {"units": "m s-2"}),
+            "half_level": (on, median, {"units": "m s-2"}),
             "dispersion": (on, np.full(median.shape, 0.4)),
             "converged": (on, np.ones(median.shape, bool)),
         },

@@ -84,8 +84,8 @@ def test_medians_are_those_of_many_levels(found):
             at = int(np.argmax(p[b, m] >= 0.5))
             share = (0.5 - p[b, m, at - 1]) / (p[b, m, at] - p[b, m, at - 1])
             grid = math.log(levels[at - 1]) + share * math.log(levels[at] / levels[at - 1])
-            low, high = (math.log(float(found[f"median_{end}"][b, m])) for end in ("lower", "upper"))
-            assert abs(math.log(float(found["median"][b, m])) - grid) < (high - low)
+            low, high = (math.log(float(found[f"half_level_{end}"][b, m])) for end in ("lower", "upper"))
+            assert abs(math.log(float(found["half_level"][b, m])) - grid) < (high - low)
 
 
 def test_a_curve_is_the_same_among_others_and_alone(found):
@@ -93,7 +93,7 @@ def test_a_curve_is_the_same_among_others_and_alone(found):
     own = (found["run_block"].values == 1) & (found["run_model"].values == 1)
     for name in ("level", "overturned", "run_motion", "wave"):
         assert np.array_equal(alone[name].values, found[name].values[own])
-    for name in ("median", "dispersion", "half_width"):
+    for name in ("half_level", "dispersion", "half_width"):
         assert alone[name].item() == found[name][1, 1].item()
 
 
@@ -117,7 +117,7 @@ def test_files_keep_it(found, tmp_path):
 def test_fits_take_the_runs_with_their_motions(found):
     """The curve through all runs is the one that the analysis followed."""
     fitted = tp.fit_fragility(found, replicates=200)
-    assert fitted["median"].values == pytest.approx(found["curve_median"].values, rel=1e-9)
+    assert fitted["median"].values == pytest.approx(found["median"].values, rel=1e-9)
     assert fitted["dispersion"].values == pytest.approx(found["dispersion"].values, rel=1e-9)
     assert "bootstrap over motions" in fitted.attrs["method"]
     assert fitted["alpha"].dims == ("block",)
@@ -218,7 +218,7 @@ def test_levels_of_the_ground_below_a_floor():
     until = {"median": 0.3, "motions": {"least": 32}}
     above = tp.ida(BLOCK, LAWS[0], floor, "adaptive", "pgv", until=until, ground=ground)
     below = tp.ida(BLOCK, LAWS[0], ground, "adaptive", "pgv", until=until)
-    assert float(above["median"].item()) == pytest.approx(0.5 * float(below["median"].item()), rel=1e-9)
+    assert float(above["half_level"].item()) == pytest.approx(0.5 * float(below["half_level"].item()), rel=1e-9)
     assert json.loads(above.attrs["configuration"])["im_at"] == "ground"
     assert "ground_pgv" in above.coords
 
@@ -229,7 +229,7 @@ def test_both_polarities_are_one_motion():
     assert found.sizes["motion"] == 2 * int(found["motions_run"].item())
     assert found["record"].values[0] == found["record"].values[1]
     fitted = tp.fit_fragility(found, replicates=50)
-    assert float(fitted["median"].item()) == pytest.approx(float(found["curve_median"].item()), rel=1e-9)
+    assert float(fitted["median"].item()) == pytest.approx(float(found["median"].item()), rel=1e-9)
     given = tp.ida(lean, LAWS[0], both_polarities(SHAKES.sample(64)), "adaptive", until=COARSE, polarity="both")
     assert int(given["motions_run"].item()) <= 64
 
@@ -258,7 +258,7 @@ class TestOtherStates:
         levels = np.geomspace(0.02, 5.0, 60)
         runs = tp.ida(WIDE, law, SHAKES.sample(200, 7), levels, "pgv", [output], screen=False)
         truth = float(tp.fit_fragility(runs, state=state)["median"].item())
-        assert abs(math.log(found["median"].item() / truth)) < math.log1p(found["half_width"].item() + 0.1)
+        assert abs(math.log(found["half_level"].item() / truth)) < math.log1p(found["half_width"].item() + 0.1)
         for i in (5, 77, 150):
             one = tp.ida(WIDE, law, motion_of(found, i), [float(found["level"][i])], "pgv", [output], screen=False)
             assert float(one[output].item()) == pytest.approx(float(found[output][i]), rel=1e-9)
@@ -273,7 +273,7 @@ class TestOtherStates:
         (pairs,) = both_axes(SHAKES.sample_pairs(64))
         until = {"median": 0.4, "motions": {"least": 32}}
         found = tp.ida(WIDE, self.SLIDING, pairs, "adaptive", "RotD50(pgv)", until=until, state=Slip(0.05))
-        assert math.isfinite(found["median"].item())
+        assert math.isfinite(found["half_level"].item())
         for i in (3, 100, 180):
             motion = pairs.sel(motion=[found["motion"].values[int(found["run_motion"][i])]])
             one = tp.ida(WIDE, self.SLIDING, motion, [float(found["level"][i])], "RotD50(pgv)")
@@ -282,9 +282,9 @@ class TestOtherStates:
     def test_other_laws_of_friction_have_curves_of_their_own(self):
         laws = [self.SLIDING, tp.Sliding(0.32)]
         found = tp.ida(WIDE, laws, SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
-        weak, strong = found["median"].values.ravel()
+        weak, strong = found["half_level"].values.ravel()
         alone = tp.ida(WIDE, laws[1], SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
-        assert alone["median"].item() == strong > weak
+        assert alone["half_level"].item() == strong > weak
 
     def test_motions_that_end_in_a_slide_are_named(self):
         cut = SHAKES.sample(40).isel(time=slice(0, 300))

@@ -69,7 +69,7 @@ def test_the_curve_is_that_of_many_coefficients():
     slides = slid["friction"].values[0] < BLOCK.b / BLOCK.h
     share = (slid["slide_peak"].values[0, 0][:, slides] > 0.05).mean(axis=1)
     # (300 motions know the half to some 2 %)
-    assert np.interp(0.5, share, levels) == pytest.approx(float(found["median"].squeeze()), rel=0.05)
+    assert np.interp(0.5, share, levels) == pytest.approx(float(found["half_level"].squeeze()), rel=0.05)
     assert slides.mean() == pytest.approx(LAW.chance(BLOCK), abs=0.01)
 
 

@@ -43,14 +43,17 @@ def found():
 
 
 def test_layout(found):
-    assert dict(found["median"].sizes) == {"block": 2000, "model": 2}
+    assert dict(found["half_level"].sizes) == {"block": 2000, "model": 2}
     assert found["stopped_because"].values.tolist() == ["precision reached"] * 2
     assert found.attrs["design"] == "pooled"
     assert bool((found["half_width"] <= 0.12).all())
-    assert bool((found["median_lower"] < found["median"]).all() & (found["median"] < found["median_upper"]).all())
+    assert bool(
+        (found["half_level_lower"] < found["half_level"]).all()
+        & (found["half_level"] < found["half_level_upper"]).all()
+    )
     assert bool((found["rate_lower"] < found["rate"]).all() & (found["rate"] < found["rate_upper"]).all())
     # the widest of the region, whose corners are blocks of it
-    widest = (found["median_upper"] / found["median"] - 1.0).max("block")
+    widest = (found["half_level_upper"] / found["half_level"] - 1.0).max("block")
     np.testing.assert_allclose(widest, found["half_width"], rtol=0.05)
     assert found.sizes["pooled_run"] == 16 * int(found["motions_run"].sum())
     assert json.loads(found.attrs["configuration"])["until"] == COARSE
@@ -67,7 +70,7 @@ def test_medians_are_those_of_runs_of_the_blocks_themselves(found):
     for i, law in enumerate(LAWS):
         truth, error = direct_medians(blocks, law, curves.isel(model=[i]), 1500, SHAKES)
         assert error.max() < 0.02
-        lower, upper = (np.log(curves[f"median_{end}"].values[:, i]) for end in ("lower", "upper"))
+        lower, upper = (np.log(curves[f"half_level_{end}"].values[:, i]) for end in ("lower", "upper"))
         assert ((lower - 2 * error < truth) & (truth < upper + 2 * error)).all()
 
 
@@ -101,14 +104,14 @@ def test_bytes_do_not_depend_on_the_number_of_workers(found):
         again = pooled(region(2000), LAWS, SHAKES, "pga", COARSE, hazard=HAZARD, seed=1)
     xr.testing.assert_identical(again.drop_attrs(deep=False), found.drop_attrs(deep=False))
     other = pooled(region(2000), LAWS, SHAKES, "pga", COARSE, seed=2)
-    assert not np.array_equal(other["median"].values, found["median"].values)
+    assert not np.array_equal(other["half_level"].values, found["half_level"].values)
 
 
 def test_curves_of_further_blocks_and_of_none_outside(found):
     columns = region(2000)
     some = BlockArray(columns.width[:5], columns.height[:5])
     curves = surface_curves(found, some, HAZARD)
-    for name in ("median", "median_lower", "dispersion", "rate", "rate_upper"):
+    for name in ("half_level", "half_level_lower", "dispersion", "rate", "rate_upper"):
         np.testing.assert_array_equal(curves[name].values, found[name].values[:5])
     with pytest.raises(ValueError, match="'tower' is outside the region"):
         surface_curves(found, tp.Block(0.3, 4.0, name="tower"))
@@ -163,10 +166,10 @@ def test_a_region_with_a_kink_is_cut_there(cut):
     alpha = 0.23
     around = [tp.Block.from_slenderness(alpha, r, name=f"{r}") for r in (0.97 * low, 0.5 * (low + high), 1.03 * high)]
     curves = surface_curves(cut, around, HAZARD).isel(model=0)
-    before, between, beyond = curves["median"].values.tolist()
+    before, between, beyond = curves["half_level"].values.tolist()
     assert beyond / before > 1.1 or before / beyond > 1.1
-    assert float(curves["median_lower"][1]) < min(before, beyond)
-    assert float(curves["median_upper"][1]) > max(before, beyond)
+    assert float(curves["half_level_lower"][1]) < min(before, beyond)
+    assert float(curves["half_level_upper"][1]) > max(before, beyond)
     assert min(before, beyond) * 0.95 < between < max(before, beyond) * 1.05
     assert bool((curves["rate_lower"] < curves["rate"]).all() & (curves["rate"] < curves["rate_upper"]).all())
 
@@ -209,9 +212,9 @@ def test_medians_on_both_sides_of_a_cut_are_those_of_runs(cut):
     blocks = [tp.Block(w, h, name=name) for w, h, name in zip(tested.width, tested.height, tested.names, strict=True)]
     curves = surface_curves(cut, tested)
     truth, error = direct_medians(blocks, Kinked(delta=0.1), curves, 1500, SHAKES)
-    lower, upper = (np.log(curves[f"median_{end}"].values[:, 0]) for end in ("lower", "upper"))
+    lower, upper = (np.log(curves[f"half_level_{end}"].values[:, 0]) for end in ("lower", "upper"))
     assert ((lower - 2 * error < truth) & (truth < upper + 2 * error)).mean() > 0.95
-    assert np.sqrt(np.mean((np.log(curves["median"].values[:, 0]) - truth) ** 2)) < 0.035
+    assert np.sqrt(np.mean((np.log(curves["half_level"].values[:, 0]) - truth) ** 2)) < 0.035
 
 
 @pytest.mark.slow
@@ -219,7 +222,7 @@ def test_cuts_are_kept_in_files_and_hold_for_one_law_alone(cut, tmp_path):
     cut.to_netcdf(tmp_path / "surface.nc")
     with xr.open_dataset(tmp_path / "surface.nc") as read:
         own, other = (surface_curves(one, region(9, 5, 0.9), HAZARD) for one in (cut, read))
-        for name in ("median", "median_upper", "rate"):
+        for name in ("half_level", "half_level_upper", "rate"):
             np.testing.assert_array_equal(own[name], other[name])
     laws = [tp.EnergyConsistent(), Kinked(delta=0.1)]
     both = pooled(region(2000), laws, SHAKES, "pga", {"median": 0.08}, seed=1)
@@ -259,7 +262,7 @@ def test_one_block_and_one_size():
     one = pooled(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, until=COARSE)
     other = tp.ida(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, "adaptive", "pga", until={"median": 0.05}, seed=9)
     assert one.sizes["region_axis"] == 0
-    assert abs(float(np.log(one["median"].squeeze() / other["median"].squeeze()))) < 0.15
+    assert abs(float(np.log(one["half_level"].squeeze() / other["half_level"].squeeze()))) < 0.15
     sizes = pooled([tp.Block.from_slenderness(0.2, r) for r in (0.5, 0.8, 1.2)], LAWS[1], SHAKES, until=COARSE)
     assert sizes.sizes["region_axis"] == 1
 
@@ -285,7 +288,7 @@ def test_few_blocks_have_a_surface(blocks):
     shelves = [tp.Block(*one) for one in blocks]
     found = pooled(shelves, LAWS[1], SHAKES, until={"median": 0.25, "motions": {"least": 64, "most": 2000}})
     direct, error = direct_medians(shelves, LAWS[1], found, 400, SHAKES)
-    lower, upper = (np.log(found[f"median_{end}"].values[:, 0]) for end in ("lower", "upper"))
+    lower, upper = (np.log(found[f"half_level_{end}"].values[:, 0]) for end in ("lower", "upper"))
     assert (lower - 3.0 * error <= direct).all()
     assert (direct <= upper + 3.0 * error).all()
 
@@ -372,13 +375,15 @@ def test_medians_of_blocks_with_their_own_e_and_delta_are_those_of_their_runs():
         (block,) = region.some(np.array([i]))
         law = tp.DiscreteDamping(e=float(region.own["e"][i]), delta=float(region.own["delta"][i]))
         one = tp.ida(block, law, SHAKES, "adaptive", until={"median": 0.05}, seed=9)
-        gaps.append(np.log(found["median"][i, 0].item() / one["median"].item()))
-        reaches.append(np.log(found["median_upper"][i, 0] / found["median"][i, 0]).item())
+        gaps.append(np.log(found["half_level"][i, 0].item() / one["half_level"].item()))
+        reaches.append(np.log(found["half_level_upper"][i, 0] / found["half_level"][i, 0]).item())
     assert np.sqrt(np.mean(np.square(gaps))) < 0.08
     assert (np.abs(gaps) < np.array(reaches) + 0.05).all()
     # (medians do depend on them: with e and delta of another block they are others)
     size = {"width": [0.4, 0.4], "height": [1.6, 1.6]}
-    lossy, bouncy = surface_curves(found, BlockArray(**size, e=[0.88, 0.94], delta=[0.04, 0.04]))["median"].values[:, 0]
+    lossy, bouncy = surface_curves(found, BlockArray(**size, e=[0.88, 0.94], delta=[0.04, 0.04]))["half_level"].values[
+        :, 0
+    ]
     assert lossy > 1.1 * bouncy
 
 
@@ -390,7 +395,7 @@ def test_own_e_that_is_that_of_the_law_gives_its_curves():
     until = {"median": 0.3}
     found = pooled(alike, tp.HousnerImpact(), SHAKES, until=until)
     law = pooled(BlockArray(plain.width, plain.height), tp.HousnerImpact(e=0.9), SHAKES, until=until)
-    np.testing.assert_allclose(found["median"], law["median"], rtol=1e-9)
+    np.testing.assert_allclose(found["half_level"], law["half_level"], rtol=1e-9)
     assert found["model"].values.tolist() == ["housner e=own"]
 
 

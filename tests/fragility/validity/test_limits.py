@@ -104,8 +104,8 @@ def test_curves_without_a_fit_or_far_too_wide():
     )
     (said,) = told(lambda: tp.fit_fragility(counts))
     assert said in (
-        "the interval of every median spans more than a factor of 4: take more motions",
-        "no median has an interval: take more motions",
+        "every interval of a level at which half fall spans a factor above 4: take more motions",
+        "no level at which half fall has an interval: take more motions",
     )
 
 

@@ -500,9 +500,8 @@ def test_rates_of_blocks_as_a_workbook(tmp_path):
     assert first["rate (year-1)"] == pytest.approx(rate)
     assert first["chance_in_a_year (1)"] == pytest.approx(-math.expm1(-rate))
     assert first["chance_in_50_years_upper (1)"] == pytest.approx(-math.expm1(-50.0 * float(found["rate_upper"][0, 0])))
-    median, beta = (float(found[name][0, 0]) for name in ("median", "dispersion"))
-    assert first["level_at_50_percent (m s-2)"] == pytest.approx(median)
-    assert first["level_at_10_percent (m s-2)"] == pytest.approx(median * math.exp(-1.2815515655 * beta))
+    assert first["level_at_50_percent (m s-2)"] == pytest.approx(float(found["half_level"][0, 0]))
+    assert first["level_at_10_percent (m s-2)"] == pytest.approx(float(found["fraction_level"][0, 0, 0]))
     assert main(["export", str(tmp_path / "out"), "--format", "xlsx", "--model", "housner"]) == 0
     book = openpyxl.load_workbook(tmp_path / "out" / "export" / "rates.xlsx")
     assert {row[2] for row in [*book["rates"].iter_rows(values_only=True)][1:]} == {"housner e=e_R"}

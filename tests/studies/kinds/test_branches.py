@@ -151,9 +151,9 @@ class TestModelling:
                 np.testing.assert_allclose(one[f"rate_modelling_{end}"], wanted, rtol=1e-10)
                 chance = 1.0 - np.exp(-50.0 * wanted)
                 np.testing.assert_allclose(one[f"risk_probability_modelling_{end}"], chance, rtol=1e-9)
-                level = plain["median"] * np.exp(-sign * 1.28 * beta)
+                level = plain["half_level"] * np.exp(-sign * 1.28 * beta)
                 np.testing.assert_allclose(
-                    one[f"median_modelling_{'lower' if sign > 0 else 'upper'}"], level, rtol=1e-12
+                    one[f"half_level_modelling_{'lower' if sign > 0 else 'upper'}"], level, rtol=1e-12
                 )
         assert "rates hold a modelling uncertainty of β_m = 0.4, in the mean" in found.attrs["notes"]
         assert "rates hold no modelling uncertainty (modelling_dispersion = 0" in plain.attrs["notes"]

@@ -147,7 +147,15 @@ def test_curves_and_rates_are_those_of_the_analysis(finished):
         hazard=tp.HazardCurve.power_law(1e-4, 2.0, "pga", "g"),
         seed=4,
     )
-    for name in ("median", "median_lower", "median_upper", "dispersion", "rate", "rate_upper", "check_difference"):
+    for name in (
+        "half_level",
+        "half_level_lower",
+        "half_level_upper",
+        "dispersion",
+        "rate",
+        "rate_upper",
+        "check_difference",
+    ):
         np.testing.assert_array_equal(results[name], own[name])
     np.testing.assert_allclose(results["risk_probability"], -np.expm1(-50.0 * own["rate"]), rtol=1e-14)
     assert results.attrs["kind"] == "fragility"
@@ -159,7 +167,7 @@ def test_shares_of_rates_are_those_of_the_curves(finished):
     results, _ = finished
     hazard = tp.HazardCurve.power_law(1e-4, 2.0, "pga", "g")
     curves = xr.Dataset(
-        {"median": results["curve_median"], "dispersion": results["dispersion"]},
+        {"median": results["median"], "dispersion": results["dispersion"]},
         attrs={"im": "pga", "form": "lognormal"},
     )
     rates = tp.annual_rate(curves, hazard)
@@ -252,7 +260,7 @@ def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
     (spread,) = region_rows(results)
     assert "40 blocks" in spread.title
     middle = next(row for row in spread.rows if row[0].startswith("50 %"))
-    assert float(middle[1]) == pytest.approx(float(results["median"].median()) / 9.80665, rel=5e-3)
+    assert float(middle[1]) == pytest.approx(float(results["half_level"].median()) / 9.80665, rel=5e-3)
     assert surface_rows(xr.Dataset()) is None
     assert list(region_rows(xr.Dataset())) == []
 
@@ -260,8 +268,8 @@ def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
 def test_curves_are_drawn_of_blocks_at_both_ends_and_in_the_middle(finished):
     results, _ = finished
     drawn = examples(results)
-    medians = results["median"].values[:, 0]
-    found = drawn["median"].values[:, 0]
+    medians = results["half_level"].values[:, 0]
+    found = drawn["half_level"].values[:, 0]
     assert (found[0], found[-1]) == (medians.min(), medians.max())
     assert drawn.sizes["block"] == 3
     heading = fragility_figure(drawn).get_suptitle()
@@ -274,7 +282,7 @@ def test_maps_are_of_areas_or_of_lines(finished):
     results, _ = finished
     # (results of an analysis in Python have no axis of their curves)
     for given in (results, results.drop_vars("intensity")):
-        assert [name for name, _ in maps(given)] == ["map_median", "map_rate"]
+        assert [name for name, _ in maps(given)] == ["map_half_level", "map_rate"]
     one = next(figure for _, figure in maps(results.isel(block=[0])))
     assert one.axes[0].get_yscale() == "log"
 
@@ -455,7 +463,7 @@ def test_the_answer_says_how_much_falls_in_one_event(with_events):
     many = xr.concat([results[["fallen_mean", "fallen_quantile"]].isel(event_level=[0])] * 5, "event_level")
     many = many.assign_coords(event_level=9.80665 * np.array([0.1, 0.2, 0.3, 0.4, 0.5])).assign_attrs(results.attrs)
     many["fallen_mean"][0] = [0.01, 0.12, 0.3, 0.55, 0.8]
-    many = many.assign(results[["median"]].data_vars).assign_coords(intensity=results["intensity"])
+    many = many.assign(results[["half_level"]].data_vars).assign_coords(intensity=results["intensity"])
     assert re.findall(r"0\.\d0 g", event_sentences(many)[0]) == ["0.20 g", "0.40 g", "0.50 g"]
     assert event_sentences(results.drop_vars("fallen_mean")) == []
 

@@ -89,8 +89,9 @@ def test_the_runs_are_those_of_the_analysis(finished):
     own = tp.ida(blocks, tp.EnergyConsistent(), shakes, "adaptive", until=until, seed=4)
     for name in ("overturned", "level", "run_block", "run_motion", "wave"):
         np.testing.assert_array_equal(results[name], own[name])
-    for name in ("median", "median_lower", "dispersion"):
-        np.testing.assert_array_equal(results[f"sequential_{name}"], own[name])
+    np.testing.assert_array_equal(results["sequential_dispersion"], own["dispersion"])
+    for name in ("half_level", "half_level_lower", "half_level_upper", "misfit"):
+        np.testing.assert_array_equal(results[name], own[name])
     curves = tp.fit_fragility(own)
     np.testing.assert_array_equal(results["median"], curves["median"])
     assert results.attrs["design"] == "adaptive"
@@ -275,7 +276,7 @@ def test_curves_of_other_states(study, state, output):
         state=json.loads(state),
         seed=4,
     )
-    np.testing.assert_array_equal(results["sequential_median"], own["median"])
+    np.testing.assert_array_equal(results["half_level"], own["half_level"])
     assert results.attrs["state"] == own.attrs["state"]
     (panel, *_) = fragility_figure(results).axes
     marks = {float(y) for line in panel.lines if line.get_marker() == "|" for y in line.get_ydata()}
@@ -450,7 +451,7 @@ def test_what_is_not_reached_is_a_note(study):
 
 def test_a_median_beyond_any_shaking_is_a_note(study):
     results = study(STUDY.replace("width_m = 0.4\nheight_m = 1.8", "width_m = 12\nheight_m = 15")).run()
-    assert float(results["median"].max()) > 5.0 * 9.80665
+    assert float(results["half_level"].max()) > 5.0 * 9.80665
     assert any(note.startswith("the highest median, ") for note in results.attrs["notes"].splitlines())
 
 
@@ -478,16 +479,16 @@ def test_slips_are_those_of_their_own_analyses(slipping, finished):
             seed=4,
         )
         fitted = tp.fit_fragility(own, state=Slip(distance))
-        for name in ("median", "median_lower", "dispersion"):
-            np.testing.assert_array_equal(results[f"slip_{name}"][:, k], fitted[name][:, 0])
+        np.testing.assert_array_equal(results["slip_dispersion"][:, k], fitted["dispersion"][:, 0])
+        np.testing.assert_array_equal(results["slip_half_level"][:, k], own["half_level"][:, 0])
         for end in ("", "_lower", "_upper"):
-            np.testing.assert_array_equal(results[f"slip_target{end}"][:, k], own[f"median{end}"][:, 0])
+            np.testing.assert_array_equal(results[f"slip_target{end}"][:, k], own[f"half_level{end}"][:, 0])
         np.testing.assert_array_equal(results["slip_half_width"][:, k], own["half_width"][:, 0])
         np.testing.assert_array_equal(results["slip_motions_run"][:, k], own["motions_run"][:, 0])
         np.testing.assert_array_equal(results["slip_runs"][:, k], np.bincount(own["run_block"]))
     chances = LognormalFriction(0.3, 0.3).below([0.2 / 0.9, 0.3 / 0.9])
     np.testing.assert_allclose(results["slides_instead"], chances)
-    assert (results["slip_median"][:, 0] < results["slip_median"][:, 1]).all()
+    assert (results["slip_half_level"][:, 0] < results["slip_half_level"][:, 1]).all()
     assert "motions end while a block slides" in results.attrs["notes"]
 
 
@@ -497,7 +498,7 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     assert "at which half of the blocks that slide slip further" in table.title
     assert table.headings == ("", "slides, never rocks", "slips over 5 cm", "slips over 20 cm")
     assert table.rows[0][2] == "{:.3g} ({:.3g}–{:.3g})".format(
-        *(float(results[f"slip_median{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
+        *(float(results[f"slip_half_level{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
     )
     write_report(path)
     html = path.with_name("report.html").read_text(encoding="utf-8")
@@ -559,7 +560,7 @@ def test_motions_are_made_once_for_falls_and_slips(study, slipping, monkeypatch)
     results = one.run()
     numbers = [i for part in made for i in part]
     assert len(numbers) == len(set(numbers)) == max(results.sizes["motion"], int(results["slip_motions_run"].max()))
-    for name in ("slip_median", "slip_dispersion", "slip_account"):
+    for name in ("slip_half_level", "slip_dispersion", "slip_account"):
         np.testing.assert_array_equal(results[name][0], slipping[0][name][0])
     monkeypatch.setattr("toppling.motions.simulated.kept_motions.KEPT_BYTES", 0.0)
     xr.testing.assert_identical(one.run(), results)
@@ -641,7 +642,7 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     text = STUDY.replace("median = 0.15", "median = 0.02").replace("number = 200", "number = 40")
     text = text.replace("height_m = 1.8", "height_m = 1.8\nwall_gap_mm = 20\nwall_restitution = 0.2", 1)
     results = study(text + FRICTION).run()
-    assert np.isnan(results["slip_median"][0]).all()
+    assert np.isnan(results["slip_half_level"][0]).all()
     assert np.isnan(results["slides_instead"][0])
     (said,) = (one for one in results.attrs["notes"].splitlines() if "slip over 5 cm where it slides: " in one)
     assert "±2 % asked; 40 motions are the most allowed, the precision takes about" in said
@@ -693,7 +694,7 @@ def test_a_table_that_is_cut_says_so(slipping):
 def test_slips_beyond_any_shaking_are_a_note(study):
     """So far no motion takes a block at 50 g."""
     results = study(STUDY + FRICTION.replace("[0.05, 0.2]", "[0.05, 10.0]")).run()
-    assert float(results["slip_median"].max()) > 50.0
+    assert float(results["slip_half_level"].max()) > 50.0
     assert any("the highest median" in one for one in results.attrs["notes"].splitlines())
 
 
@@ -709,7 +710,7 @@ def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
     study(STUDY.replace("seed = 4", "seed = 5")).run(tmp_path / "other")
     folders = [str(finished[1].parent), str(tmp_path / "other")]
     assert main(["compare", *folders, "--out", str(tmp_path / "out")]) == 0
-    assert "Median" in capsys.readouterr().out
+    assert "Fitted median" in capsys.readouterr().out
     with two_sides(*map(Path, folders)) as sides:
         lines = [one for one in compare_curves(*sides).found.lines if one.quantity == "median"]
     assert len(lines) == 2

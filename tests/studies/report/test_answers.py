@@ -35,35 +35,37 @@ class TestAnswer:
         said = answer(results).sentences
         one = results.isel(block=0, model=1)
         g = 9.80665
-        interval = f"{three_digits(one['median_lower'].item() / g)}–{three_digits(one['median_upper'].item() / g)}"
+        interval = (
+            f"{three_digits(one['half_level_lower'].item() / g)}–{three_digits(one['half_level_upper'].item() / g)}"
+        )
         assert said[0].startswith("“shelf” overturns with a probability of 50 % at a peak")
-        median = three_digits(one["median"].item() / g)
-        assert f"{median} g (95 % interval {interval}) under housner e=e_R, the ref" in said[0]
-        assert f"The other law gives {three_digits(results['median'].values[0, 0] / g)} g" in said[0]
+        half = three_digits(one["half_level"].item() / g)
+        assert f"{half} g (95 % interval {interval}) under housner e=e_R, the ref" in said[0]
+        assert f"The other law gives {three_digits(results['half_level'].values[0, 0] / g)} g" in said[0]
         assert "the mean return period is" in said[0]
         assert reference_law(results.isel(model=[0])) == (0, False)
         assert "reference" not in answer(results.isel(model=[0])).sentences[0]
 
     def test_no_median_is_said(self, folder):
         results = loaded(folder).copy(deep=True)
-        results["median"][:] = np.nan
+        results["half_level"][:] = np.nan
         results["rate"][:] = np.nan
         results["status"] = results["status"].astype(object)
         results["status"][:] = "no overturning"
         said = answer(results).sentences[0]
         assert (
-            "has no median under housner e=e_R, the reference law: no overturning. No other law has a median." in said
+            "has no such level under housner e=e_R, the reference law: no overturning. No other law has such a" in said
         )
         assert "Without a curve there is no annual rate." in said
 
     def test_beyond_the_levels_is_said(self, folder):
         results = loaded(folder).copy(deep=True)
-        results["median"][:, 1] = 100.0
+        results["half_level"][:, 1] = np.inf
         said = answer(results).sentences[0]
-        assert "up to the highest shaking that was run (2.00 g): its median is not reached." in said
-        assert "10.2" not in said
-        results["median"][:, 1] = 0.1
-        assert "below the lowest shaking that was run: an extrapolation" in answer(results).sentences[0]
+        assert "does not reach a probability of 50 % under" in said
+        assert "up to the highest shaking that was run (2.00 g)." in said
+        results["half_level"][:, 1] = 0.0
+        assert "in half of the runs or more at every level" in answer(results).sentences[0]
 
     def test_of_an_inventory(self, folder):
         results = loaded(folder, "performance")
@@ -180,7 +182,7 @@ class TestClientPart:
         assert rows.rows[0][2] == two_digits(1.0 / float(one["rate"]))
         assert rows.rows[0][3].startswith(about_percent(float(one["risk_probability"])))
         bare = results.copy(deep=True)
-        bare["median"][:] = np.nan
+        bare["half_level"][:] = np.nan
         bare["status"] = bare["status"].astype(object)
         bare["status"][0], bare["status"][1] = "no overturning", "all overturned"
         bare["rate"][:] = np.nan
@@ -199,7 +201,7 @@ class TestPlainWords:
         results = loaded(folder)
         one = results.isel(block=0, model=1)
         seen = one["probability"].values
-        below = np.flatnonzero((seen > 0) & (seen < 0.5) & (one["level"].values < float(one["median"])))
+        below = np.flatnonzero((seen > 0) & (seen < 0.5) & (one["level"].values < float(one["half_level"])))
         at = below[np.abs(np.log(10.0 * seen[below])).argmin()]
         g = 9.80665
         first, second, third, modelled, laws = plain_answer(results)
@@ -212,8 +214,8 @@ class TestPlainWords:
         off = [math.exp(1.28 * 0.3 * sign) for sign in (-1.0, 1.0)]
         of_curve = [norm.cdf(np.log(one["level"][at] / one["median"] / factor) / one["dispersion"]) for factor in off]
         assert f" model range {100 * of_curve[1]:.0f} to {100 * of_curve[0]:.0f}) would overturn “shelf”; at " in second
-        ends = [two_digits(float(one["median"]) * factor / g) for factor in off]
-        level, low, high = (two_digits(float(one[f"median{end}"]) / g) for end in ("", "_lower", "_upper"))
+        ends = [two_digits(float(one["half_level"]) * factor / g) for factor in off]
+        level, low, high = (two_digits(float(one[f"half_level{end}"]) / g) for end in ("", "_lower", "_upper"))
         assert second.endswith(
             f"; at {level} g ({low}–{high}; model range {ends[0]}–{ends[1]}) about half of them would. "
             "The first ranges in brackets are 95 % intervals for the limited number of motions."
@@ -226,11 +228,11 @@ class TestPlainWords:
         results["probability"][:] = 0.0
         said = plain_answer(results)
         assert "about 50 would overturn “shelf”" in said[1]
-        results["median_upper"][:] = np.inf
+        results["half_level_upper"][:] = np.inf
         assert re.search(r" g \(above [\d.]+; model range [\d.–]+\), about 50 would", plain_answer(results)[1])
-        results["median_lower"][:] = 0.0
+        results["half_level_lower"][:] = 0.0
         assert "(these motions do not show how precisely that level is known; model range" in plain_answer(results)[1]
-        results["median"][:] = np.nan
+        results["half_level"][:] = np.nan
         results["status"] = results["status"].astype(object)
         results["status"][:] = "no overturning"
         assert plain_answer(results) == ["The runs do not show how strong the shaking must be: no overturning."]
@@ -275,7 +277,7 @@ class TestPlainWords:
         results["risk_probability"][0] = [0.021, 0.02]
         assert not [one for one in plain_answer(results) if "damping law that is assumed" in one]
         bare = loaded(folder, "stripes").copy(deep=True)
-        bare["median"][0] = [6.0, 4.0]
+        bare["half_level"][0] = [6.0, 4.0]
         said = plain_answer(bare)[-1]
         assert "about half of the earthquakes would overturn “shelf” at a peak ground acceleration of 0.61 g." in said
 
@@ -286,7 +288,7 @@ class TestPlainWords:
         results["sample_median"][0] = np.array([[0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0]] * 2) * g
         first = next(one for one in plain_answer(results) if one.startswith("Of 100 earthquakes"))
         assert "this level may lie between 0.25 and 2.0 g (90 % range)" in first
-        ends = [two_digits(float(results[f"median_{end}"][0, 1]) / g) for end in ("lower", "upper")]
+        ends = [two_digits(float(results[f"half_level_{end}"][0, 1]) / g) for end in ("lower", "upper")]
         assert first.endswith(f"The 95 % interval for the limited number of motions is {'–'.join(ends)} g.")
         rows = client_rows(results)
         assert dict(zip(rows.headings, rows.rows[0], strict=True))["90 % range over its uncertain properties, g"] == (

@@ -74,11 +74,11 @@ class TestChecks:
 
     def test_of_intervals_and_curves(self, folder):
         results = loaded(folder).copy(deep=True)
-        results["median_lower"][:], results["median_upper"][:], results["median"][:] = 1.0, 1.2, 1.1
+        results["half_level_lower"][:], results["half_level_upper"][:], results["half_level"][:] = 1.0, 1.2, 1.1
         assert self.word(results, "narrow") == GOOD
-        results["median_upper"][0, 0] = 9.0
+        results["half_level_upper"][0, 0] = 9.0
         assert self.word(results, "narrow") == CARE
-        results["median_upper"][:] = 9.0
+        results["half_level_upper"][:] = 9.0
         assert self.word(results, "narrow") == INVALID
         results["converged"][0, 0] = False
         assert self.word(results, "every curve") == CARE

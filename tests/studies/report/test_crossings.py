@@ -54,7 +54,8 @@ def with_curves(results, medians, dispersions):
     """The results with lognormal curves (block, model) of given medians (g) and dispersions."""
     found = results.copy(deep=True)
     found["median"][:] = np.array(medians) * G
-    found["median_lower"][:], found["median_upper"][:] = found["median"] * 0.99, found["median"] * 1.01
+    half = found["median"].where(found["median"] <= found["level"].max(), np.inf)
+    found["half_level"][:], found["half_level_lower"][:], found["half_level_upper"][:] = half, half * 0.99, half * 1.01
     found["dispersion"][:] = np.array(dispersions)
     found["status"] = xr.full_like(found["status"].astype(object), "ok")
     return found

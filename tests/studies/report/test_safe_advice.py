@@ -18,6 +18,7 @@ def test_of_a_sensitivity_study(parameter):
     median = np.array([[[4.0, 3.0, 2.0, 1.0]]])
     results = xr.Dataset(
         {
+            "half_level": (("block", "model", "value"), median),
             "median": (("block", "model", "value"), median),
             "median_ratio": (("block", "model", "value", "comparison"), median[..., None] / 2.0),
         },

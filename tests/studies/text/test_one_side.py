@@ -94,17 +94,17 @@ class TestStudies:
         assert not any("rise to 1" in one.clause for one in checks_of(found))
 
     def test_without_a_median(self, tmp_path):
-        """A probability that never reaches 1/2 has no median, and the answer says so in words."""
+        """A probability that never reaches 1/2 has no level of half, and the answer says so in words."""
         low = IDA.replace("to = 12.0", "to = 3.2")
         fit = '[fit]\nstate = "front"\nreplicates = 100\n'
         found = study(tmp_path, SHELF.format("shelf", 0.3), LAW, motions(30), low, HAZARD, fit).run()
-        assert np.isinf(found["median"].values).all()
+        assert np.isinf(found["half_level"].values).all()
         assert 0.0 < float(found["probability"].max()) < 0.5
         said = plain_answer(found)
         assert "the strongest shaking that was run, about" in said[0]
         assert any("within 50 years is about" in one for one in said)
         assert short_rows(found).rows[0][1] == "not reached"
-        assert "its median is not reached" in answer(found).sentences[0]
+        assert "does not reach a probability of 50 %" in answer(found).sentences[0]
         assert not any("ok" in one.split() for one in (*said, *answer(found).sentences))
 
     def test_modelling_uncertainty_needs_a_lognormal_curve(self, tmp_path):
@@ -118,7 +118,7 @@ class TestStudies:
         found = study(tmp_path, blocks, LAW, motions(20), IDA, HAZARD, "[fit]\nreplicates = 100\n").run()
         names = ("rate", "rate_lower", "rate_upper")
         swapped = found.assign({name: found[name].copy() for name in names})
-        low = int(np.argmin(found["median"].values[:, 0]))
+        low = int(np.argmin(found["half_level"].values[:, 0]))
         for name in names:
             swapped[name][low] = 0.5 * swapped[name][1 - low]
         first = str(found["block"].values[1 - low])

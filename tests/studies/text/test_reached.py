@@ -14,7 +14,7 @@ from toppling.studies.show import tables
 from toppling.studies.tables.client import client_rows
 from toppling.studies.tables.short import short_rows
 from toppling.studies.text.block_order import places
-from toppling.studies.text.reached import FITTED, highest_level, within_levels
+from toppling.studies.text.reached import highest_level, within_levels
 from toppling.studies.text.words import level_name, measure_at, measure_name
 
 STUDY = """
@@ -45,12 +45,14 @@ replicates = 200
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """The shelf falls within the levels; the median of the chest is set above them, as a fit extrapolates it."""
+    """The shelf falls within the levels; the chest's curve is set above them, as a fit extrapolates it."""
     folder = tmp_path_factory.mktemp("reached")
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     found = tp.Study.from_toml(folder / "study.toml").run(folder / "out").load().copy(deep=True)
     chest = {"block": 1, "model": 0}
-    for name, value in (("median", 14.7), ("median_lower", 7.5), ("median_upper", 400.0), ("dispersion", 0.6)):
+    top = float(found["level"].max())
+    half = {"half_level": np.inf, "half_level_lower": top, "half_level_upper": np.inf}
+    for name, value in {"median": 14.7, "median_lower": 7.5, "median_upper": 400.0, "dispersion": 0.6, **half}.items():
         found[name][chest] = value
     found["status"] = found["status"].astype(object)
     found["status"][chest], found["converged"][chest] = "ok", True
@@ -58,29 +60,22 @@ def results(tmp_path_factory):
 
 
 class TestWithinLevels:
-    def test_of_each_array(self, results):
-        found = within_levels(results)
-        top = float(results["level"].max())
-        assert highest_level(results) == top
-        assert found["median"].values[1, 0] == np.inf
-        assert found["median_lower"].values[1, 0] == top  # (its interval is above all levels: above the highest)
-        assert found["median_upper"].values[1, 0] == np.inf
-        assert found[FITTED].values[1, 0] == 14.7
-        assert found["median"].attrs == results["median"].attrs
-        assert (found["median"].values[0] == results["median"].values[0]).all()
-        xr.testing.assert_identical(found, within_levels(found))
-        assert results["median"].values[1, 0] == 14.7  # (what is given is not changed)
-
-    def test_the_level_itself_is_reached(self):
-        curves = xr.Dataset({"median": ("block", [2.0, 2.0 * (1.0 + 1e-12), 2.001, np.nan])}, {"level": [1.0, 2.0]})
-        assert np.isinf(within_levels(curves)["median"].values).tolist() == [False, False, True, False]
+    def test_of_samples(self):
+        """Fitted medians of samples above the levels are not reached; the level itself is, but for rounding."""
+        medians = [2.0, 2.0 * (1.0 + 1e-12), 2.001, np.nan]
+        found = xr.Dataset({"sample_median": ("sample", medians, {"units": "m s-2"})}, {"level": [1.0, 2.0]})
+        now = within_levels(found)
+        assert np.isinf(now["sample_median"].values).tolist() == [False, False, True, False]
+        assert now["sample_median"].attrs == {"units": "m s-2"}
+        xr.testing.assert_identical(now, within_levels(now))
+        assert found["sample_median"].values[2] == 2.001  # (what is given is not changed)
 
     def test_of_a_cloud_and_of_curves_without_levels(self):
-        curves = xr.Dataset({"median": ("block", [2.0, 5.0])})
+        curves = xr.Dataset({"sample_median": ("sample", [2.0, 5.0])})
         assert highest_level(curves) == np.inf
         assert within_levels(curves) is curves
         cloud = curves.assign_coords(intensity=("motion", [0.5, 3.0]))
-        assert within_levels(cloud)["median"].values.tolist() == [2.0, np.inf]
+        assert within_levels(cloud)["sample_median"].values.tolist() == [2.0, np.inf]
 
     def test_of_ratios(self):
         """A ratio of what is not reached is infinite; one to what is not reached says nothing."""
@@ -104,7 +99,7 @@ class TestWhereItIsRead:
 
     def test_sentences(self, results):
         chest = next(one for one in answer(results).sentences if "chest" in one)
-        assert "its median is not reached" in chest
+        assert "does not reach a probability of 50 %" in chest
         assert "1.50" not in chest
         assert not any("1.5 g" in one for one in plain_answer(results))
 
@@ -119,18 +114,18 @@ class TestWhereItIsRead:
         assert f"of 0.70 g, the strongest shaking that was run, about {share} (" in second
 
     def test_widths_of_intervals(self, results):
-        """The interval that spans a factor of 53 is of no median that is known."""
+        """What is not reached has no interval whose width could be judged."""
         narrow = next(one for one in checks_of(results) if "narrow" in one.question)
         assert "(shelf" in narrow.reason
         alone = next(one for one in checks_of(results.isel(block=[1])) if "narrow" in one.question)
         assert alone.word == UNKNOWN
-        assert alone.reason.startswith("No curve reaches a probability of 50 % at the levels that were run")
+        assert alone.reason.startswith("In no case do half of the runs fall at the levels that were run")
 
     def test_order(self, results):
         """What is not reached comes after what is, whatever was fitted."""
         lower = results.copy(deep=True)
-        lower["median"][0, 0] = 6.8
-        lower["median"][1, 0] = 6.9
+        lower["half_level"][0, 0] = 6.8
+        lower["half_level"][1, 0] = np.inf
         assert places(lower).values.ravel().tolist() == [0, 1]
 
     def test_the_curve_ends_at_the_highest_level(self, results):
@@ -184,7 +179,7 @@ def test_levels_are_of_the_ground_or_of_a_floor(label, long_name, floors, name):
 
 def test_tables_and_figures_say_of_what(results):
     """In each table and figure of a study that names the measure of the levels."""
-    assert short_rows(results).headings[1] == "median PGA of the ground, g"
+    assert short_rows(results).headings[1] == "half fall at PGA of the ground, g"
     assert client_rows(results).headings[1] == "PGA of the ground at which half of the motions overturn it, g"
     curves = results[["median", "dispersion", "status", "converged"]].drop_vars("level", errors="ignore")
     assert tp.plot.fragility(curves.assign_attrs(im="pga"), block="shelf").get_xlabel() == "PGA of the ground (g)"

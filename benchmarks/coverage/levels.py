@@ -1,0 +1,72 @@
+"""Coverage of the level at which half of the motions overturn, of the quartiles, and of the fitted median."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...fragility.fitting.fit import fit_fragility
+from ...fragility.fitting.intervals import PROFILE
+from ..sequential.truths import MEDIAN, Truth
+from .drawn import SHAPES, Row, cloud, ida, level_of, row_of, stripes
+
+COARSE = MEDIAN * np.exp(np.linspace(-1.8, 1.8, 10))
+MOTIONS = (20, 40, 100, 400)
+QUARTILES = (0.25, 0.75)
+SEED = 52
+
+
+class Design(NamedTuple):
+    """A design of studies: its name, how studies are drawn, and the correlations within motions that it knows."""
+
+    name: str
+    draw: Callable[[Truth, int, int, int], xr.Dataset]
+    correlations: tuple[float, ...]
+
+
+DESIGNS = (
+    Design("20 common levels", ida, (0.3, 0.5, 1.0)),
+    Design("10 common levels", partial(ida, levels=COARSE), (0.3, 0.5, 1.0)),
+    Design("5 stripes", stripes, (0.0,)),
+    Design("cloud", cloud, (0.0,)),
+)
+
+
+def rows(full: bool) -> Iterator[Row]:
+    """Yield the coverage of each interval under each truth."""
+    studies = 1000 if full else 300
+    for design in DESIGNS:
+        correlations = design.correlations if full else design.correlations[:2]
+        for shape in SHAPES:
+            for correlation in correlations:
+                truth = replace(shape, correlation=correlation)
+                for motions in MOTIONS if full else MOTIONS[::2]:
+                    yield from _of(design, truth, motions, studies)
+
+
+def _of(design: Design, truth: Truth, motions: int, studies: int) -> Iterator[Row]:
+    # (the profile serves the fitted median, whose bootstrap takes a hundred times as long and holds no more)
+    found = fit_fragility(
+        design.draw(truth, studies, motions, SEED), intervals=PROFILE, fractiles=QUARTILES, replicates=1
+    )
+    name = f"{truth.name}, within motions {truth.correlation:g}" if len(design.correlations) > 1 else truth.name
+
+    def row(interval: str, ends: tuple[Array, Array], share: float) -> Row:
+        return row_of(f"{interval}, {design.name}", name, motions, ends, level_of(truth, share), math.nan)
+
+    yield row("level at which half overturn", _ends(found, "half_level"), 0.5)
+    for share in QUARTILES:
+        of_share = found.sel(fraction=share)
+        yield row(f"level at which {100 * share:g} % overturn", _ends(of_share, "fraction_level"), share)
+    yield row("fitted median, taken for the level of half", _ends(found, "median"), 0.5)
+
+
+def _ends(found: xr.Dataset, name: str) -> tuple[Array, Array]:
+    return found[f"{name}_lower"].values, found[f"{name}_upper"].values

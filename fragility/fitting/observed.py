@@ -1,0 +1,211 @@
+"""Levels at which shares of the runs overturn, from the runs themselves: no form of curve is taken through all of them.
+
+A lognormal curve through all levels is pulled by its tails, so that its median need not be where half overturn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Flags
+from .form import Columns
+from .intervals import Estimate, Options, estimate
+from .links import LINKS, LOGNORMAL, Link
+from .states import ALL, NO_RUNS, NONE
+from .trials import OVERTURNING_OUTCOMES, Sample, outcomes_of
+
+HALF, LOW = 0.5, 0.1
+"""Shares whose levels are compared with those of the fitted curve."""
+COMMON = 3
+"""Runs a level, in the middle, from which on the levels are common ones."""
+WINDOW, MOTIONS = 1.2, 20
+"""Half width, in dispersions, of the window in which runs of that many motions count as near; it falls with the cube
+root of their number."""
+PLACES = 400
+ENDS = ("", "_lower", "_upper")
+
+
+class Bend(NamedTuple):
+    """A distribution that curves may follow between levels: its inverse, its density there, and itself."""
+
+    inverse: Callable[[Any], Any]
+    chance: Callable[[Array], Array]
+    density: Callable[[float], float]
+
+
+def _density(score: float) -> float:
+    return math.exp(-0.5 * score * score) / math.sqrt(2.0 * math.pi)
+
+
+BENDS = (
+    Bend(scipy.special.ndtri, scipy.special.ndtr, _density),
+    Bend(lambda p: np.log(-np.log1p(-p)), lambda s: -np.expm1(-np.exp(s)), lambda s: math.exp(s - math.exp(s))),
+    Bend(lambda p: -np.log(-np.log(p)), lambda s: np.exp(-np.exp(-s)), lambda s: math.exp(-s - math.exp(-s))),
+)
+"""Normal, and the extreme values' two: what lies between levels is straight on one of these scales, and intervals hold
+for all three."""
+
+
+def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
+    """Return the levels (share, 3) at which shares of the runs overturn, with the lower and upper end of the interval.
+
+    0 below the levels, infinite above them, where an end is the outermost level if that is known to lie inside; NaN
+    where there are no runs, or none near.
+
+    Notes
+    -----
+    *Common levels.*  The observed shares, made non-decreasing (isotonic regression), are joined by straight lines of
+    their normal scores over ln x.  The interval of the level of a share q ends where these pass q -/+ t
+    sqrt(q (1 - q)/n), with n independent motions at a level and Student's t of n - 1 degrees of freedom: the levels
+    that a test of q against the observed share does not reject.  A motion counts once at a level, so that nothing is
+    assumed of how runs at different levels depend on each other.  What lies between levels is not known: of the scores
+    of three distributions the ends that lie furthest out are taken.
+
+    *Levels of each run's own* (clouds, adaptive levels).  Near a level x0 the probability is taken as that of a curve
+    that passes q there, with the dispersion of the lognormal curve through all runs; the interval holds all x0 for
+    which the residuals of the runs near it sum to no more than t times their standard deviation, and the level is where
+    they sum to 0.  Residuals of a motion are summed first.
+
+    References
+    ----------
+    Wilson, E. B. (1927). Probable inference, the law of succession, and statistical inference. Journal of the American
+    Statistical Association 22, 209-212 (the test that is inverted).
+
+    Fan, J., Heckman, N. E. and Wand, M. P. (1995). Local polynomial kernel regression for generalized linear models and
+    quasi-likelihood functions. Journal of the American Statistical Association 90, 141-150 (fits to the runs near).
+    """
+    fell, runs = sample.level_counts
+    if not runs.any():
+        return np.full((len(shares), 3), np.nan)
+    if np.median(runs[runs > 0]) < COMMON * sample.ways:
+        return _near(sample, shares, options)
+    motions = runs / sample.ways
+    if sample.patterns is not None:
+        motions = np.minimum(motions, np.count_nonzero(sample.patterns.of_cluster >= 0))
+    used = runs > 0
+    return _along(sample.levels[used], fell[used] / runs[used], motions[used], shares, options.confidence)
+
+
+def observed_columns(sample: Sample, fitted: Columns, link: Link | None, options: Options) -> Columns:
+    """Columns of the levels of shares of the runs, and of what the fitted curve misses beyond their intervals.
+
+    link: of a curve of two parameters; its `LOW` fractile is compared, too.
+    """
+    half, low, *rest = levels_of_shares(sample, (HALF, LOW, *options.fractiles), options)
+    if fitted["status"] in (NONE, ALL, NO_RUNS):  # (the status says why there is no level)
+        half[0] = low[0] = math.nan
+    median = tenth = math.nan
+    if link is not None:
+        median = float(fitted["median"])
+        score = link.quantile(LOW) - link.quantile(HALF)
+        tenth = median * math.exp(score * float(fitted["dispersion"]) / link.scale)
+    columns = {f"half_level{end}": value for end, value in zip(ENDS, half, strict=True)}
+    columns |= {f"fraction_level{end}": np.array([one[i] for one in rest]) for i, end in enumerate(ENDS)}
+    return columns | {"misfit": _missed(median, half), "misfit_low": _missed(tenth, low)}
+
+
+def _missed(fitted: float, seen: Array) -> float:
+    """Return a fitted level over that of the runs, less 1; 0 where their interval holds it, or none is known."""
+    value, lower, upper = seen.tolist()
+    if not math.isfinite(fitted) or math.isnan(value) or lower <= fitted <= upper:
+        return 0.0
+    # (where the level itself is not reached, its interval ends at the outermost level)
+    near = value if 0.0 < value < math.inf else lower if fitted < lower else upper
+    return fitted / near - 1.0 if near > 0.0 else 0.0
+
+
+def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...], confidence: float) -> Array:
+    """Return the levels of shares along common levels, from the share seen at each and the number of motions there."""
+    rising = scipy.optimize.isotonic_regression(seen, weights=motions).x
+    least = 0.25 / motions
+    x, held = np.log(levels), np.maximum.accumulate(np.clip(rising, least, 1.0 - least))
+    found = np.empty((len(shares), 3))
+    normal = BENDS[0].inverse(held)
+    for row, share in zip(found, shares, strict=True):
+        n = float(motions[np.abs(rising - share).argmin()])
+        half = math.inf if n <= 1.0 else float(scipy.special.stdtrit(n - 1.0, 0.5 + 0.5 * confidence))
+        half *= math.sqrt(share * (1.0 - share) / n)
+        # (where the line is level, the share is reached anywhere on it)
+        score = float(scipy.special.ndtri(share))
+        row[0] = 0.5 * sum(_passed(x, normal, score, first=first) for first in (True, False))
+        row[1:] = -math.inf, math.inf
+        if share > half:
+            ends = rising == 1.0
+            at = [_passed(x, bend.inverse(held), bend.inverse(share - half), first=True, ends=ends) for bend in BENDS]
+            row[1] = min(x[-1], *at)
+        if share + half < 1.0:
+            ends = rising == 0.0
+            at = [_passed(x, bend.inverse(held), bend.inverse(share + half), first=False, ends=ends) for bend in BENDS]
+            row[2] = max(x[0], *at)
+    return np.exp(found)
+
+
+def _passed(x: Array, scores: Array, score: float, *, first: bool, ends: Flags | None = None) -> float:
+    """Return the first ln x at which a line through rising scores reaches one, or the last at which it is not above it.
+
+    ends (level,): levels whose scores are not known but to lie further out: the line to them may be a step.
+    """
+    below = int(np.searchsorted(scores, score, side="left" if first else "right"))
+    if below == 0:
+        return float(x[0]) if scores[0] == score else -math.inf
+    if below == x.size:
+        return float(x[-1]) if scores[-1] == score else math.inf
+    if ends is not None and ends[below if first else below - 1]:
+        return float(x[below - 1] if first else x[below])
+    low, high = scores[below - 1], scores[below]
+    return float(x[below - 1] + (score - low) / (high - low) * (x[below] - x[below - 1]))
+
+
+def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
+    """Return the levels of shares by the runs near each."""
+    found = np.full((len(shares), 3), np.nan)
+    line = _line(sample, replace(options, penalty="auto", keep=False))
+    if not line.found:
+        return found
+    x, fell, motion = sample.single_runs
+    motions, own = np.unique(motion, return_inverse=True)
+    scale = math.exp(line.log_value(None))
+    reach = WINDOW * scale * (MOTIONS / motions.size) ** (1.0 / 3.0)
+    places = np.linspace(x.min(), x.max(), PLACES)
+    away = x - places[:, None]
+    near = np.abs(away) <= reach
+    t = scipy.special.stdtrit(np.maximum(near.sum(axis=1) - 1.0, 1.0), 0.5 + 0.5 * options.confidence)
+    for row, share in zip(found, shares, strict=True):
+        steep = _density(float(scipy.special.ndtri(share))) / scale
+        ends = []
+        for bend in BENDS:
+            score = float(bend.inverse(share))
+            with np.errstate(over="ignore"):
+                chance = bend.chance(score + away * steep / bend.density(score))
+            residual = np.where(near, fell - chance, 0.0)
+            spread = np.where(near, chance * (1.0 - chance), 0.0).sum(axis=1)
+            if sample.repeated:
+                summed = np.zeros((motions.size, PLACES))
+                np.add.at(summed, own, residual.T)
+                spread = np.maximum(spread, (summed**2).sum(axis=0))
+            away_by = residual.sum(axis=1) / np.sqrt(np.maximum(spread, 1e-300))
+            crossed = np.flatnonzero((away_by[:-1] < 0.0) & (away_by[1:] >= 0.0))
+            if not crossed.size:
+                continue
+            at = crossed[np.abs(places[crossed] - line.log_value(share)).argmin()]
+            low, high = np.flatnonzero((away_by < -t)[: at + 1]), np.flatnonzero((away_by > t)[at + 1 :])
+            ends.append(
+                [
+                    np.interp(0.0, away_by[at : at + 2], places[at : at + 2]),
+                    places[low[-1]] if low.size else -np.inf,
+                    places[at + 1 + high[0]] if high.size else np.inf,
+                ]
+            )
+        if ends:
+            row[:] = ends[0][0], min(one[1] for one in ends), max(one[2] for one in ends)
+    return np.asarray(np.exp(found))
+
+
+def _line(sample: Sample, options: Options) -> Estimate:
+    return estimate(LINKS[LOGNORMAL], sample, outcomes_of(OVERTURNING_OUTCOMES, sample.levels.size), options, None)
