@@ -22,6 +22,8 @@ REPLICATES = 1000
 # Statistics resampled at a time, and their values: these bound the memory and have no effect on results.
 _BLOCK = 512
 _VALUES = 2**20
+ERRORS = 1.9
+"""Errors of a share at whose ends those of a quantile are looked up: values have gaps, which 1.96 errors then cross."""
 
 
 class Interval(NamedTuple):
@@ -140,16 +142,51 @@ def mean_interval(
     return Interval(lower, upper)
 
 
+def sampling_error(values: Array, ways: int = 1) -> Array:
+    """Return the standard error (…) that draws of realisations leave in means of values (…, motion, realisation).
+
+    The realisations of a motion are independent; where it has several `ways`, one after the other, those have the same
+    draws.  NaN where there is one realisation.
+
+    Examples
+    --------
+    >>> sampling_error(np.array([[0.0, 1.0], [1.0, 1.0]])).tolist()  # a variance of 1/2 over 2 draws, among 2 motions
+    0.25
+    """
+    motions, draws = values.shape[-2], values.shape[-1] // ways
+    if draws == 1:
+        return np.full(values.shape[:-2], np.nan)
+    each = values.reshape(*values.shape[:-1], ways, draws).mean(axis=-2)
+    return np.asarray(np.sqrt(each.var(axis=-1, ddof=1).sum(axis=-1) / draws) / motions)
+
+
+def share_error(flags: Array, ways: int = 1) -> Array:
+    """Return the `sampling_error` of shares, of flags of 0 and 1, with one of all draws beside it.
+
+    Where no draw of a motion had, or all had, what one in a thousand has, its variance is 0.  At 20 realisations ± 1.96
+    errors held 94-96 % of the shares under 60 motions, and 92-100 % under 20, of which few leave any doubt, each seen
+    1,000 times (`benchmarks.coverage.draws`).
+
+    Examples
+    --------
+    >>> share_error(np.array([[0.0, 0.0], [1.0, 1.0]])).tolist()
+    0.25
+    """
+    draws = flags.shape[-2] * flags.shape[-1] // ways
+    return np.hypot(sampling_error(flags, ways), 1.0 / draws)
+
+
 class Quantiles(NamedTuple):
-    """Quantiles with the ends of their intervals, (…, quantile) each."""
+    """Quantiles with the ends of their intervals and the errors that draws leave in them, (…, quantile) each."""
 
     value: Array
     lower: Array
     upper: Array
+    error: Array
 
 
 def quantiles(
-    values: Array, probabilities: Array, most: Array | float, confidence: float = 0.95, least: float = 0.0
+    values: Array, probabilities: Array, most: Array | float, confidence: float = 0.95, least: float = 0.0, ways: int = 1
 ) -> Quantiles:
     """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
 
@@ -163,17 +200,23 @@ def quantiles(
         The greatest and the least possible value, over (…): the ends of intervals beyond the motions' values.
     confidence : float
         Between 0 and 1.
+    ways : int
+        As for `sampling_error`.
 
     Returns
     -------
     Quantiles
         The least value that is not exceeded with each probability, and the values of the ranks between which the
-        quantile lies with at least the confidence.
+        quantile lies with at least the confidence.  Errors are how far the quantiles are from it at the probability
+        less `ERRORS` errors of the share of values below it (`share_error`), and plus those of that up to it, over
+        `ERRORS`; the greater of both (Woodruff).
 
     References
     ----------
     Order statistics as bounds of quantiles: David, H. A. and Nagaraja, H. N. (2003). Order statistics, 3rd ed., Wiley,
     section 7.1 (recalled).
+    Woodruff, R. S. (1952). Confidence intervals for medians and other position measures. Journal of the American
+    Statistical Association 47, 635-646 (recalled).
 
     Examples
     --------
@@ -184,7 +227,7 @@ def quantiles(
     n, realisations = values.shape[-2:]
     pooled = np.sort(values.reshape(*values.shape[:-2], -1), axis=-1)
     bound = np.broadcast_to(np.asarray(most, dtype=np.float64), pooled.shape[:-1])
-    found = np.empty((3, *pooled.shape[:-1], probabilities.size))
+    found = np.empty((4, *pooled.shape[:-1], probabilities.size))
     for i, q in enumerate(probabilities):
         cumulative = scipy.special.bdtr(np.arange(n + 1), n, q)
         tail = 0.5 - 0.5 * confidence
@@ -195,6 +238,12 @@ def quantiles(
         found[0, ..., i] = pooled[..., rank - 1]
         found[1, ..., i] = pooled[..., (low - 1) * realisations] if low > 0 else least
         found[2, ..., i] = pooled[..., high * realisations - 1] if high <= n else bound
+        at = found[0, ..., i][..., None, None]
+        error = np.stack([-share_error(values < at, ways), share_error(values <= at, ways)], axis=-1)
+        shares = np.nan_to_num(q + ERRORS * error)
+        ranks = np.clip(np.ceil(shares * n * realisations), 1, n * realisations).astype(np.int64)
+        away = np.abs(np.take_along_axis(pooled, ranks - 1, axis=-1) - at[..., 0]).max(axis=-1) / ERRORS
+        found[3, ..., i] = np.where(np.isnan(error).any(axis=-1), np.nan, away)
     return Quantiles(*found)
 
 

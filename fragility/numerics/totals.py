@@ -7,7 +7,7 @@ after the other.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -58,24 +58,16 @@ def expected_totals(chance: Array, amounts: Array, members: Flags, found: Array 
     return found
 
 
-def totals(flags: Flags, draws: Sequence[Index], amounts: Array, members: Flags, found: Array | None = None) -> Array:
-    """Return the amount that overturns in each set and realisation: (model, set, level, motion, realisation).
+def fallen_pieces(flags: Flags, drawn: Index) -> Array:
+    """Return how many pieces of an item overturn, (model, level, motion, realisation).
 
-    draws: for each item the number of its pieces of each variant (realisation, variant).  amounts (item,): the amount
-    of one piece.  `found`: the result for preceding items, added to in place.
+    flags (model, variant, level, motion); drawn (motion, realisation, variant): the number of pieces of each variant.
     """
-    if found is None:
-        found = np.zeros((*_of_sets((flags.shape[0], 0, *flags.shape[3:]), members), draws[0].shape[0]))
-    for i, member in enumerate(members.T):
-        drawn = draws[i].astype(np.float64)
-        for level in range(flags.shape[3]):  # (level by level, as a flag becomes 8 bytes for each realisation)
-            own = flags[:, i, :, level]
-            if own.any():
-                # whole numbers: their sums are exact in any order
-                fallen = amounts[i] * np.einsum("rv,kvm->kmr", drawn, own.astype(np.float64))
-                for s in np.flatnonzero(member):
-                    found[:, s, level] += fallen
-    return found
+    models, variants, levels, motions = flags.shape
+    fell = flags.transpose(3, 1, 0, 2).reshape(motions, variants, models * levels)
+    # (whole numbers: their sums are exact in any order)
+    fallen = drawn.astype(np.float64) @ fell.astype(np.float64)
+    return np.moveaxis(fallen.reshape(motions, -1, models, levels), (0, 1), (2, 3))
 
 
 def _of_sets(shape: tuple[int, ...], members: Flags) -> tuple[int, ...]:
@@ -84,8 +76,8 @@ def _of_sets(shape: tuple[int, ...], members: Flags) -> tuple[int, ...]:
 
 
 def exceedances(amounts: Array, thresholds: Array, strictly: bool) -> Iterator[Array]:
-    """Yield for each threshold the share of realisations above (or at or above) it, in the shape of one realisation."""
+    """Yield for each threshold whether amounts are above (or at or above) it, as 0 and 1."""
     for threshold in thresholds:
         # sums of amounts that are equal on paper may differ in their last digits
         above = amounts > threshold * (1.0 + 1e-12) if strictly else amounts >= threshold * (1.0 - 1e-12)
-        yield above.mean(axis=-1)
+        yield above.astype(np.float64)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...aliases import Array, Flags, Index
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
-from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, totals
+from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, fallen_pieces
 from ...fragility.uncertainty.joint import INDEPENDENT, PieceDraws, drawn_pieces
 from ...units import DIMENSIONLESS
 from ..inventory.consequences import COLUMNS, Consequence, PieceScores
@@ -186,25 +186,21 @@ class JointFlags:
         models, items, _, *shaken = self.flags.shape
         independent = self.variability is not None and self.variability.pieces == INDEPENDENT
         quantities, events = self.quantities, self.events
-        draws = {one.name: self._draws(bool(one.drawn)) for one in quantities}
         of_places = (models, self.members.shape[0], *shaken)
         found = JointOutcomes(
             {one.name: self.filled(of_places, 0.0) for one in quantities},
-            {one.name: self.filled((*of_places, draws[one.name][0].shape[0]), 0.0) for one in quantities},
+            {one.name: self.filled((*of_places, self.realisations(one)), 0.0) for one in quantities},
             {one.name: self.filled((models, *one.sets.shape[:-1], *shaken), 1.0) for one in events},
         )
         for of, rows, flags in self._slabs():
             chance = chances(flags)
             members, counts = self.members[:, rows], self.counts[rows]
             for one in quantities:
-                amounts = one.amounts[rows]
                 if not one.greatest:
-                    expected_totals(chance, amounts * counts, members, found.expected[one.name][of])
-                if not one.drawn:
-                    totals(flags, draws[one.name][rows], amounts, members, found.outcomes[one.name][of])
-            outcomes = {one.name: found.outcomes[one.name][of] for one in quantities if one.drawn}
-            for i in range(flags.shape[1]) if outcomes else ():
-                self._add_drawn(range(items)[rows][i], flags[:, i], draws, outcomes)
+                    expected_totals(chance, one.amounts[rows] * counts, members, found.expected[one.name][of])
+            outcomes = {one.name: found.outcomes[one.name][of] for one in quantities}
+            for i in np.flatnonzero(flags.any(axis=(0, 2, 3, 4))):
+                self._add(range(items)[rows][i], flags[:, i], outcomes)
             any_piece = chances_of_any(chance, counts, independent)
             for event in events:
                 none = found.happens[event.name][of]
@@ -213,35 +209,36 @@ class JointFlags:
         found.complete(quantities)
         return found
 
-    def _draws(self, drawn: bool) -> list[Index]:
-        """Return the number of pieces of every line of each variant (realisation, variant)."""
+    def realisations(self, quantity: Quantity) -> int:
+        """Number of realisations of a quantity under each motion."""
         if self.variability is not None:
-            return [drawn_pieces(self.variability, row.label, row.count) for row in self.inventory.rows]
-        realisations = self.scores.realisations if drawn else 1
-        return [np.full((realisations, 1), row.count) for row in self.inventory.rows]
+            return self.variability.realisations
+        return self.scores.realisations if quantity.drawn else 1
 
-    def _add_drawn(self, i: int, flags: Flags, draws: dict[str, list[Index]], outcomes: dict[str, Array]) -> None:
-        """Add the drawn amounts of line i, with its flags (model, variant, level, motion), to the outcomes.
+    def _add(self, i: int, flags: Flags, outcomes: dict[str, Array]) -> None:
+        """Add the amounts of line i, with its flags (model, variant, level, motion), to the outcomes.
 
         The pieces of a line are exchangeable: where n of them fall, they are the first n that are drawn, so that the
         same pieces fall at every level, and more of them at a higher one.
         """
         row, places = self.inventory.rows[i], np.flatnonzero(self.members[:, i])
-        quantities = [one for one in self.quantities if one.drawn and one.amounts[i] > 0.0]
-        for one in quantities:
-            if getattr(row, one.drawn) is None:  # (a value without spread among costs that have one)
-                member = self.members[:, i : i + 1]
-                totals(flags[:, None], [draws[one.name][i]], one.amounts[i : i + 1], member, outcomes[one.name])
-        quantities = [one for one in quantities if getattr(row, one.drawn) is not None]
-        if not quantities:
-            return
-        of_variants = draws[quantities[0].name][i]
-        at = np.arange(of_variants.shape[0])
-        for motion in np.flatnonzero(flags.any(axis=(0, 1, 2))):
-            fallen = np.einsum("rv,kvl->klr", of_variants, flags[..., motion].astype(np.int64))
+        drawn = np.full((1, 1, 1), row.count)
+        if self.variability is not None:
+            drawn = drawn_pieces(self.variability, row.label, row.count, flags.shape[-1] // self.polarities)
+            drawn = np.repeat(drawn, self.polarities, axis=0)
+        fallen = fallen_pieces(flags, drawn)
+        spread = []
+        for one in self.quantities:
+            if one.drawn and getattr(row, one.drawn) is not None:
+                spread += [one] if one.amounts[i] > 0.0 else []
+                continue
+            for place in places:  # (of costs that have a spread, too, where that of this line has none)
+                outcomes[one.name][:, place] += one.amounts[i] * fallen
+        for motion in np.flatnonzero(flags.any(axis=(0, 1, 2))) if spread else ():
             scores = self.scores.of_pieces(row.label, row.count, int(motion) // self.polarities)
-            for one in quantities:
-                amounts = one.running(getattr(row, one.drawn).at(scores[..., COLUMNS[one.drawn]]))[fallen, at]
+            which = fallen[:, :, motion].astype(np.int64), np.arange(self.scores.realisations)
+            for one in spread:
+                amounts = one.running(getattr(row, one.drawn).at(scores[..., COLUMNS[one.drawn]]))[which]
                 for place in places:
                     here = outcomes[one.name][:, place, :, motion]
                     (np.maximum if one.greatest else np.add)(here, amounts, out=here)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array, Flags, Index
-from ...fragility.curves.means import mean_interval, quantiles
+from ...fragility.curves.means import mean_interval, quantiles, share_error
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.levels import LevelWeights, level_weights
@@ -34,6 +34,8 @@ Variables = dict[str, xr.Variable]
 PER_YEAR = "year-1"
 JOINT = " | "
 """Separator of the consequences of one item in a coordinate."""
+DRAWING, OF_DRAWS = "_sampling_error", "standard error from the draws"
+"""Ending and text of the error that the draws of pieces and of their consequences leave in a value."""
 DOUBTFUL = "doubtful"
 """Coordinate of a ranking: whether no advice can rest on an item's chance of falling."""
 FALLEN = "fallen"
@@ -122,13 +124,24 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         # (what is drawn has no greatest value, but where nothing can overturn)
         bound = np.where(most > 0.0, np.inf, 0.0) if one.drawn else most
         at, above = _spread(outcomes, one, bound, precision, joint.polarities)
+        # (draws of the modelling uncertainty take the fillings of a motion again where there are fewer of these)
+        fillings = joint.realisations(one)
+        errors = np.sqrt(max(1.0, outcomes.shape[-1] / fillings if fillings > 1 else 1.0))
+        drawn = outcomes.shape[-1] > 1 or joint.variability is not None
         dims = ("model", "place", "level", "quantile")
-        found |= with_interval(f"{one.name}_quantile", dims, at, one.units, f"quantile of {one.text}", precision)
+        text = f"quantile of {one.text}"
+        found |= with_interval(f"{one.name}_quantile", dims, at[:3], one.units, text, precision)
+        if drawn:
+            found[f"{one.name}_quantile{DRAWING}"] = variable(dims, errors * at[3], one.units, f"{OF_DRAWS}: {text}")
         dims = ("model", "place", "level", f"{one.name}_threshold")
         text = f"probability of {one.bound}"
-        found[f"{one.name}_exceedance"] = variable(dims, above, DIMENSIONLESS, text)
+        found[f"{one.name}_exceedance"] = variable(dims, above[0], DIMENSIONLESS, text)
+        if drawn:
+            found[f"{one.name}_exceedance{DRAWING}"] = variable(
+                dims, errors * above[1], DIMENSIONLESS, f"{OF_DRAWS}: {text}"
+            )
         dims = ("model", "place", "level", "motion", "realisation")
-        if outcomes.shape[-1] == 1 and joint.variability is None and not one.drawn:
+        if not drawn:
             dims, outcomes = dims[:-1], outcomes[..., 0]
         found[one.name] = variable(dims, outcomes, one.units, one.text)
     for event in joint.events:
@@ -216,21 +229,21 @@ class Modelled(NamedTuple):
 
 
 def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision, polarities: int) -> tuple[Array, Array]:
-    """Return quantiles (value and ends, model, place, level, quantile) and exceedance (…, threshold) of outcomes.
+    """Return quantiles (value, ends and error, model, place, level, quantile) and exceedances (value and error, …).
 
-    The polarities of a motion are further realisations of it.
+    The polarities of a motion are further realisations of it, with the same draws.
     """
     of_level = outcomes.shape[:3]
-    at, above = np.empty((3, *of_level, precision.quantiles.size)), np.empty((*of_level, one.thresholds.size))
+    at, above = np.empty((4, *of_level, precision.quantiles.size)), np.empty((2, *of_level, one.thresholds.size))
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
     for where in slabs(sizes, ("model", "place", "level")):
         here = where.get("model", slice(None)), where.get("place", slice(None)), where.get("level", slice(None))
         bound = most[:, here[1]]
         own = outcomes[here]
         each = own.reshape(*own.shape[:3], own.shape[3] // polarities, -1)
-        at[:, *here] = quantiles(each, precision.quantiles, bound, precision.confidence)
-        for i, share in enumerate(exceedances(each, one.thresholds, one.strictly)):
-            above[*here, i] = share.mean(axis=-1)
+        at[:, *here] = quantiles(each, precision.quantiles, bound, precision.confidence, ways=polarities)
+        for i, reached in enumerate(exceedances(each, one.thresholds, one.strictly)):
+            above[:, *here, i] = reached.mean(axis=(-2, -1)), share_error(reached, polarities)
     return at, above
 
 
@@ -307,8 +320,8 @@ def _rates_of(outcomes: Array, one: Quantity, year: Year, precision: Precision) 
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
     for where in slabs(sizes, ("model", "place")):
         here = where.get("model", slice(None)), where.get("place", slice(None))
-        for i, share in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
-            found[:, *here, i] = precision.of_means(year.total(share))
+        for i, reached in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
+            found[:, *here, i] = precision.of_means(year.total(reached.mean(axis=-1)))
     return found
 
 

@@ -383,7 +383,9 @@ class PerformanceStudy(Study):
         drawn += (
             DRAWN_BYTES * self.realisations * max((row.count for row in self.inventory.rows if row.drawn), default=0)
         )
-        return SLAB_BYTES_A_RUN * of_one + OSCILLATOR_BYTES * oscillators + of_lines + drawn + 8.0 * variants * motions
+        fillings = 0 if self.draws is None else self.draws.realisations
+        draws = 8.0 * variants * motions * (1 + 3 * fillings)
+        return SLAB_BYTES_A_RUN * of_one + OSCILLATOR_BYTES * oscillators + of_lines + drawn + draws
 
     @property
     def arrays_aside(self) -> list[float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
@@ -22,7 +23,7 @@ from ...wording import (
     whole_percent,
     years_between,
 )
-from ..buildings.variables import DOUBTFUL, FALLEN, PER_YEAR, level_index
+from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
 from ..text.rows import Rows
 from ..text.words import consequence_name, floor_cell, floor_name, level_name, level_text
@@ -34,6 +35,8 @@ DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
 MARK, MARKED = " ‡", "‡ outside the model, or on a support that moves: no ground for advice"
 """After the name of a piece whose chance of falling is no ground for advice, and why."""
+TENTH = 0.1
+"""Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount a year below which it is written as that of 1,000 years."""
 
@@ -100,8 +103,8 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     rows = []
     for place in here["place"].values:
         one = here.sel(place=place)
-        quantiles = " / ".join(short_digits(float(value)) for value in one["number_quantile"].values)
-        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "number_mean"), quantiles]
+        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "number_mean")]
+        cells.append(" / ".join(_quantiles(one)))
         if has_loss:
             cells.append(_interval(one, "loss_mean"))
         cells += [_interval(one, name) for name in amounts]
@@ -109,7 +112,9 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
         rows.append(tuple(cells))
     shaken = f"{level_name(assessment)} = {level_text(float(here['level']), assessment['level'])}"
     money = currency_of(here)
-    title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({confidence_text(here)} intervals)"
+    said = f"{confidence_text(here)} intervals"
+    said += f"; ±: {OF_DRAWS} of pieces" if any("±" in cell for row in rows for cell in row) else ""
+    title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({said})"
     return Rows(_dashed(title, rows), tuple(headings), rows)
 
 
@@ -256,6 +261,14 @@ def _interval(one: xr.Dataset, name: str, scale: float = 1.0) -> str:
     if math.isnan(lower) or math.isnan(upper):
         return three_digits(value)
     return value_text(value, lower, upper)
+
+
+def _quantiles(one: xr.Dataset) -> Iterator[str]:
+    """Yield the quantiles of the number of pieces, with the errors of their draws where these are above a tenth."""
+    values = one["number_quantile"].values
+    errors = one[f"number_quantile{DRAWING}"].values if f"number_quantile{DRAWING}" in one else np.zeros(values.size)
+    for value, error in zip(values.tolist(), errors.tolist(), strict=True):
+        yield short_digits(value) + (f" ± {short_digits(error)}" if error > TENTH * value else "")
 
 
 def _percent(one: xr.Dataset, name: str) -> str:
