@@ -1,6 +1,7 @@
 """Goodness of fit, forms compared, and how often blocks stand above their first overturning."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,11 @@ from scipy.special import ndtr
 from scipy.stats import chi2, kstest
 
 import toppling as tp
+from toppling.benchmarks.coverage.drawn import LOGNORMAL, SKEWED_LEFT, SKEWED_RIGHT, ida
 from toppling.fragility import compare_forms, fit_fragility, goodness_of_fit, resurrections
+from toppling.fragility.fitting import goodness
+from toppling.fragility.fitting.fit import form_named
+from toppling.fragility.fitting.trials import collect
 
 LEVELS = np.geomspace(0.4, 2.5, 8)
 
@@ -77,6 +82,46 @@ class TestGoodness:
         naive = chi2.sf(found["statistic"].values, 18)
         assert abs((naive < 0.05).mean() - 0.05) > 0.04
         assert (found["p_value"].values < 0.05).mean() == pytest.approx(0.05, abs=0.045)
+
+    @pytest.mark.parametrize("correlation", [0.0, 0.3, 0.8])
+    def test_runs_of_one_motion_that_differ(self, correlation):
+        """One capacity a motion would reject a quarter of these right curves, 5 % of which are to be rejected."""
+        truth = replace(LOGNORMAL, correlation=correlation)
+        runs = ida(truth, 150, 40, 3, 2.0 * LEVELS)
+        p = [goodness_of_fit(runs.isel(study=[i]), replicates=99, seed=i)["p_value"].item() for i in range(150)]
+        assert (np.array(p) <= 0.05).mean() == pytest.approx(0.05, abs=0.04)
+
+    @pytest.mark.parametrize("shape", [SKEWED_LEFT, SKEWED_RIGHT])
+    def test_skewed_curves_of_one_capacity_are_found(self, shape):
+        """The power against them, of 100 motions at 20 levels, is nine in ten."""
+        p = goodness_of_fit(ida(replace(shape, correlation=1.0), 40, 100, 4), replicates=99)["p_value"].values
+        assert (p <= 0.05).mean() > 0.75
+
+    def test_the_correlation_within_motions(self):
+        """Normal scores of correlation r are both below their medians in 1/4 + asin(r)/(2 pi) of all motions."""
+        fell = np.arange(400) < 200
+        motion, level = np.repeat(np.arange(400), 2), np.tile([0, 1], 400)
+        for shift, share in ((0, 1.0), (50, math.sin(0.25 * math.pi)), (100, 0.0)):  # both in 1/2, 3/8 and 1/4
+            runs = np.stack([fell, np.roll(fell, shift)], axis=1).ravel()
+            found = goodness._score_shares(motion, level, runs - 0.5, np.array([0.5, 0.5]))
+            assert found == pytest.approx((math.sqrt(share), math.sqrt(1.0 - share)), abs=1e-3)
+
+    def test_motions_that_are_not_run_at_every_level(self):
+        """Stripes with motions in common: as many runs at each level are simulated as there are."""
+        runs = xr.Dataset(
+            {"overturned": ("motion", np.arange(90) % 3 < np.repeat([0, 1, 2], [40, 40, 10]))},
+            coords={
+                "intensity": ("motion", np.repeat([0.5, 1.0, 2.0], [40, 40, 10])),
+                "stripe": ("motion", np.repeat([1, 2, 3], [40, 40, 10])),
+                "motion": [f"run {i}" for i in range(90)],
+                "record": ("motion", [f"motion {i}" for i in (*range(40), *range(40), *range(10))]),
+            },
+            attrs={"design": "stripes"},
+        )
+        (sample,) = collect(runs).samples
+        assert sample.repeated
+        cells = goodness._simulated(form_named("lognormal"), sample, "auto", 20, 0)
+        assert (cells.reshape(20, 3, 3).sum(axis=2) == [40, 40, 10]).all()
 
     def test_with_uplift(self):
         """Capacities above a threshold: the mixed law passes, the lognormal fails."""
