@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from functools import reduce
+from dataclasses import replace
 
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...aliases import Array, Flags
 from ...fragility.uncertainty.joint import INDEPENDENT, PIECES, Variability
 from ...models import Block
 from ...streams import stream
@@ -30,11 +30,14 @@ SEEDS = 200
 def inventory(drawn: bool) -> Inventory:
     """Return lines of few pieces with values or, `drawn`, with downtimes and injured persons."""
     block = Block(0.4, 1.8)
-    each = [{"downtime": DOWNTIME, "injury": INJURY} if drawn else {"value": value} for value in VALUES]
-    return Inventory(tuple(Contents(f"line {i}", block, 0, n, **one) for i, (n, one) in enumerate(zip(COUNTS, each))))
+    found = []
+    for i, (count, value) in enumerate(zip(COUNTS, VALUES, strict=True)):
+        line = Contents(f"line {i}", block, 0, count, value=0.0 if drawn else value)
+        found.append(replace(line, downtime=DOWNTIME, injury=INJURY) if drawn else line)
+    return Inventory(tuple(found))
 
 
-def flags_of(motions: int, seed: int) -> Array:
+def flags_of(motions: int, seed: int) -> Flags:
     """Return flags (1, item, variant, 1, motion) of lines whose variants fall as their capacities do."""
     random = stream(seed)
     capacity = 0.4 * random.standard_normal(motions) + 0.5 * random.standard_normal((len(COUNTS), 1, 1))
@@ -42,7 +45,7 @@ def flags_of(motions: int, seed: int) -> Array:
     return np.asarray((capacity < -0.4)[None, :, :, None])
 
 
-def studied(of: Inventory, flags: Array, pieces: str, realisations: int, seed: int) -> Variables:
+def studied(of: Inventory, flags: Flags, pieces: str, realisations: int, seed: int) -> Variables:
     """Return the variables given the level, from draws that the seed decides."""
     how = Variability(0.02, pieces=pieces, variants=VARIANTS, realisations=realisations, seed=seed)
     losses = np.array([0.0]) if of.value else np.zeros(0)
@@ -52,20 +55,23 @@ def studied(of: Inventory, flags: Array, pieces: str, realisations: int, seed: i
     return conditional_variables(joint, Precision.checked([WANTED], 0.95, 50, 0).over(flags.shape[-1]))
 
 
-def number_at_least(flags: Array, pieces: str) -> Array:
+def number_at_least(flags: Flags, pieces: str) -> Array:
     """Return the probability of so many pieces or more, from 1 on, given the motions."""
     chance = flags[0].mean(axis=1)[:, 0]
     found = np.zeros(sum(COUNTS) + 1)
     for p in chance.T:
-        lines = [
-            reduce(np.convolve, [[1.0 - q, q]] * n) if pieces == INDEPENDENT else [1.0 - q, *[0.0] * (n - 1), q]
-            for q, n in zip(p, COUNTS, strict=True)
-        ]
-        found += reduce(np.convolve, lines) / flags.shape[-1]
+        number = np.ones(1)
+        for q, n in zip(p, COUNTS, strict=True):
+            if pieces == INDEPENDENT:
+                for _ in range(n):
+                    number = np.convolve(number, [1.0 - q, q])
+            else:
+                number = np.convolve(number, [1.0 - q, *[0.0] * (n - 1), q])
+        found += number / flags.shape[-1]
     return np.asarray(np.cumsum(found[::-1])[::-1][1:])
 
 
-def loss_quantile(flags: Array) -> float:
+def loss_quantile(flags: Flags) -> float:
     """Return the loss that is not exceeded with the wanted probability where the pieces of a line fall together."""
     chance = flags[0].mean(axis=1)[:, 0]
     falls = np.array(list(itertools.product([0, 1], repeat=len(COUNTS))))
@@ -75,7 +81,7 @@ def loss_quantile(flags: Array) -> float:
     return float(loss[order][np.searchsorted(np.cumsum(weight[order]), WANTED)])
 
 
-def drawn_above(flags: Array, single: float) -> float:
+def drawn_above(flags: Flags, single: float) -> float:
     """Return the probability that one piece or more has what each that falls has with the probability `single`.
 
     Pieces fall independently, given the motion.
@@ -84,7 +90,7 @@ def drawn_above(flags: Array, single: float) -> float:
     return float(1.0 - np.prod((1.0 - chance * single) ** np.array(COUNTS)[:, None], axis=0).mean())
 
 
-def downtime_quantile(flags: Array) -> float:
+def downtime_quantile(flags: Flags) -> float:
     """Return the longest downtime that is not exceeded with the wanted probability, where pieces fall independently."""
 
     def excess(z: float) -> float:

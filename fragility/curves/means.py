@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from ... import checks
-from ...aliases import Array, Index
+from ...aliases import Array, Flags, Index
 from ..fitting.bootstrap import draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory
@@ -142,7 +142,7 @@ def mean_interval(
     return Interval(lower, upper)
 
 
-def sampling_error(values: Array, ways: int = 1) -> Array:
+def sampling_error(values: Array | Flags, ways: int = 1) -> Array:
     """Return the standard error (…) that draws of realisations leave in means of values (…, motion, realisation).
 
     The realisations of a motion are independent; where it has several `ways`, one after the other, those have the same
@@ -160,7 +160,7 @@ def sampling_error(values: Array, ways: int = 1) -> Array:
     return np.asarray(np.sqrt(each.var(axis=-1, ddof=1).sum(axis=-1) / draws) / motions)
 
 
-def share_error(flags: Array, ways: int = 1) -> Array:
+def share_error(flags: Array | Flags, ways: int = 1) -> Array:
     """Return the `sampling_error` of shares, of flags of 0 and 1, with one of all draws beside it.
 
     Where no draw of a motion had, or all had, what one in a thousand has, its variance is 0.  At 20 realisations ± 1.96
@@ -173,7 +173,7 @@ def share_error(flags: Array, ways: int = 1) -> Array:
     0.25
     """
     draws = flags.shape[-2] * flags.shape[-1] // ways
-    return np.hypot(sampling_error(flags, ways), 1.0 / draws)
+    return np.asarray(np.hypot(sampling_error(flags, ways), 1.0 / draws))
 
 
 class Quantiles(NamedTuple):
@@ -186,7 +186,12 @@ class Quantiles(NamedTuple):
 
 
 def quantiles(
-    values: Array, probabilities: Array, most: Array | float, confidence: float = 0.95, least: float = 0.0, ways: int = 1
+    values: Array,
+    probabilities: Array,
+    most: Array | float,
+    confidence: float = 0.95,
+    least: float = 0.0,
+    ways: int = 1,
 ) -> Quantiles:
     """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
 

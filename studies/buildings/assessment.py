@@ -176,7 +176,8 @@ def assess(
         - ``overturned`` (model, item, level, motion): flags; (…, item, variant, …) with `variability`.
         - ``number``, ``loss`` (model, place, level, motion): what overturns under each motion; one axis more,
           realisation, with `variability`.  ``number_mean``, ``number_quantile``, ``number_exceedance`` (P of
-          ``number_threshold`` or more) and the same of loss (P of more than ``loss_threshold``).
+          ``number_threshold`` or more) and the same of loss (P of more than ``loss_threshold``).  Of draws quantiles
+          and exceedances have a ``…_sampling_error``.
         - ``probability`` (model, item, level): that a piece overturns; ``any_probability`` (model, place, level): that
           at least one does; ``consequence_probability`` (model, place, consequence, level): that at least one does
           that has the consequence.
@@ -241,7 +242,9 @@ def assess(
 
     Costs, downtimes and injuries given the motion: means of sums are exact (the mean of each distribution times the
     probability of its fall), quantiles and exceedances are of the realisations, and so is the mean of the longest
-    downtime (`studies.inventory.consequences`).
+    downtime (`studies.inventory.consequences`).  What the draws of pieces and of consequences leave in quantiles and
+    exceedances is their ``sampling_error`` (`fragility.curves.means`); over the modelling uncertainty it is too large,
+    as the scores of a motion are spread evenly.  Every motion draws for itself, so that intervals over motions hold it.
 
     In a year: integral of the conditional value over the hazard curve (`fragility.hazard.levels.level_weights`: cubics
     in the logarithm of the level, constant above the last one, to zero within one step below the first).

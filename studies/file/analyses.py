@@ -433,7 +433,9 @@ class VariabilityTable(Table):
     variants: Annotated[
         int | None, KeyInfo(16, at_least=1), Field(description="Variants of each block that are run.")
     ] = None
-    realisations: Annotated[int | None, KeyInfo(20, at_least=1), Field(description="Fillings of the building under each motion.")] = None
+    realisations: Annotated[
+        int | None, KeyInfo(20, at_least=1), Field(description="Fillings of the building under each motion.")
+    ] = None
     seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of the draws.")] = None
 
     def build(self) -> Variability:

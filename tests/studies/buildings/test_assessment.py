@@ -292,6 +292,32 @@ class TestPieces:
         assert float(drawn.any_probability.isel(level).sel(place="floor 3")) == pytest.approx(expected, rel=1e-12)
         assert float(together.any_probability.isel(level).sel(place="floor 3")) < expected
 
+    def test_draws_of_a_line_stay_the_same_without_another(self, drawn):
+        """What anchoring a line saves is what falls of it alone, filling by filling."""
+        row, *others = INVENTORY.rows
+        options = {"variability": Variability(0.02, 0.05)}
+        less, alone = (
+            assess(Inventory(rows, "EUR"), LAW, shaking(), LEVELS, "pga", FRAME, **options)["number"].sel(
+                place="building"
+            )
+            for rows in ((replace(row, anchored=True), *others), (row,))
+        )
+        np.testing.assert_array_equal(drawn["number"].sel(place="building") - less, alone)
+        assert set(np.unique(alone)) == {0.0, 1.0, 2.0, 3.0, 4.0}
+
+    def test_errors_of_draws_are_written_where_they_matter(self, drawn, found):
+        assert not [name for name in found.variables if name.endswith("_sampling_error")]
+        name = "number_quantile_sampling_error"
+        assert drawn["number_exceedance_sampling_error"].max() < 0.1
+        wide = drawn.assign({name: 0.11 * drawn["number_quantile"]})
+        small = drawn.assign({name: 0.09 * drawn["number_quantile"]})
+        place = wide.sel(place="building").isel(level=4, model=0)
+        value, error = float(place["number_quantile"][-1]), float(place[name][-1])
+        rows = level_rows(wide, float(LEVELS[4]))
+        assert rows.rows[0][3].endswith(f"{short_digits(value)} ± {short_digits(error)}")
+        assert "±: standard error from the draws of pieces" in rows.title
+        assert "±" not in level_rows(small, float(LEVELS[4])).title
+
     def test_vanishing_variation_is_none(self, found):
         tiny = assess(
             INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(1e-7, 1e-9, variants=2)

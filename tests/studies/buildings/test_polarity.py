@@ -71,13 +71,13 @@ def found(inventory, polarity=None, motions=MOTIONS, building=FRAME, **options):
 
 
 def averaged(results):
-    """Names of the means, probabilities and rates, without the ends of their intervals."""
+    """Names of the means, probabilities and rates, without the ends of their intervals and the errors of draws."""
     return [
         str(name)
         for name, one in results.data_vars.items()
         if "motion" not in one.dims
         and any(word in str(name) for word in MEANS)
-        and not str(name).endswith(("_lower", "_upper"))
+        and not str(name).endswith(("_lower", "_upper", "_sampling_error"))
         and not str(name).startswith("level_weight")
     ]
 
