@@ -164,8 +164,8 @@ def share_error(flags: Array | Flags, ways: int = 1) -> Array:
     """Return the `sampling_error` of shares, of flags of 0 and 1, with one of all draws beside it.
 
     Where no draw of a motion had, or all had, what one in a thousand has, its variance is 0.  At 20 realisations ± 1.96
-    errors held 94-96 % of the shares under 60 motions, and 92-100 % under 20, of which few leave any doubt, each seen
-    1,000 times (`benchmarks.coverage.draws`).
+    errors held 94-96 % of the shares under 60 motions, and 91-100 % under 20, of which few leave any doubt, each seen
+    1,000 times (`benchmarks.coverage.draws`); errors of quantiles were up to a fifth too large.
 
     Examples
     --------
