@@ -65,7 +65,7 @@ fragility/analyses studies/text
 
 benchmarks/scale benchmarks/sequential fragility/uncertainty
 
-benchmarks/suite studies/plan
+benchmarks/coverage benchmarks/suite studies/plan
 
 benchmarks/page studies/file
 
