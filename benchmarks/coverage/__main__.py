@@ -9,10 +9,10 @@ import math
 import sys
 import time
 
-from . import levels
+from . import draws, goodness, levels
 from .drawn import Row
 
-PARTS = (levels,)
+PARTS = (levels, draws, goodness)
 """Modules whose `rows` make the tables."""
 HEAD = """# How often intervals hold the truth
 
