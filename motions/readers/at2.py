@@ -24,7 +24,8 @@ _OLDER = re.compile(
     rf"(?<!\d)(?P<npts>\d{{1,12}})\s+{STEP.replace('.{0,20}', '')}\s{{1,9}}NPTS\s{{0,9}},\s{{0,9}}DT", re.IGNORECASE
 )
 _OTHER = re.compile(
-    r"\b(?P<quantity>velocity|displacement)\s*(?:$|[(\[]|(?:time|history|series|trace|record|data|in|units?)\b)",
+    r"\b(?:velocity|displacement|geschwindigkeit|verschiebung|vitesse|d[ée]placement|veloci(?:dad|t[àa])|spostamento)"
+    r"\s*(?:$|[(\[]|(?:time|history|series|trace|record|data|in|units?)\b)",
     re.IGNORECASE,
 )
 
@@ -77,7 +78,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         named = [text for _, text in header if "acceleration" in quantities(text)]
         other = next((_OTHER.search(text) for _, text in header if _OTHER.search(text) and text not in named), None)
         if other is not None:
-            raise RecordError(f"{file}: a {other['quantity'].lower()} record, not acceleration")
+            raise RecordError(f"{file}: a {quantities(other[0])[0]} record, not acceleration")
         refuse_others(file, header)
         dt = lines.step(match)
         unit = agreed(file, [unit for number, text in header for unit in told(text, number)])

@@ -22,9 +22,20 @@ _OTHERS = {
     "time": ("s", "ms", "hz"),
 }
 _QUANTITY = {
-    "acceleration": re.compile(r"(?<![a-z-])acc(?:el(?:eration|erations|erogram)?)?(?![a-z-])", re.IGNORECASE),
-    "velocity": re.compile(r"(?<![a-z-])vel(?:ocity|ocities)?(?![a-z-])", re.IGNORECASE),
-    "displacement": re.compile(r"(?<![a-z-])disp(?:l|lacements?)?(?![a-z-])", re.IGNORECASE),
+    quantity: re.compile(rf"(?<![a-z-])(?:{words})(?![a-z-])|{characters}", re.IGNORECASE)
+    for quantity, words, characters in (
+        (
+            "acceleration",
+            r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]celera\w+|beschleunigung",
+            "加速度",
+        ),
+        ("velocity", r"vel(?:ocity|ocities|ocidad|ocit[àa])?|geschwindigkeit|vitesse", "(?<!加)速度"),
+        (
+            "displacement",
+            r"disp(?:l|lacements?)?|verschiebung|d[ée]placement|spostament[oi]|desplazamiento",
+            "変位|位移",
+        ),
+    )
 }
 # A multiple beside a unit, which makes it another: "%g", "0.001 G", "1/100 G", "(g) *100", "G (x100)".
 _BEFORE = (
@@ -46,7 +57,20 @@ _TOLD = re.compile(
 # ("0.2 in g" is of another number)
 _IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)", re.IGNORECASE)
 _BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
-_LAST = re.compile(r",\s*(?P<unit>[a-z][^\s,;]*)\W*$", re.IGNORECASE)  # "ACCELERATION TIME SERIES, GAL"
+# "ACCELERATION TIME SERIES, GAL", "Acceleration g"
+_LAST = re.compile(r"(?:,\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-z%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
+_NONE_OF_OURS = re.compile(r"/s|^(?:counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?)$", re.IGNORECASE)
+# A unit in the open, "Acceleration m/s^2", which no other word can be.
+_OPEN = re.compile(
+    rf"(?<![a-z\d.,/%(\[=])(?<![=\d]\s)(?P<unit>{_BEFORE}?(?:(?:[cm]?m|in|ft)\s?/\s?s(?:ec)?(?:\s?/\s?s(?:ec)?|(?:\^|\*\*)?[2²])?"
+    r"|gals?|[cm]?m[ .·]?s(?:\^?-2|⁻²)))(?![\w/²^*)\]-])",
+    re.IGNORECASE,
+)
+# Values of another thing than the samples: "Vs30 (m/s)", "elevation (m)", "offset (cm): 12".
+_OF_ANOTHER = re.compile(
+    r"\b(?:v_?s|wave|shear|elev|alt|depth|dist|radius|height|coord|easting|northing)[^,;]*$", re.IGNORECASE
+)
+_VALUE = re.compile(r"[)\]]?\s*[:=]?\s*[-+]?\.?\d")
 _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
 _PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
@@ -146,17 +170,26 @@ def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) ->
     named = quantities(text)
     found = _told(text, line)
     theirs = any(math.isclose(float(number), peak, rel_tol=PEAK_TOLERANCE) for number in _NUMBERS.findall(text))
-    for pattern in (_BRACKETS, _IN) if brackets else (_IN,):
+    for pattern in (_BRACKETS, _IN, _OPEN) if brackets else (_IN, _OPEN):
         for match in pattern.finditer(text):
-            unit = _of_match(match, line)
-            value = pattern is _BRACKETS and math.isnan(unit.factor) and re.match(r"\s*\d", unit.text)
-            if unit.quantity in ("acceleration", *named) and not value:
-                found += [unit] if theirs or not _PEAK.search(text[: match.start()]) else []
+            unit, before = _of_match(match, line), text[: match.start()]
+            if pattern is _OPEN:
+                theirs_too = brackets or (unit.quantity == "acceleration" and not unit.once)
+                counts = bool(named or match[0] == text.strip("# \t")) and theirs_too
+            else:
+                others = ("velocity", "displacement") if pattern is _BRACKETS else named
+                counts = unit.quantity in ("acceleration", *others)
+            if math.isnan(unit.factor):
+                number = re.match(r"\s*\d", unit.text) and (pattern is _BRACKETS or not (brackets and named))
+                value = unit.quantity != "acceleration" and _VALUE.match(text, match.end())
+                counts = counts and not (number or value or _OF_ANOTHER.search(before))
+            if counts and (theirs or not _PEAK.search(before)):
+                found.append(unit)
     last = _LAST.search(text) if named and not found else None
-    if last is not None and (unit_of(last["unit"]).quantity in named or re.search(r"/s", last["unit"], re.IGNORECASE)):
+    if last is not None and (unit_of(last["unit"]).quantity in named or _NONE_OF_OURS.search(last["unit"])):
         found.append(_of_match(last, line))
-    others = [_of_match(match, line) for match in _TO.finditer(text)] if found else []
-    return [*found, *(unit for unit in others if unit.quantity == "acceleration")]
+    later = [_of_match(match, line) for match in _TO.finditer(text)] if found else []
+    return [*found, *(unit for unit in later if unit.quantity == "acceleration")]
 
 
 def _of_match(match: re.Match[str], line: int) -> Unit:

@@ -42,6 +42,20 @@ TITLE = "PEER RECORD\nSomewhere, 1/2/1999, Station, 090"
         (f"PEER\nSomewhere\nACCELERATION [mm/s^2]\n{NPTS}", 0.001),
         (f"PEER\nThe units are (g)\n*** Begin data ***\n{NPTS}", G),
         (f"PEER\nUNIT 5, UNITED STATES\nACCELERATION\n{NPTS}", G),
+        *(
+            (f"{TITLE}\n{line}\n{NPTS}", factor)
+            for line, factor in (
+                ("Acceleration m/s2", 1.0),
+                ("ACCELERATION TIME SERIES m/s^2", 1.0),
+                ("m/s^2", 1.0),
+                ("ACCELERATION TIME HISTORY CM/SEC/SEC", 0.01),
+                ("Accel. m s-2", 1.0),
+                ("Beschleunigung mm/s²", 0.001),
+                ("Acceleration GAL (corrected)", 0.01),
+                ("Acceleration g", G),
+                ("ACCELERATION, VS30 760 m/s", G),
+            )
+        ),
         (f"\n{TITLE}\nACCELERATION IN UNITS OF G\nFILTER POINTS: HP=0.1 Hz LP=30.0 Hz\n{NPTS}", G),
         ("H1 for rotation: STATION, 000\nrotation angle -37.0\nAcceleration in g\n12 0.0100 NPTS, DT", G),
     ],
@@ -64,6 +78,10 @@ def test_an_at2_file_without_a_unit_is_noted(tmp_path):
         (f"PEER\nVELOCITY TIME SERIES IN UNITS OF CM/S\n{NPTS}", "a velocity record, not acceleration"),
         (f"PEER\nSomewhere\nSomething else\nDISPLACEMENT TIME SERIES\n{NPTS}", "a displacement record"),
         (f"PEER\nSomewhere\nUNITS OF CM/S\n{NPTS}", "line 3 gives a velocity"),
+        (f"{TITLE}\nGeschwindigkeit (cm/s)\n{NPTS}", "a velocity record, not acceleration"),
+        (f"{TITLE}\nSpostamento [cm]\n{NPTS}", "a displacement record, not acceleration"),
+        (f"{TITLE}\nHIZ (cm/s)\n{NPTS}", "line 3 gives a velocity"),
+        (f"{TITLE}\nACCELERATION TIME SERIES cm/s\n{NPTS}", "line 3 gives a velocity"),
         (f"PEER\nACCELERATION IN UNITS OF G\nUNITS: GAL\n{NPTS}", "line 2 says 'G', line 3 'GAL'"),
         (f"{TITLE}\nACCELERATION IN UNITS OF COUNTS\n{NPTS}", "line 3 has the unknown unit 'COUNTS'"),
         *(
@@ -79,6 +97,11 @@ def test_an_at2_file_without_a_unit_is_noted(tmp_path):
                     "(G) x 10",
                     "IN 1E-3 M/S2",
                     ", IN/S2",
+                    "TIME SERIES %G",
+                    "TIME SERIES ft/s2",
+                    "TIME SERIES 0.01 m/s2",
+                    "MG",
+                    "COUNTS",
                 ),
             )
         ),
