@@ -11,8 +11,8 @@ import xarray as xr
 
 from ... import checks
 from ..arrays import RECORDED, floor_array, records
-from ..readers.lines import Lines, RecordError, beginning, existing
-from ..readers.units import unit_factor
+from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing
+from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, told, unit_factor, unit_of
 
 # First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written.
 _NETCDF = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
@@ -43,7 +43,8 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
     -----
     CSV: one header line, then one line for each sample, with commas or semicolons between values.  The first column is
     ``time`` (s), every other column ``motion/floor [unit]``, with g, gal, cm/s² or m/s²; every motion has every floor,
-    in any order.  Lines before the header that start with # are comments::
+    in any order.  Lines before the header that start with # are comments, which must not
+    contradict the units of the columns::
 
         time, El Centro/1 [g], El Centro/roof [g]
         0.00, 0.0012, 0.0020
@@ -77,6 +78,8 @@ def _read_netcdf(file: Path) -> xr.DataArray:
         raise RecordError(f"{file}: cannot be read as netCDF ({error})") from None
     if set(array.dims) != {"motion", "floor", "time"}:
         raise RecordError(f"{file}: must have dims (motion, floor, time), got ({', '.join(map(str, array.dims))})")
+    if RELATIVE.search(about := str(array.attrs.get("long_name", ""))):
+        raise RecordError(f"{file}: holds {about[:60]!r}: blocks need the total acceleration")
     try:
         records(array)
     except (TypeError, ValueError) as error:
@@ -86,7 +89,13 @@ def _read_netcdf(file: Path) -> xr.DataArray:
 
 def _read_table(lines: Lines) -> xr.DataArray:
     file = lines.file
-    heading = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), None)
+    comments: list[tuple[int, str]] = []
+    heading = None
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith("#"):
+            heading = line
+            break
+        comments.append((lines.number, line.strip()[:HEADER_WIDTH]))
     if heading is None:
         raise RecordError(f"{file}: has no header line")
     separator = ";" if ";" in heading else ","
@@ -95,6 +104,9 @@ def _read_table(lines: Lines) -> xr.DataArray:
         raise RecordError(
             f"{file}: its header must be 'time' and then 'motion/floor' columns, got {heads[0][:30]!r} first"
         )
+    refuse_others(file, comments)
+    doubt_factors(file, comments)
+    above = [unit for number, text in comments for unit in told(text, number)]
     columns: dict[tuple[str, str], tuple[int, float]] = {}
     for i, head in enumerate(heads[1:], start=1):
         match = _COLUMN.fullmatch(head)
@@ -106,6 +118,7 @@ def _read_table(lines: Lines) -> xr.DataArray:
         factor = unit_factor(unit)
         if factor is None:
             raise RecordError(f"{file}: unknown unit {unit!r} of column {i + 1}, allowed are g, gal, cm/s² and m/s²")
+        agreed(file, [unit_of(unit, lines.number), *above])
         key = match.group("motion"), match.group("floor")
         if key in columns:
             raise RecordError(f"{file}: column {'/'.join(key)!r} stands twice")

@@ -13,7 +13,7 @@ import xarray as xr
 from ...units import STANDARD_GRAVITY
 from ...writing import write_bytes
 from ..arrays import from_array, records
-from .components import refuse_gaps
+from .components import refuse_gaps, refuse_stated_peak
 from .lines import STEP, Lines, RecordError
 from .units import agreed, doubt_factors, quantities, refuse_others, told
 
@@ -100,6 +100,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         )
     except ValueError as error:
         raise RecordError(f"{file}: {error}") from None
+    refuse_stated_peak(file, header, [array.values])
     noted = {} if unit is not None else {"processing": "no unit in its header: taken as g, which AT2 files are in"}
     return array.assign_attrs(title=" ".join(header[1][1].split()) if len(header) > 1 else "", **noted)
 

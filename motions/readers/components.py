@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ import xarray as xr
 from ...aliases import Array
 from ..arrays import from_array
 from .lines import RecordError, plain
-from .units import PEAK_TOLERANCE
+from .units import PEAK_TOLERANCE, unit_factor
 
 
 class Component(NamedTuple):
@@ -62,6 +62,33 @@ def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, facto
             f"{file}: {where}its samples reach {found:.4g} m/s², its header says {factor * peak:.4g} m/s²: another "
             "unit or scale factor, or damaged"
         )
+
+
+_STATED = re.compile(
+    r"\b(?:pga|peak(?: ground| floor)?(?: acc\w*| value)?|max\w* acc\w*)\s*(?:[\[(](?P<unit>[^\])]{1,12})[\])])?\s*"
+    r"(?:[:=]|is|of)?\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+))\s*(?P<after>[^\d\s,;)\]]\S*)?",
+    re.IGNORECASE,
+)
+_NOT_THEIRS = re.compile(
+    r"original|scaled|raw|uncorrected|before|target|event|hazard|sensor|range|full|limit|bedrock", re.IGNORECASE
+)
+UNIT_APART = 5.0
+"""Ratio of the samples' peak to the peak that words state, from which it is another unit, not another component."""
+
+
+def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerations: Sequence[Array]) -> None:
+    """Raise RecordError where a numbered line of words states a peak of another unit than that of all components."""
+    peaks = [float(np.abs(one).max()) for one in accelerations]
+    for line, text in header:
+        for match in _STATED.finditer(text):
+            factor = unit_factor(match["unit"] or (match["after"] or "").rstrip(".:"))
+            peak = abs(float(match["number"])) * (factor or 0.0)
+            if (
+                peak
+                and not _NOT_THEIRS.search(text)
+                and all(not 1 / UNIT_APART < own / peak < UNIT_APART for own in peaks)
+            ):
+                refuse_other_peak(file, accelerations[0], match["number"], factor or 0.0, f"line {line}")
 
 
 def refuse_gaps(file: Path, values: Array) -> None:

@@ -16,7 +16,7 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array
 from ...doubts import Doubt, first_names, warn
-from .components import Component, arrays_of, refuse_gaps, single
+from .components import Component, arrays_of, refuse_gaps, refuse_stated_peak, single
 from .directions import direction_of
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
 from .units import (
@@ -48,14 +48,24 @@ _COUNT = re.compile(
     r"\b(?:npts|number of (?:data|points|samples)|no\. of (?:data|points|samples))\s*[=:]?\s*(\d{1,9})\b", re.IGNORECASE
 )
 _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
-_TIME = re.compile(r"t(?:ime)?(?![a-z])", re.IGNORECASE)
+_TIME = re.compile(r"(?:t(?:ime|empo|emps|iempo)?|zeit)(?![a-z])|[^,;]+[\[(]\s*m?s(?:ec)?\s*[\])]\s*$", re.IGNORECASE)
 _DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE)
-_SPECTRUM = re.compile(r"(?:period|freq)", re.IGNORECASE)
-_ORDINATE = re.compile(r"p?s[adv]\b|(?:pseudo\W?)?spectral", re.IGNORECASE)
+_SPECTRUM = re.compile(r"(?:natural |eigen)?(?:p[ée]r[ií]od|fr[ée]q|frecuencia|schwingungsdauer)", re.IGNORECASE)
+_ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d", re.IGNORECASE)
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
 _CLOCK = re.compile(r'"?(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]', re.IGNORECASE)
-_RESULTANT = re.compile(r"resultant|magnitude|vector.?sum|\bnorm\b|\bsrss\b|(?:absolute|total)\b", re.IGNORECASE)
+_RESULTANT = re.compile(
+    r"resultant|magnitude|vector.?sum|\bnorm\b|\bsrss\b|(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b",
+    re.IGNORECASE,
+)
 _STAGES = re.compile(r"raw\b|measured|filtered|corrected|baseline|error|noise|residual", re.IGNORECASE)
+_NO_MOTION = re.compile(
+    r"(?:jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat",
+    re.IGNORECASE,
+)
+_COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
+_ABOVE, _DWARFS = 4, 20.0
+"""One of the first numbers of a column is no sample where it is so many times greater than all that follow them."""
 _HEADER_LINES = 100
 _COLUMNS = 100
 
@@ -91,8 +101,9 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     if not np.isfinite(values).all():
         raise RecordError(f"{file}: row {int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0]) + 1} is not finite")
     note = ""
-    if columns == 1 and values[0, 0] == n - 1 > FEW:  # (the number of samples, above them)
-        values, n, note = values[1:], n - 1, "its first line, the number of samples, is no sample"
+    if columns == 1:
+        values, header, note = _samples(file, values, header)
+        n = len(values)
     words = header[:-1] if names and header else header
     total = columns > 2 and not all(RELATIVE.search(name) for name in names[1:])
     refuse_others(file, words if total else header)
@@ -109,15 +120,19 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     step = _step(lines, time, header, dt, timed)
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, words)
-    found, out = [], []
+    found: list[Component] = []
+    out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
         resultant = _RESULTANT.match(name) and sum(direction is not None for direction in directions) > 1
-        if resultant or RELATIVE.search(name):
-            out.append(name)
-            continue
         own = in_name(name, number)
+        if resultant or RELATIVE.search(name):
+            out.setdefault("a resultant, or relative", []).append(name)
+            continue
+        if _NO_MOTION.match(name) or (not own and _is_other(name, names[1:])):
+            out.setdefault("no acceleration, by its name", []).append(name)
+            continue
         if any(stated.quantity in ("velocity", "displacement") for stated in own) or _other(name):
             continue
         # (what stands in brackets further up, as in "PGA (gal)", is not of a column that has its own unit)
@@ -141,11 +156,51 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             Component(acceleration, step, station=file.stem if label else "", component=label, processing=note)
         )
     if not found:
-        raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
+        other = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
+        raise RecordError(f"{file}: its heading names {other}, not acceleration")
     _refuse_repeated(file, found)
-    if out:
-        warn([Doubt("table", f"{file}: {first_names(out)} is left out: a resultant, or relative", settled=True)])
+    refuse_stated_peak(file, words, [one.acceleration for one in found])
+    for why, left in out.items():
+        warn([Doubt("table", f"{file}: {first_names(left)} is left out: {why}", settled=True)])
     return found
+
+
+def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:
+    """Return the samples of one column without their number and time step above, the header with the step, a note.
+
+    Raises
+    ------
+    RecordError
+        A number above that is neither, and no sample: it is far greater than all samples.
+    """
+    n, line = len(values), header[-1][0] + 1 if header else 1
+    for count, step in ((0, 1), (1, 0)):
+        if values[count, 0] == n - 2 > FEW and 0.0 < values[step, 0] < LONGEST_STEP:
+            note = "its first two numbers, of samples and the time step, are no samples"
+            return values[2:], [*header, (line + step, f"dt = {float(values[step, 0])!r}")], note
+    note = ""
+    if values[0, 0] == n - 1 > FEW:
+        values, note = values[1:], "its first line, the number of samples, is no sample"
+    peak = float(np.abs(values[_ABOVE:]).max(initial=0.0))
+    above = np.abs(values[:_ABOVE, 0]) > _DWARFS * peak
+    if n > FEW and peak > 0.0 and above.any():  # (zeros may follow a pulse)
+        at = int(np.flatnonzero(above)[-1])
+        raise RecordError(
+            f"{file}: number {at + 1 + bool(note)}, {values[at, 0]:g}, is far above all that follow, so no sample: "
+            "write what it is beside it, as '# latitude: 35.1', or leave it out"
+        )
+    return values, header, note
+
+
+def _is_other(name: str, names: Sequence[str]) -> bool:
+    """Return True if a column is none of the components that its heading names, as jerk or v beside acc or a."""
+
+    def component(text: str) -> bool:
+        return bool(_COMPONENT.match(text) or direction_of(text) or "acceleration" in quantities(text))
+
+    if name in ("v", "d", "u") and (len(names) == 1 or any(text.lower() in ("a", "acc") for text in names)):
+        return True
+    return not component(name) and any(map(component, names))
 
 
 def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
@@ -186,7 +241,7 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
     header: list[tuple[int, str]] = []
     names: list[str] = []
     table = array("d")
-    columns = 0
+    columns = both = 0
     for line in lines:
         stripped = line.strip()
         if not stripped:
@@ -216,14 +271,18 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
                     f"has {columns} columns, allowed are 1 or 2 (time, acceleration), or a heading that names them: "
                     "'time (s), NS (gal), EW (gal)'"
                 )
-            ordinate = names and re.match("t(?!ime)", names[0], re.IGNORECASE) and any(map(_ORDINATE.match, names))
+            ordinate = names and not re.match("time", names[0], re.IGNORECASE) and any(map(_ORDINATE.match, names))
             if ordinate or (names and _SPECTRUM.match(names[0])):
                 raise RecordError(f"{lines.file}: its first column is {names[0][:40]!r}: a spectrum, no motion")
+        if [len(row), columns, len(table)] == [1, 2, 2] and not names and max(table) > FEW:
+            columns, both = 1, lines.number  # (the number of samples and the step, on one line above them)
         if len(row) != columns:
             raise lines.error(f"has {len(row)} columns, the first has {columns}")
         table.extend(row)
         if len(table) > MAX_SAMPLES:
             raise lines.error(f"is beyond {MAX_SAMPLES:,} numbers, no record is")
+    if both and len(table) - 2 not in table[:2]:
+        raise lines.error("has 1 columns, the first has 2", both)
     return header, names, table, columns
 
 

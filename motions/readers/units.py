@@ -156,7 +156,9 @@ def given_factor(unit: str | float) -> float:
 
 def in_name(name: str, line: int) -> list[Unit]:
     """Return the units in the name of a column, acceleration (g), acc_g or acceleration in g; unknown ones, too."""
-    words = [match["unit"] for pattern in (_BRACKETS, _SUFFIX, _IN) for match in pattern.finditer(name)]
+    words = [match["unit"] for pattern in (_BRACKETS, _SUFFIX, _IN, _OPEN) for match in pattern.finditer(name)]
+    last = _LAST.search(name)
+    words += [last["unit"]] if last is not None and not words and unit_of(last["unit"]).quantity else []
     times = [name] if _TIMES.search(name) else []  # ("acc_g_x100", "1000*acc (g)")
     letters = (word for word in words + times if re.search(r"[a-z]", word, re.IGNORECASE))
     return [*(unit_of(word, line) for word in letters), *_told(name, line)]

@@ -158,11 +158,20 @@ def test_steps_and_rates_in_words(tmp_path, heading, step):
         ("# units: m/s2 (converted from g)\ntime,a", 1.0),
         ("# unit of acceleration: g = 981 gal\ntime,a", G),
         ("# recorded in 2019 G. Smith, sensor (2 g)\ntime,a (gal)", 0.01),
-        ("# max acc (g): 0.025\n# data in gal\ntime,a", 0.01),
+        ("# max acc (g): 0.0002\n# data in gal\ntime,a", 0.01),
         ("# RAW PGA VALUES (gal) : 0.200\ntime,a", 0.01),  # (the peak of the samples)
         ("time,a (m/s**2)", 1.0),
         ("time,x1 (g)", G),
         ("# original units: g\ntime,a (g)", G),
+        ("time,acc m/s2", 1.0),
+        ("time,acc g", G),
+        ("time;Beschleunigung mm/s²", 0.001),
+        ("# acceleration m/s2, velocity m/s\ntime,acc (m/s2)", 1.0),
+        ("# Vs30 (m/s): 760, elevation (m)\ntime,acc (m/s2)", 1.0),
+        ("# PGA: 0.0204 g\ntime,acc (m/s2)", 1.0),
+        ("# sensor: max acceleration 2 g; PGA of the event 1.1 g\ntime,acc (m/s2)", 1.0),
+        ("# PGA 0.1 g, of another component\ntime,acc (g)", G),
+        ("Elapsed time [s];acc (g)", G),
     ],
 )
 def test_words_beside_the_unit_of_a_table(tmp_path, heading, factor):
@@ -212,6 +221,8 @@ def columns(heading, *factors):
         "time,acc_x (m/s2),acc_y (m/s2),magnitude (m/s2)",
         "time,ax (m/s2),ay (m/s2),vector sum (m/s2)",
         "time,ax (m/s2),ay (m/s2),total (m/s2)",
+        "# acceleration in m/s2\ntime,ax,ay,aT",
+        "# acceleration in m/s2\ntime,ax,ay,a_total",
     ],
 )
 def test_resultants_are_left_out(tmp_path, heading):
@@ -347,6 +358,19 @@ def test_columns_that_another_line_names(tmp_path):
         (f"sampling rate: 0.01\nacceleration (g)\n{COLUMN}", "sampling rate as '0.01', must be in Hz"),
         (f"number of data: 13\ndt = 0.01\nacceleration (g)\n{COLUMN}", "declares 13 samples, it holds 12"),
         (f"T (s),Sa (g)\n{ROWS}", "a spectrum, no motion"),
+        (f"T [s],Se [m/s²]\n{ROWS}", "a spectrum, no motion"),
+        (f"Schwingungsdauer (s),Se (g)\n{ROWS}", "a spectrum, no motion"),
+        (f"T (s),RotD50 (g)\n{ROWS}", "a spectrum, no motion"),
+        (f"time,jerk (g/s)\n{ROWS}", "names jerk .*, not acceleration"),
+        *(
+            (f"{line}\n{ROWS}", "line 1: its samples reach .*: another unit")
+            for line in (
+                "# Station ABC, PGA: 0.200 g\ntime,acc (m/s2)",
+                "# PGA (cm/s2) = 0.2\ntime,acc (g)",
+                "# peak ground acceleration 0.2 m/s2\ntime,acc (gal)",
+            )
+        ),
+        (at2(f"PEER\nPGA = 0.2 m/s2\nACCELERATION IN G\n{NPTS}"), "line 2: its samples reach"),
         (f"t,PSA (g)\n{ROWS}", "a spectrum, no motion"),
         (f"# response spectrum, 5 % damping\nt,a (g)\n{ROWS}", "a response spectrum, no motion"),
         (at2(f"PEER\nSPECTRAL ACCELERATION IN UNITS OF G\n{NPTS}"), "line 2 says .* a response spectrum"),
@@ -402,10 +426,73 @@ def test_times_in_milliseconds(tmp_path):
     assert float(read(tmp_path, f"time (ms),a (g)\n{rows}")["dt"][0]) == pytest.approx(0.01, rel=1e-12)
 
 
-def test_the_number_of_samples_is_no_sample(tmp_path):
-    motion = read(tmp_path, f"12\n{COLUMN}", dt=0.01, unit="g")
+@pytest.mark.parametrize(
+    ("above", "options"),
+    [
+        ("12", {"dt": 0.005}),
+        *((above, {}) for above in ("12\n0.005", "0.005\n12", "12 0.005", "0.005, 12", "Station A\n12\n0.005")),
+    ],
+)
+def test_the_numbers_above_are_no_samples(tmp_path, above, options):
+    motion = read(tmp_path, f"{above}\n{COLUMN}", unit="g", **options)
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
-    assert "the number of samples, is no sample" in motion.attrs["processing"]
+    assert float(motion["dt"][0]) == pytest.approx(0.005, rel=1e-12)
+    assert "of samples" in motion.attrs["processing"]
+
+
+@pytest.mark.parametrize(
+    ("above", "message"),
+    [
+        ("35.123\n139.812", "number 2, 139.812, is far above all that follow, so no sample"),
+        ("35.123", "number 1, 35.123, is far above"),
+        ("12\n-35.1", "number 2, -35.1, is far above"),
+        ("15\n0.005", "number 1, 15, is far above"),
+        ("35.123 139.812", "line 2 has 1 columns, the first has 2"),
+        ("dt = 0.01\n12\n0.005", "lines 1 and 3 state two steps"),
+    ],
+)
+def test_numbers_above_that_are_no_samples_and_no_step(tmp_path, above, message):
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, f"{above}\n{COLUMN}", unit="g", **({} if "dt" in above else {"dt": 0.01}))
+
+
+def test_a_pulse_before_zeros_is_one(tmp_path):
+    assert read(tmp_path, "0.0\n100.0\n" + "0.0\n" * 30, dt=0.1, unit="gal").sizes["time"] == 32
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        *("Zeit (s);Geschwindigkeit (cm/s)", "Temps;Vitesse (cm/s)", "tempo (s);Spostamento (cm)", "Tiempo;Velocidad"),
+        *("t (s);v", "時間 (s);速度 (cm/s)", "# Vitesse (cm/s)\ntime;x", "Zeit (s);Weg (mm)", "time;x cm/s"),
+    ],
+)
+def test_velocities_by_other_words(tmp_path, heading):
+    with pytest.raises(RecordError, match="not acceleration"):
+        read(tmp_path, f"{heading}\n{ROWS.replace(',', ';')}", unit="cm/s2")
+
+
+@pytest.mark.parametrize(
+    ("heading", "left"),
+    [
+        *(
+            (f"# acceleration in g\ntime,{names}", left)
+            for names, left in (("acc,jerk", "jerk"), ("NS,count", "count"))
+        ),
+        ("# units: g\nt,a,v", "v"),
+        ("# units: g\nt,ax,temperature", "temperature"),
+        ("time,acc (g),sigma (g)", "sigma .g."),
+        ("time,acc (g),arias (m/s)", "arias .m/s."),
+    ],
+)
+def test_columns_of_no_acceleration_are_left_out(tmp_path, heading, left):
+    with pytest.warns(ImplausibleInput, match=f"{left} is left out: no acceleration, by its name"):
+        motion = read(tmp_path, columns(heading, 1, 2))
+    np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * G], rtol=1e-15)
+
+
+def test_columns_of_no_known_name_are_all_read(tmp_path):
+    assert read(tmp_path, columns("time,roof,table", 1, 2), unit="g").sizes["motion"] == 2
 
 
 @pytest.mark.parametrize(
