@@ -188,6 +188,13 @@ class Block:
             raise ValueError("a block with a restraint needs its mass (kg)")
         if self.restraint.front is None and self.restraint.back is None:
             raise ValueError(f"the {self.restraint.kind} acts on neither side: give a front or a back arm")
+        # (a sloping cable may have an arm up to the diagonal)
+        highest = {"cable": math.hypot(self.width, self.height), "strap": self.height, "bracket": self.height}
+        above = max(self.restraint.front or 0.0, self.restraint.back or 0.0)
+        if above > highest.get(self.restraint.kind, math.inf) * (1.0 + 1e-9):
+            raise ValueError(
+                f"the {self.restraint.kind}'s height must be at most the block's {self.height:g} m, got {above:g}"
+            )
 
     def _check_edge(self, edge: Edge) -> None:
         """Raise for what is no edge, and for a block whose slips are not known."""

@@ -302,6 +302,17 @@ class TestFiles:
             ("time,a/1 [g]\n0,1\n", "at least 2 samples, found 1"),
             ("time,a/1 [g]\n0,1\n1,1\n3,1\n", "must be uniform"),
             ("time,a/1 [g]\n0,1\n1,1e12\n", "at most 1e.09"),
+            *(
+                (f"# {comment}\ntime,a/1 [g]\n0,1\n1,1\n", message)
+                for comment, message in (
+                    ("relative acceleration of the floors (ABS = no)", "line 1 says .* relative to its support"),
+                    ("velocities in m/s", "line 1 gives a velocity"),
+                    ("units: m/s2", "line 2 says 'g', line 1 'm/s2'"),
+                    ("acceleration cm/s/s", "line 2 says 'g', line 1 'cm/s/s'"),
+                    ("Geschwindigkeit (mm/s)", "line 1 gives a velocity"),
+                    ("response spectra of the floors", "a response spectrum, no motion"),
+                )
+            ),
         ],
     )
     def test_wrong_tables(self, tmp_path, text, message):
@@ -310,7 +321,15 @@ class TestFiles:
         assert "floors.csv" in str(error.value)
         assert "\n" not in str(error.value)
 
+    def test_comments_that_agree(self, tmp_path):
+        text = "# total acceleration in g, PGV (cm/s): 12\n\n# units: g\ntime,a/1 [g]\n0,1\n1,1\n"
+        assert self.read(tmp_path, text).values.ravel().tolist() == [9.80665, 9.80665]
+
     def test_wrong_files(self, tmp_path):
+        relative = Building.flexural_shear(0.8, storeys=3).floor_motions(ground())
+        relative.assign_attrs(long_name="relative acceleration").to_netcdf(tmp_path / "relative.nc")
+        with pytest.raises(RecordError, match=r"relative.nc: holds 'relative acceleration': blocks need the total"):
+            read_floors(tmp_path / "relative.nc")
         with pytest.raises(TypeError, match="path must be a path"):
             read_floors(5)
         with pytest.raises(RecordError, match="no such file"):
