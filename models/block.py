@@ -190,11 +190,10 @@ class Block:
             raise ValueError(f"the {self.restraint.kind} acts on neither side: give a front or a back arm")
         # (a sloping cable may have an arm up to the diagonal)
         highest = {"cable": math.hypot(self.width, self.height), "strap": self.height, "bracket": self.height}
-        above = max(self.restraint.front or 0.0, self.restraint.back or 0.0)
-        if above > highest.get(self.restraint.kind, math.inf) * (1.0 + 1e-9):
-            raise ValueError(
-                f"the {self.restraint.kind}'s height must be at most the block's {self.height:g} m, got {above:g}"
-            )
+        limit, arm = highest.get(self.restraint.kind), max(self.restraint.front or 0.0, self.restraint.back or 0.0)
+        size, most = ("height", self.height) if limit else ("width", self.width)
+        if arm > (limit or most) * (1.0 + 1e-9):
+            raise ValueError(f"the {self.restraint.kind} must act within the block's {size} of {most:g} m, got {arm:g}")
 
     def _check_edge(self, edge: Edge) -> None:
         """Raise for what is no edge, and for a block whose slips are not known."""

@@ -201,6 +201,16 @@ class TestRefusals:
         (lambda: tp.Restraint.strap(1.75, count=0), "count must be at least 1"),
         (lambda: tp.Restraint.cable(0.2, 500.0, angle=1.4, width=0.5), "past the front corner"),
         (lambda: tp.Restraint("rope", 1.0, 1.0, 1.0), "kind must be one of"),
+        *(
+            (lambda held=held: tp.Block(0.4, 1.0, mass=50.0, restraint=held), f"within the block's {size} m, got {got}")
+            for held, size, got in (
+                (tp.Restraint.strap(1.7), "height of 1", "1.7"),
+                (tp.Restraint.bracket(17.0, 500.0), "height of 1", "17"),
+                (tp.Restraint.cable(1.7, 500.0), "height of 1", "1.7"),
+                (tp.Restraint.adhesive(500.0, 0.45), "width of 0.4", "0.45"),
+                (tp.Restraint.pole(100.0, 500.0, 1e5, 0.2, 2.0), "width of 0.4", "2"),
+            )
+        ),
     ])  # fmt: skip
     def test_one_sentence(self, make, message):
         with pytest.raises((ValueError, TypeError), match=message):
