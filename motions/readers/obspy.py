@@ -68,7 +68,8 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
         warnings.simplefilter("ignore")
         name, traces = _traces(file)
     stated = {str(trace.stats.get("ascii", {}).get("unit", "")) for trace in traces}
-    agreed_on = agreed(file, (one for one in map(unit_of, stated) if one.quantity))
+    units = [unit_of(text, 1) for text in stated]  # (of its first line)
+    agreed_on = agreed(file, (one for one in units if one.quantity))
     if unit is None and agreed_on is not None:
         unit = agreed_on.text
     if unit is None:

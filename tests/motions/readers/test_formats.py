@@ -407,7 +407,7 @@ class TestObspy:
         assert mo.read(path, unit="g").sizes["motion"] == 3
         refused(path, "states its unit .G., so unit must not be 'gal'", unit="gal")
         path.write_text(text.replace("Counts", "M/S"), encoding="utf-8")
-        refused(path, "gives a velocity")
+        refused(path, "line 1 gives a velocity")
 
     def test_gse(self, tmp_path):
         path, _ = self.stream(tmp_path, "GSE2")
