@@ -142,6 +142,12 @@ def acceleration_units(what: str, units: Any) -> None:
         raise ValueError(f"{what} must be in m s-2, got units {units!r}")
 
 
+def time_units(what: str, units: Any) -> None:
+    """Raise ValueError if the stated units of a time are not seconds; unstated units are taken as seconds."""
+    if units not in (None, "", "s", "sec", "second", "seconds"):
+        raise ValueError(f"{what} must be in s, got units {units!r:.40}: convert it, and write units 's'")
+
+
 def callback(name: str, value: Any) -> None:
     """Raise TypeError for what is neither None nor can be called: else it would fail after the first runs."""
     if value is not None and not callable(value):

@@ -304,6 +304,8 @@ def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] |
     coordinate = piece.coords[name]
     if name != "time" and not {*coordinate.dims} <= {"motion"}:
         raise ValueError(f"{name} of motions must be on motion alone, got dims {coordinate.dims}")
+    if name in ("time", "dt"):
+        checks.time_units(f"{name} of motions", coordinate.attrs.get("units"))
     if "motion" not in coordinate.dims:
         return [coordinate.values[()]] * n
     return list(coordinate.transpose("motion", ...).values)

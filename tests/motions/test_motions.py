@@ -202,3 +202,14 @@ def test_floors_are_stacked():
     plain = mo.records(floors)
     assert [r.label for r in plain] == [f"{m} floor {f}" for m in "ab" for f in ("1", "2", "roof")]
     np.testing.assert_array_equal(np.stack([r.acceleration for r in plain]), values.reshape(6, 4))
+
+
+@pytest.mark.parametrize(("name", "units"), [("time", "min"), ("time", "ms"), ("dt", "ms"), ("dt", "Hz")])
+def test_times_in_other_units_are_refused(name, units):
+    motion = mo.from_array([0.0, 1.0, 0.0], 0.01)
+    motion[name].attrs["units"] = units
+    with pytest.raises(ValueError, match=f"{name} of motions must be in s, got units '{units}'"):
+        mo.records(motion)
+    for seconds in ("s", "seconds", ""):
+        motion[name].attrs["units"] = seconds
+        assert mo.records(motion)[0].dt == 0.01
