@@ -6,14 +6,21 @@ Each format stores the labels in its own way, so that curves are read back with 
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
+import math
 import re
 import unicodedata
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from ...doubts import warn
 from ..fitting.states import OK, SEPARATED
+from ..validity.plausibility import level_doubts
 from .files import ExchangeError
 from .rows import LARGEST, LIMIT_STATE, OVERTURNING, SMALLEST, CurveRow, CurveSet
 
@@ -164,13 +171,36 @@ def component_of(written: Any) -> Component | None:
 
 
 def labelled_curves(
-    rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component], states: Sequence[str]
+    file: Path,
+    rows: Sequence[tuple[str, int, CurveRow]],
+    components: Mapping[str, Component],
+    states: Sequence[str],
+    units: str,
 ) -> tuple[tuple[str, ...], tuple[CurveRow, ...]]:
     """Return dimensions, and curves with all their labels, from rows of (id, index of the limit state, curve).
 
     Labels come from our records where every component has them on the same dimensions, else from the ids, on ``block``;
     limit states form a dimension where a component has more than the first.
+
+    Raises
+    ------
+    ExchangeError
+        A worse state of another program's component that is more likely than a lesser one.
     """
+    # (what we wrote may have states of any order, and medians that are far extrapolated)
+    foreign = [row for row in rows if row[0] not in components]
+    for (better, lower, lesser), (name, at, worse) in itertools.pairwise(foreign):
+        (least, spread, *_), (median, dispersion, *_) = lesser.parameters, worse.parameters
+        more = median < least and math.isclose(dispersion, spread, rel_tol=1e-6)
+        if worse.probability is not None and lesser.probability is not None:
+            more = bool(np.any(worse.probability > lesser.probability + 1e-6))
+        if better == name and at > lower and more:
+            raise ExchangeError(
+                f"{file}: {states[at]} of {name!r:.80} is more likely than {states[lower]}, a lesser state, which "
+                "contains it: correct the median of one"
+            )
+    doubts = level_doubts(np.array([row.parameters.median for *_, row in foreign if row.estimated]), units)
+    warn(one._replace(sentence=f"{file}: {one.sentence.replace('highest level', 'highest median')}") for one in doubts)
     written = [components.get(name) for name, _, _ in rows]
     dims_of = {None if one is None else tuple(one.labels) for one in written}
     dims = next(iter(dims_of)) if len(dims_of) == 1 else None

@@ -94,7 +94,7 @@ def read_nrml(path: str | os.PathLike[str], ids: Collection[str] | None = None, 
         curves = [_continuous(function, states, imt) for function in chosen.values()]
     rows = [(name, at, curve) for name, own in zip(chosen, curves, strict=True) for at, curve in enumerate(own)]
     components = {name: one for name, function in chosen.items() if (one := _component(function)) is not None}
-    dims, named = labelled_curves(rows, components, states)
+    dims, named = labelled_curves(file, rows, components, states, imt.units)
     title = _comment_content(model).get("title")
     made = CurveSet(
         label,

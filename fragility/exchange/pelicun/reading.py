@@ -80,7 +80,7 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     levels, rows_of = _at_common_levels(
         file, [(row["ID"], *curve) for row in found for curve in _curves(file, row, states, label)]
     )
-    dims, named = labelled_curves(rows_of, metadata.components, [f"LS{i}" for i in states])
+    dims, named = labelled_curves(file, rows_of, metadata.components, [f"LS{i}" for i in states], units_of(label)[0])
     made = CurveSet(
         label,
         units_of(label)[0],

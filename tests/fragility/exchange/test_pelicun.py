@@ -12,6 +12,7 @@ from exchange_cases import isotonic, lognormal, uplifting
 from library_metadata import SCHEMAS
 from scipy.special import ndtr
 
+from toppling.doubts import ImplausibleInput
 from toppling.fragility import ExchangeError, read_pelicun, write_pelicun
 from toppling.fragility.curves import published
 from toppling.units import STANDARD_GRAVITY as G
@@ -204,6 +205,30 @@ class TestReading:
         np.testing.assert_allclose(found["level"].values, np.array([1.0, 1.5, 2.0, 3.0, 5.0]) * G)
         np.testing.assert_allclose(found["probability"].values[0], [0.0, 0.5, 1.0, 1.0, 1.0], atol=1e-12)
         np.testing.assert_allclose(found["probability"].values[1], [0.0, 0.0, 1.0 / 6.0, 0.5, 1.0], atol=1e-12)
+
+    TWO = f"{HEADING},LS2-Family,LS2-Theta_0,LS2-Theta_1\n"
+
+    @pytest.mark.parametrize(
+        ("states", "refused"),
+        [
+            ("lognormal,0.9,0.4,lognormal,0.5,0.4", True),
+            ("lognormal,0.9,0.4,lognormal,0.5,0.6", False),  # (they cross)
+            ("lognormal,0.5,0.4,lognormal,0.9,0.4", False),
+            ('multilinear_CDF,"1,2|0,1",,multilinear_CDF,"0.5,2|0,1",', True),
+            ('multilinear_CDF,"0.5,2|0,1",,multilinear_CDF,"1,2|0,1",', False),
+        ],
+    )
+    def test_a_worse_state_that_is_more_likely(self, states, refused, tmp_path):
+        (tmp_path / "t.csv").write_text(f"{self.TWO}A.1,Peak Floor Acceleration,g,{states}\n", encoding="utf-8")
+        if not refused:
+            assert read_pelicun(tmp_path / "t.csv").sizes["limit_state"] == 2
+            return
+        with pytest.raises(ExchangeError, match=r"t\.csv: LS2 of 'A.1' is more likely than LS1, a lesser state"):
+            read_pelicun(tmp_path / "t.csv")
+
+    def test_a_median_beyond_any_shaking(self, tmp_path):
+        with pytest.warns(ImplausibleInput, match="t.csv: the highest median, 50 g, is beyond any shaking"):
+            self.read(tmp_path, "lognormal,50,0.4")
 
     @pytest.mark.parametrize(
         ("cell", "message"),
