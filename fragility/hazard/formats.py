@@ -18,8 +18,10 @@ import numpy as np
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import first_names
 from ...motions.readers.lines import Lines, plain
-from .curve import HazardCurve
+from ...motions.readers.units import told
+from .curve import HazardCurve, unit_to_si
 from .reading import (
     LOW_PERCENT,
     MOST_LEVELS,
@@ -75,6 +77,12 @@ _PLAIN_WORDS = frozenset(
 """Words that a heading may hold beside its quantity: none of them changes what its numbers are."""
 _BRANCH = re.compile(r"(?:rlz|branch|realisation|realization|model|b)?\d{0,4}|[a-z]")
 """Names of realisations beside their weight."""
+_NAMED = re.compile(
+    r"(?<![a-z\d_])(?:(?P<peak>pg[avd])(?![a-z])|peak ground (?P<word>[avd])\w+"
+    r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?)",
+    re.IGNORECASE,
+)
+"""Measures that comments name: PGA, peak ground velocity, Sa(1.0 s), SA(1.0), spectral acceleration at 1 s."""
 _WEIGHT = re.compile(r"weight\s{0,9}[=:]?\s{0,9}([\d.]{1,20}(?:e-?\d{1,3})?)")
 OF_MEASURES = re.compile(r"([a-z]{2,8}(?:\([\d.]{1,20}\))?)-(\d[\d.]{0,20}(?:e[+-]?\d{1,3})?)")
 """Name of a column of OpenQuake's older tables of several measures, in small letters: measure and level."""
@@ -110,10 +118,10 @@ def read_plain(
             f"{lines.file}: line {lines.number} names {len(kinds)} columns of rates: realisations need a weight each, "
             f"as 'rate (1/yr) weight 0.3', got {name!r}"
         )
-    if kinds[0][0].kind == "rate" and _KINDS["probability"].search(comment.lower()) and not _RATES.search(comment):
-        raise HazardError(
-            f"{lines.file}: line {lines.number} names rates, a comment probabilities: correct one of them"
-        )
+    for kind, plural in (("probability", "probabilities"), ("return period", "return periods")):
+        if kinds[0][0].kind == "rate" and _KINDS[kind].search(comment.lower()) and not _RATES.search(comment):
+            raise HazardError(f"{lines.file}: line {lines.number} names rates, a comment {plural}: correct one of them")
+    _refuse_other_comments(lines, comment, label, units if unit is None else unit)
     table: list[list[float]] = []
     unsure: list[tuple[int, str, str]] = []
     periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]
@@ -152,6 +160,37 @@ def read_plain(
     )
     text = f"table ({LOW_PERCENT})" if low else "table"
     return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text)
+
+
+def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None) -> None:
+    """Raise HazardError where comments name other measures alone, or another unit of the levels, than the heading."""
+    named = {
+        f"Sa({float(match['period'])!r})" if match["period"] else f"pg{(match['peak'] or match['word']).lower()[-1]}"
+        for match in _NAMED.finditer(comment)
+    }
+    if named and not any(label == name or label.startswith(f"{name[:-1]}, ") for name in named):
+        raise HazardError(
+            f"{lines.file}: line {lines.number} names {label}, a comment {first_names(sorted(named))}: correct one of "
+            "them"
+        )
+    for text in comment.split("#"):
+        # (a measure is what its levels are of, not a peak of something else)
+        words = _NAMED.sub(lambda match: "velocity" if re.search("v$|ve", match[0].lower()) else "acceleration", text)
+        stated = [one for one in told(words, lines.number) if not one.once]
+        other = [one.text.strip() for one in stated if _si(one.text, label) not in (None, _si(unit, label))]
+        if other and len(other) == len(stated):
+            raise HazardError(
+                f"{lines.file}: line {lines.number} names levels in {unit}, a comment in {plain(other[0])}: correct "
+                "one of them"
+            )
+
+
+def _si(unit: str | None, label: str) -> float | None:
+    """Return the SI value of a unit of a measure, None where it is none."""
+    try:
+        return unit_to_si(None if unit is None else unit.strip(" ()[].,;"), label)
+    except ValueError:
+        return None
 
 
 def _row_under(names: list[str], lines: Lines, line: str, separator: str) -> list[str]:

@@ -630,6 +630,19 @@ def test_a_curve_describes_its_realisations():
         ("pga (m/s2);return period (yr)\n1.000;475\n2.5;2475\n", ""),
         ("pga (m/s2),return period (yr)\n1.000,475\n2.000,2475\n", ""),
         ("# 50-year probabilities\nPGA (g),rate\n0.1,0.3\n0.4,0.02\n", "a comment probabilities"),
+        *(
+            (f"# {comment}\n{heading},rate (1/yr)\n0.1,0.03\n0.4,0.002\n", message)
+            for comment, heading, message in (
+                ("return periods of 475 years", "PGA (g)", "names rates, a comment return periods"),
+                ("PGA in cm/s2", "pga (g)", "names levels in g, a comment in cm/s2"),
+                ("units: gal", "pga (g)", "names levels in g, a comment in gal"),
+                ("peak ground acceleration (g)", "pga (m/s2)", "names levels in m/s2, a comment in g"),
+                ("PGV in cm/s", "pgv (m/s)", "names levels in m/s, a comment in cm/s"),
+                ("Uniform hazard: Sa(1.0 s)", "pga (g)", "names pga, a comment Sa(1.0)"),
+                ("spectral acceleration at 0.2 s", "Sa(1.0) (g)", "names Sa(1.0), a comment Sa(0.2)"),
+                ("PGV of rock", "pga (g)", "names pga, a comment pgv"),
+            )
+        ),
         ("# PoE in 50 yr\nPGA (g),rate (1/yr)\n0.1,0.3\n0.4,0.02\n", "line 2 names rates"),
         ("# rates, from probabilities in 50 years\nPGA (g),rate\n0.1,0.03\n0.4,0.002\n", ""),
     ],
