@@ -17,8 +17,8 @@ from ... import checks
 from ...aliases import Array
 from ...units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
-from ..readers.lines import Lines, RecordError
-from ..readers.units import unit_factor
+from ..readers.lines import Lines, RecordError, plain
+from ..readers.units import agreed, quantities, told, unit_factor, unit_of
 
 EDITIONS = ("7-16", "7-22")
 AC156_FREQUENCIES = (0.1, 1.3, 8.3, 33.3)  # Hz
@@ -120,7 +120,9 @@ class TargetSpectrum:
         """
         with Lines(path) as read:
             file = read.file
-            lines = [(read.number, line.strip()) for line in read if line.strip() and not line.lstrip().startswith("#")]
+            every = [(read.number, line.strip()) for line in read if line.strip()]
+        lines = [(number, line) for number, line in every if not line.startswith("#")]
+        comments = [(number, line) for number, line in every if line.startswith("#")]
         heading = _HEADING.fullmatch(lines[0][1]) if lines else None
         if heading is None:
             shown = lines[0][1][:40] if lines else ""
@@ -131,6 +133,19 @@ class TargetSpectrum:
         factor = unit_factor(heading["unit"])
         if factor is None:
             raise RecordError(f"{file}: unit of sa must be g, gal, cm/s2 or m/s2, got {heading['unit']!r}")
+        agreed(file, [unit_of(heading["unit"], lines[0][0]), *(one for at, text in comments for one in told(text, at))])
+        for number, text in comments:
+            if _OTHER_SPECTRUM.search(text) and "acceleration" not in quantities(text):
+                raise RecordError(f"{file}: line {number} says {plain(text, 60)!r}: no spectrum of acceleration")
+            for match in _DAMPING.finditer(text):
+                value = float(match["before"] or match["after"]) / (
+                    100.0 if match["per_cent"] or match["after"] else 1.0
+                )
+                if not math.isclose(value, damping, rel_tol=1e-3):
+                    raise RecordError(
+                        f"{file}: line {number} says {plain(text, 60)!r}, the spectrum is matched with a damping of "
+                        f"{damping:g}: give damping, or a spectrum of it"
+                    )
         axis_is_frequency = heading["axis"].lower().startswith("f")
         if heading["axis_unit"].lower() != ("hz" if axis_is_frequency else "s"):
             raise RecordError(f"{file}: unit of a period must be s and of a frequency Hz, got {heading['axis_unit']!r}")
@@ -255,6 +270,12 @@ class TargetSpectrum:
         return cls(found.periods, found.sa, found.damping, text)
 
 
+_OTHER_SPECTRUM = re.compile(r"displacement|velocity|\bp?s_?[dv]\b", re.IGNORECASE)
+_DAMPING = re.compile(
+    r"damp\w*(?: ratio)?\s*(?:of|is|[:=])?\s*(?P<before>\d+(?:\.\d+)?|\.\d+)\s*(?P<per_cent>%|per ?cent)?"
+    r"|(?P<after>\d+(?:\.\d+)?)\s*(?:%|per ?cent)[- ]?(?:of critical |critical )?damp",
+    re.IGNORECASE,
+)
 # a unit is written in brackets, period (s), or after an underscore, period_s
 _UNIT = r"\s*[\[(_]\s*(?P<{}>[^\])\s,;\"]+)\s*[\])]?\"?"
 _HEADING = re.compile(

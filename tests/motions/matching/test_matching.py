@@ -117,6 +117,7 @@ class TestSpectrumFile:
             "# by hand\nfrequency (Hz); Sa (m/s2)\n1.0; 4.903325\n10; 9.80665\n",
             "T [s]\tPSA [cm/s^2]\n1.0\t490.3325\n0.1\t980.665\n",
             "period_s,sa_g\n0.1,1.0\n1.0,0.5\n",
+            "# damping ratio: 0.05, 5% damped, PSA in g\nperiod (s),sa (g)\n0.1,1.0\n1.0,0.5\n",
         ],
     )
     def test_same_spectrum(self, tmp_path, text):
@@ -139,12 +140,28 @@ class TestSpectrumFile:
             ("period (s),sa (g)\n0.1,1\n1,nan\n", "line 3 must hold finite numbers > 0"),
             ("period (s),sa (g)\n0.1,1\n", "two or more points, got 1"),
             ("period (s),sa (g)\n0.1,1\n0.1,2\n", "must increase, each once"),
+            *(
+                (f"# {comment}\nperiod (s),sa (g)\n0.1,1\n1,2\n", message)
+                for comment, message in (
+                    ("damping 2 %", "line 1 says '# damping 2 %', the spectrum is matched with a damping of 0.05"),
+                    ("damping ratio = 0.1", "matched with a damping of 0.05"),
+                    ("3%-damped", "matched with a damping of 0.05"),
+                    ("displacement spectrum Sd in cm", "line 1 gives a displacement"),
+                    ("pseudo-velocity spectrum", "line 1 says .*: no spectrum of acceleration"),
+                    ("PSV of the site", "line 1 says .*: no spectrum of acceleration"),
+                    ("acceleration in cm/s2", "line 2 says 'g', line 1 'cm/s2'"),
+                )
+            ),
         ],
     )
     def test_refuses(self, tmp_path, text, message):
         (tmp_path / "bad.csv").write_text(text)
         with pytest.raises(mo.RecordError, match=rf"bad\.csv: .*{message}"):
             mo.TargetSpectrum.from_csv(tmp_path / "bad.csv")
+
+    def test_another_damping_is_given(self, tmp_path):
+        (tmp_path / "target.csv").write_text("# damping 2 %\nperiod (s),sa (g)\n0.1,1\n1,2\n")
+        assert mo.TargetSpectrum.from_csv(tmp_path / "target.csv", damping=0.02).damping == 0.02
 
 
 class TestKernel:
