@@ -76,8 +76,8 @@ class Risk:
         Raises
         ------
         ValueError
-            The hazard is of the ground and the levels are of a floor's motion, or the other way round; it is of a
-            floor, and there are several.
+            The hazard is of a floor, and there are several or none; the hazard is of the ground and the levels are of a
+            floor's motion, or the other way round.
         """
         floors = design.floors
         upper = [floor for floor in floors if floor not in GROUND_FLOORS]
@@ -86,6 +86,11 @@ class Risk:
                 raise ValueError(
                     f"hazard.at 'floor' does not go with {design.name}.im_at 'ground': the levels are of the ground's "
                     "motion, so the hazard must be, too"
+                )
+            if not floors:
+                raise ValueError(
+                    "hazard.at 'floor' needs motions of a floor (a building, motions.floors_file): these motions are "
+                    "of the ground"
                 )
             if len(floors) > 1:
                 raise ValueError(f"hazard.at 'floor' is for blocks on one floor, got floors {', '.join(floors)}")

@@ -272,6 +272,7 @@ class TestPlaces:
             ((BUILDING + "floors = [2]\n", IDA, HAZARD), r"of floor 2: set ida.im_at = 'ground'"),
             ((BUILDING, '[cloud]\nim = "pga"\n', HAZARD), "set cloud.im_at = 'ground'"),
             ((BUILDING, IDA + 'im_at = "ground"\n', HAZARD + 'at = "floor"\n'), "hazard.at 'floor' does not go with"),
+            ((IDA, HAZARD + 'at = "floor"\n'), "hazard.at 'floor' needs motions of a floor"),
             ((BUILDING, IDA, HAZARD + 'at = "floor"\n'), "is for blocks on one floor, got floors 0, 1, 2"),
             ((BUILDING, IDA, HAZARD, UNCERTAIN), "uncertainty needs the motions of one floor"),
             ((BUILDING + "floors = [2]\n", IDA, HAZARD, UNCERTAIN), "set ida.im_at = 'ground'"),
