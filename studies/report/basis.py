@@ -374,7 +374,7 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
             "that together they agree with the hazard"
         )
     elif "records" in given:
-        what = counted(number, "recorded ground motion")
+        what = f"{counted(number, 'ground motion')} read from files"
     elif varied:
         what = f"{counted(number, 'ground motion')}, from different earthquakes for each level of shaking"
     elif "magnitude" in given:

@@ -153,6 +153,9 @@ class TestClientPart:
         assert any(
             one.startswith("Ranges in brackets, apart from model ranges, are 95 %") for one in basis(loaded(folder))
         )
+        read_from = json.loads(loaded(folder).attrs["study"]) | {"motions": {"records": ["simulated-01.AT2"]}}
+        said = basis(loaded(folder).assign_attrs(study=json.dumps(read_from)))[0]
+        assert said == "The pieces are shaken by 12 ground motions read from files, scaled to 8 levels of shaking."
         stripes = basis(loaded(folder, "stripes"))[0]
         assert "24 ground motions, from different earthquakes for each level of shaking" in stripes
         results = loaded(folder)
