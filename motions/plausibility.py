@@ -33,6 +33,8 @@ RINGING = 0.2
 
 Generated motions that fade leave 0.09 to 0.24 in the median, for periods of 0.3 to 2 s.
 """
+STOREY_PERIODS = 0.02, 0.4
+"""Period of a building over its storeys, s: stiff walls to soft frames."""
 
 
 def _components(record: Record) -> list[Record]:
@@ -201,6 +203,15 @@ def scaling_doubts(
             "strength is near the level",
         )
     ]
+
+
+def storey_doubts(period: float, storeys: int) -> list[Doubt]:
+    """Return the doubt in the period (s) of a building for its storeys; one up to 1 s may be of any low building."""
+    least, most = STOREY_PERIODS
+    if storeys * least <= period <= max(storeys * most, 1.0):
+        return []
+    what = f"a building of {storeys} storeys with a period of {period:g} s, {period / storeys:.3g} s a storey"
+    return [Doubt("units", f"{what}, usual are {least:g} to {most:g} s: another unit or number?")]
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:

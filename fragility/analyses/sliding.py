@@ -29,7 +29,7 @@ from ..runs.axes import RULES, along_depth, along_width, axes_of
 from ..runs.plan import Work, plan_chunks
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
 from ..runs.request import ENDS, runner_of
-from ..validity.plausibility import cut_slides, end_doubts
+from ..validity.plausibility import LEAST_GAP, cut_slides, end_doubts
 from ..validity.sliding import friction_by_block
 
 if TYPE_CHECKING:
@@ -256,7 +256,7 @@ def _obstacles(trip: float | Mapping[str, float] | None, labels: Sequence[str]) 
     unknown = [name for name in given if name not in labels]
     if unknown:
         raise ValueError(f"trip must name blocks of the runs, got {unknown[0]!r}")
-    return {name: checks.number("trip", one, above=0.0, unit="m") for name, one in given.items()}
+    return {name: checks.number("trip", one, at_least=LEAST_GAP, unit="m") for name, one in given.items()}
 
 
 def _modes(block: Block, coefficients: Array, motions: list[Record], factors: Array) -> Any:

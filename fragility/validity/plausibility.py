@@ -22,12 +22,15 @@ UNITS = "units"
 MOST_DAMPED = 1.0
 """Damping ratio: FEMA 356 and the published laws have 0 to 0.64."""
 LEAST_STRENGTH, MOST_STRENGTH = 10.0, 1e6  # N
-MOST_SLACK = 0.5  # m
+LEAST_SLACK, MOST_SLACK = 1e-4, 0.5  # m
+LEAST_STRETCH, MOST_STRETCH = 5e-5, 0.3
+"""Elongation, m, at which a restraint breaks: its strength over its stiffness."""
 LEAST_DENSE, MOST_DENSE = 5.0, 8000.0  # kg/m³
 UNKNOWN_DEPTH = 10.0
 """Depth over width, at most, of a block whose depth is not given."""
-LEAST_GAP = 0.001
-"""Distance, m, below which a gap that is not 0 is no measured one."""
+LEAST_GAP, MOST_GAP = 0.001, 5.0
+"""Distance, m, below which a gap that is not 0 is no measured one, and beyond which a wall is none of the block's."""
+LEAST_OFFSET = 1e-4  # m
 LONGEST_PERIOD = 10.0  # s
 METRES = "metres in place of mm, or the other way round?"
 SLIDES_ON = 0.05
@@ -61,9 +64,17 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
     for name, one in restraints:
         if not LEAST_STRENGTH <= one.strength <= MOST_STRENGTH and one.strength != math.inf:
             found.setdefault("kN in place of N?", []).append(f"{name}: a strength of {one.strength:g} N")
-        if one.slack > MOST_SLACK:
+        elif (
+            one.strength < math.inf > one.stiffness
+            and not LEAST_STRETCH <= (stretch := one.strength / one.stiffness) <= MOST_STRETCH
+        ):
+            said = f"{name}: it would stretch by {1e3 * stretch:.3g} mm before it breaks"
+            found.setdefault("a stiffness in N/m or kN/mm in place of N/mm?", []).append(said)
+        if one.slack > MOST_SLACK or 0.0 < one.slack < LEAST_SLACK:
             found.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * one.slack:g} mm")
     for block in blocks:
+        if 0.0 < abs(block.cm_offset) < LEAST_OFFSET:
+            found.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
         if block.mass is not None:
             density = block.mass / (block.width * (block.depth or block.width) * block.height)
             most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
@@ -72,9 +83,10 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
                 found.setdefault("tonnes or grams in place of kg?", []).append(said)
         wall, edge = block.wall, block.edge
         gaps = (() if wall is None else (wall.gap, wall.front_gap)) + (() if edge is None else (edge.front, edge.back))
-        tiny = [gap for gap in gaps if gap is not None and 0.0 < gap < LEAST_GAP]
-        if tiny:
-            found.setdefault(METRES, []).append(f"{block.label}: {1e3 * tiny[0]:g} mm to a wall or an edge")
+        far = (gap for gap in gaps[:2] if wall is not None and gap is not None and gap > MOST_GAP)
+        odd = [*(gap for gap in gaps if gap is not None and 0.0 < gap < LEAST_GAP), *far]
+        if odd:
+            found.setdefault(METRES, []).append(f"{block.label}: {1e3 * odd[0]:g} mm to a wall or an edge")
     return [Doubt(UNITS, f"{first_of(said)}: {slip}") for slip, said in found.items()]
 
 

@@ -30,7 +30,7 @@ from ..arrays import (
     shakes_of,
 )
 from ..kernels import oscillators as engine
-from ..plausibility import record_doubts, ringing_doubts
+from ..plausibility import record_doubts, ringing_doubts, storey_doubts
 from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import Isolation
@@ -137,6 +137,7 @@ class Building:
         number = _up_to("storeys", storeys, MAX_STOREYS)
         count = _up_to("modes", modes, MOST_BEAM_MODES)
         heights = storey_heights(storey_height, number)
+        warn(storey_doubts(first, number))
         found = beam_modes(shape, count, heights / heights[-1])
         text = (
             f"flexural-shear building, {number} storeys, {heights[-1]:g} m, T1 = {first:g} s, alpha0 = {shape:g}, "
@@ -240,6 +241,7 @@ class Building:
         [0.508, 0.194]
         """
         m, k, omega, shares = _chain(masses, stiffnesses)
+        warn(storey_doubts(2.0 * math.pi / float(omega[0]), m.size))
         count = m.size if modes is None else _up_to("modes", modes, m.size)
         heights = storey_heights(storey_height, m.size)
         if yield_coefficient is not None:

@@ -40,7 +40,6 @@ from ...fragility.uncertainty.joint import (
     overturning_flags,
     with_restitution,
 )
-from ...fragility.validity.plausibility import block_doubts
 from ...models import Law, describe_block, describe_law
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
@@ -51,7 +50,7 @@ from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...units import DIMENSIONLESS, provenance
 from ..inventory.consequences import REALISATIONS, PieceScores
-from ..inventory.contents import Contents, Inventory
+from ..inventory.contents import Contents, Inventory, row_doubts
 from .axes import placed_on_axes
 from .modelling import ShiftedLevels, covering, joined, refuse_own_motions, scored_levels, several_classes
 from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, thresholds_up_to, upper_tail
@@ -296,7 +295,7 @@ def assess(
     realisations = REALISATIONS if draws is None else draws.realisations
     scores = PieceScores(realisations, consequence_correlation, precision.seed)
     check_drawn(inventory, realisations)
-    warn([*block_doubts([replace(row.block, name=row.label) for row in inventory.rows]), *record_doubts(shaking.given)])
+    warn([*row_doubts(inventory.rows), *record_doubts(shaking.given)])
     if sides is None:
         sides = tells_sides(inventory)
     slips = None

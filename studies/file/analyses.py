@@ -373,7 +373,7 @@ class FrictionTable(Table):
     trip_mm: Annotated[
         float | None,
         KeyInfo("no obstacle"),
-        Field(gt=0.0, le=10_000.0, description="Clear distance from the foot to an obstacle on either side, mm."),
+        Field(ge=1.0, le=10_000.0, description="Clear distance from the foot to an obstacle on either side, mm."),
     ] = None
     shared: Annotated[
         bool | None,

@@ -301,7 +301,7 @@ class BlockTable(Table):
     trip_mm: Annotated[
         float | None,
         KeyInfo("that of [friction]"),
-        Field(gt=0.0, le=10_000.0, description="Its own clear distance from the foot to an obstacle, mm."),
+        Field(ge=1.0, le=10_000.0, description="Its own clear distance from the foot to an obstacle, mm."),
     ] = None
 
     @field_validator("restraint", mode="before")

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ... import checks
+from ...doubts import Doubt, first_of
+from ...fragility.validity.plausibility import UNITS, block_doubts
 from ...models import Block
 from ...models.block import describe_scene
 from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
@@ -24,7 +26,8 @@ from .stands import Stand
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
 MAX_VALUE = 1e15
-MAX_TRIP = 10.0
+LEAST_TRIP, MAX_TRIP = 0.001, 10.0
+MOST_PERSONS = 50.0
 """Farthest obstacle, m."""
 MAX_CONSEQUENCES = 40
 MOST_FLOORS = 12  # that a message lists
@@ -214,7 +217,7 @@ class Contents:
             raise ValueError(f"the edge of {self.label!r} needs to know how far it slides, and {why}")
         if self.trip is None:
             return
-        if checks.number("trip", self.trip, above=0.0, unit="m") > MAX_TRIP:
+        if checks.number("trip", self.trip, at_least=LEAST_TRIP, unit="m") > MAX_TRIP:
             raise ValueError(f"trip must be at most {MAX_TRIP:g} m, got {self.trip:g} for {self.label!r}")
         if not self.anchored and self.friction is None:
             why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
@@ -345,3 +348,11 @@ class Inventory:
 def _text(name: str, value: Any) -> None:
     if not isinstance(value, str) or not value.strip() or len(value) > MAX_TEXT or not value.isprintable():
         raise ValueError(f"{name} must be 1 to {MAX_TEXT} printable characters, got {shown(value)}")
+
+
+def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
+    """Return the doubts in the blocks of lines, and in persons exposed to one piece."""
+    many = [f"{row.label}: {row.injury.persons:g}" for row in rows if row.injury and row.injury.persons > MOST_PERSONS]
+    found = block_doubts([replace(row.block, name=row.label) for row in rows])
+    what = f"more than {MOST_PERSONS:g} persons where one piece falls ({first_of(many)})"
+    return [*found, Doubt(UNITS, what)] if many else found

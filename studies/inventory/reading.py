@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from ...doubts import warn
-from ...fragility.validity.plausibility import block_doubts
 from ...models import Block, Edge
 from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, FixedFriction, LognormalFriction
 from ...models.scenes.edge import FALLS_WHEN
@@ -22,7 +21,7 @@ from ..file.table import shown
 from ..plan.slides import Slides
 from ..text.error import StudyError
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
-from .contents import MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory, floor_text
+from .contents import LEAST_TRIP, MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory, floor_text, row_doubts
 from .kits import Kit
 from .stands import Stand
 
@@ -229,7 +228,7 @@ def read_inventory(
         inventory.check_supports()
     except ValueError as error:
         raise InventoryError(f"{file}: {error}") from None
-    warn(block_doubts([replace(row.block, name=row.label) for row in inventory.rows]))
+    warn(row_doubts(inventory.rows))
     return inventory
 
 
@@ -297,7 +296,7 @@ def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None, st
         if distributions["contact"] == ROLLING:
             line.refuse(column, "must be empty on castors: rolling is not modelled")
         line.refuse(column, "needs a friction: give contact or friction, or the study's [friction]")
-    trip = line.number_in("trip_mm", above=0.0, at_most=1e3 * MAX_TRIP)
+    trip = line.number_in("trip_mm", at_least=1e3 * LEAST_TRIP, at_most=1e3 * MAX_TRIP)
     slides = distributions["friction"] is not None
     if trip is not None and anchored not in YES and not slides:
         if distributions["contact"] == ROLLING:

@@ -23,7 +23,7 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import PieceDraws, Variability
 from ...fragility.validity.notes import squat_notes
-from ...fragility.validity.plausibility import block_doubts, level_doubts, period_doubts, unit_doubts
+from ...fragility.validity.plausibility import level_doubts, period_doubts, unit_doubts
 from ...fragility.validity.scenes import scene_notes
 from ...models import Law
 from ...models.oscillator import Oscillator
@@ -68,7 +68,7 @@ from ..file.analyses import LevelsTable
 from ..file.hazard import OF_MOTIONS
 from ..file.schema import StudyFile
 from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
-from ..inventory.contents import Contents, Inventory
+from ..inventory.contents import Contents, Inventory, row_doubts
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory
 from ..inventory.stands import Stand
@@ -512,7 +512,7 @@ class PerformanceStudy(Study):
         hazards = [] if self.hazard is None else [self.hazard, *branches]
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
-        pieces = block_doubts([replace(row.block, name=row.label) for row in self.inventory.rows])
+        pieces = row_doubts(self.inventory.rows)
         kits = unit_doubts((kit.name, kit.restraint) for kit in self.kits)
         return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *levels, *said, *others]
 

@@ -121,6 +121,22 @@ class TestRecords:
         assert building.floor_motions(cut, parts=4).ringing.item() == pytest.approx(whole[0].ringing.item(), rel=1e-2)
         assert building.floor_motions(cut, [2, 0]).ringing.item() == whole[0].ringing.item()
 
+    @pytest.mark.parametrize(
+        ("period", "storeys", "doubted"),
+        [(0.1, 40, True), (30.0, 10, True), (2.0, 5, False), (1.0, 1, False), (0.8, 40, False), (10.0, 20, True)],
+    )
+    def test_periods_of_storeys(self, period, storeys, doubted):
+        with noted() as said:
+            mo.Building.flexural_shear(period, storeys=storeys)
+        assert [(one.kind, f"{storeys} storeys with a period of {period:g} s" in one.sentence) for one in said] == [
+            ("units", True)
+        ] * doubted
+
+    def test_storeys_of_stiffnesses_in_another_unit(self):
+        with noted() as said:  # (2π over √(k/m (3 - √5)/2): kN/m in place of N/m)
+            mo.Building.from_storeys([1e5, 1e5], [4e4, 4e4])
+        assert [one.sentence[:54] for one in said] == ["a building of 2 storeys with a period of 16.0745 s, 8."]
+
     def test_few_of_many_are_named(self):
         every = [recorded(wavelet() + (0.5 if i < 5 else 0.0), label=f"r{i}") for i in range(7)]
         (offset,) = [one for one in record_doubts(records(every)) if one.kind == "offset"]

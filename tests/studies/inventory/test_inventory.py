@@ -5,6 +5,7 @@ import io
 import math
 import re
 import time
+import warnings
 import zipfile
 from datetime import date, datetime
 from pathlib import Path
@@ -316,6 +317,17 @@ def test_short_lines_and_lines_left_out_are_named(tmp_path):
         "inventory.csv, line 5 has fewer cells than the header: the others are assumed to be empty",
     ]
     assert [(row.label, row.count, row.anchored) for row in found.rows][1:] == [("case", 12, True), ("rack", 1, False)]
+
+
+def test_crowds_and_tiny_distances(tmp_path):
+    heading = "catalogue,floor,persons_exposed,injury_probability,friction,trip_mm\n"
+    with pytest.warns(ImplausibleInput, match=r"more than 50 persons where one piece falls \(bookcase-5-shelf: 9000\)"):
+        read(tmp_path, f"{heading}bookcase-5-shelf,1,9000,0.1,,\n")
+    with pytest.raises(InventoryError, match="trip_mm"):
+        read(tmp_path, f"{heading}bookcase-5-shelf,1,40,0.1,0.3,0.02\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert read(tmp_path, f"{heading}bookcase-5-shelf,1,50,0.1,0.3,20\n").rows[0].trip == 0.02
 
 
 def test_studies_note_what_is_odd_in_their_tables(tmp_path):
