@@ -177,8 +177,8 @@ def read_inventory(
     ``edge_distance_mm``       clear distance from the front of a piece to the edge of what it stands on, mm
     ``edge_distance_back_mm``  the same behind it, mm
     ``falls_when``             centre or foot: what must pass the edge for a piece to fall off (centre)
-    ``trip_mm``                clear distance from the foot to an obstacle on either side (a joint, a cable), mm, above
-                               0 to 10,000 (that of the study's friction)
+    ``trip_mm``                clear distance from the foot to an obstacle on either side (a joint, a cable), mm, 1
+                               to 10,000 (that of the study's friction)
     ``stands_on``              the item of another line on this floor on which it stands, such as a pedestal: then it is
                                checked, run by run, whether that one rests (the floor itself)
     ``support``                the name of one of the study's ``[[supports]]``, a bench or an isolated platform, on
