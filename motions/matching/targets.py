@@ -110,7 +110,7 @@ class TargetSpectrum:
 
         One heading line is required and must name both columns with their units: ``period (s)`` or ``frequency (Hz)``,
         and ``sa (g)``, ``sa (m/s2)``, ``sa (cm/s2)``.  Rows may be in either order.  A zero period is an error, because
-        it has no place on a logarithmic axis.
+        it has no place on a logarithmic axis.  Comments (#) above must not name another damping or quantity.
 
         Raises
         ------

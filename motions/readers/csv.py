@@ -75,16 +75,18 @@ def read_csv(path: str | os.PathLike[str], dt: float | None = None, unit: str | 
 
     Two columns are time (s or ms) and acceleration; one column is acceleration, with `dt` (s) given here or in a header
     line such as ``dt = 0.01`` or ``sampling rate: 100 Hz``.  More columns need a line above the numbers that names
-    them: time first, or directions alone (NS, EW, UD).  Columns of velocity and displacement are left out.  The unit
-    (g, cm/s², gal, m/s²) stands in a column's name or in the header; if it is nowhere, `unit` must be given.  A single
-    number in the first line that counts the lines below is not a sample, which is noted in ``processing``.
+    them: time first, or directions alone (NS, EW, UD).  Columns of velocity, displacement and other quantities are left
+    out.  The unit (g, cm/s², gal, m/s²) stands in a column's name or in the header; if it is nowhere, `unit` must be
+    given.  Above one column the number of samples, and the time step with it, are no samples, which is noted in
+    ``processing``.
 
     Raises
     ------
     RecordError
         A file that cannot be read, rows of unequal length, a value that is no number, a time step that is not uniform
         or is stated twice, a first column that counts or is a period, velocity or displacement alone, another number of
-        samples than declared, an unknown unit, two units that differ, no unit or step.
+        samples than declared, another number above a column, an unknown unit, two units that differ, a stated peak of
+        another unit, no unit or step.
     """
     with Lines(path) as lines:
         return single(lines.file, arrays_of(lines.file, csv_components(lines, dt, unit)))
