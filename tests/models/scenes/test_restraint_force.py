@@ -66,10 +66,10 @@ class TestByHand:
         """m (h F - g b)/d, of each of two pads half; the strength once it peels."""
         ramp = shake(-np.arange(0.0, 4.001, 0.01), 0.01)
         for count in (1, 2):
-            pads = tp.Restraint("adhesive", 300.0, math.inf, 1.5, 1.5, count=count)
+            pads = tp.Restraint("adhesive", 1000.0, math.inf, 0.25, 0.25, count=count)
             run = tp.simulate(tp.Block(**self.BLOCK, restraint=pads), LAW, ramp)
-            assert run[FORCE].item() == pytest.approx(80.0 * (4.0 * 0.9 - G * 0.15) / 1.5 / count, rel=1e-12)
-        weak = tp.Restraint("adhesive", 100.0, math.inf, 1.5, 1.5)
+            assert run[FORCE].item() == pytest.approx(80.0 * (4.0 * 0.9 - G * 0.15) / 0.25 / count, rel=1e-12)
+        weak = tp.Restraint("adhesive", 100.0, math.inf, 0.25, 0.25)
         run = tp.simulate(tp.Block(**self.BLOCK, restraint=weak), LAW, ramp)
         assert run["ruptured"]
         assert run[FORCE].item() == 100.0

@@ -231,7 +231,7 @@ class TestMediansAboveTheLevels:
     def test_in_the_file(self, folder, low, tmp_path):
         compare(low, folder / "base", tmp_path)
         rows = list(csv.DictReader((tmp_path / "comparison.csv").open(encoding="utf-8")))
-        row = next(row for row in rows if row["name"] == "wide" and row["quantity"].startswith("Median"))
+        row = next(row for row in rows if row["name"] == "wide" and row["quantity"].startswith("Fitted median"))
         assert (row["a"], row["ratio"], row["a_is"]) == ("", "", "not reached")
         assert float(row["b"]) > 6.0
 
