@@ -244,7 +244,7 @@ class TestParts:
         for name in ("peaks", "flags"):
             assert 0.0 < results["scale"]["share"][name]["of_wall"] <= 1.05
             assert 0.0 < results["scale"]["share"][name]["of_cpu"] <= 1.05
-        assert 0.2 < results["scale"]["share"]["cores"] < 2.2
+        assert 0.0 < results["scale"]["share"]["cores"] < 2.2  # (others may use the machine)
         assert results["scale"]["first"]["loading"] > 0.0
         threads = results["scale"]["threads"]
         assert threads["runs"] == 1_000
