@@ -8,6 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from ... import fragility
 from ...labelled import spare_dask
 from ...units import SCHEMA
 from ..store.folder import UNREADABLE, damaged
@@ -39,7 +40,8 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
     with stored:
         check_layout(path, stored)
         try:
-            whole = stored.assign({name: stored[name].load() for name in without_motions(stored).data_vars})
+            small = without_motions(stored).data_vars
+            whole = _with_half_levels(stored.assign({name: stored[name].load() for name in small}))
         except (*UNREADABLE, RuntimeError):
             raise damaged(path) from None
         try:
@@ -58,6 +60,16 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
                 f"{path}: does not hold what results of a {stored.attrs['kind']} study hold ({reason}): run its study "
                 "again"
             ) from error
+
+
+def _with_half_levels(stored: xr.Dataset) -> xr.Dataset:
+    """Return results of before `half_level` was stored with that of their counts."""
+    if "half_level" in stored or "median" not in stored or not {"overturnings", "runs"} <= {*stored.data_vars}:
+        return stored
+    # (the fit loads the compiler, which pages of newer results do without)
+    confidence = float(stored.attrs["confidence"])
+    counted = fragility.fit_fragility(stored[["overturnings", "runs"]], confidence, intervals="wald")
+    return stored.assign({f"half_level{end}": counted[f"half_level{end}"] for end in ("", "_lower", "_upper")})
 
 
 def without_motions(results: xr.Dataset) -> xr.Dataset:
