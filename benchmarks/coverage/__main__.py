@@ -1,6 +1,6 @@
-"""How often intervals hold what they claim: `python -m toppling.benchmarks.coverage [--full]` prints docs/coverage.md.
+"""Coverage of intervals: `python -m toppling.benchmarks.coverage [--full]` prints docs/coverage.md.
 
-Some minutes; with --full about an hour.
+Two minutes; with --full 1,000 studies per row, which takes much longer.
 """
 
 from __future__ import annotations
@@ -14,14 +14,17 @@ from .drawn import Row
 
 PARTS = (levels, draws, goodness)
 """Modules whose `rows` make the tables."""
-HEAD = """# How often intervals hold the truth
+HEAD = """# Coverage of intervals
 
-`make coverage` draws studies from known truths and counts how many of their 95 % intervals hold the truth: this page \
-is its output ({kind}, {studies} studies a row at least, so that a share of 95 % is known to ±{error:.1f} %). Truths \
-are lognormal, skewed to either side (Weibull, Fréchet) or of two populations; *within motions* is the correlation of \
-the normal scores of two runs of one motion, 1 where a motion has one capacity. *Truth below*, *truth above*: shares \
-of the intervals that lie wholly above, or below, the truth; 2.5 % each is nominal. Of goodness of fit the last column \
-is the share of right curves that are rejected at 5 %.
+`make coverage` draws studies from known curves and counts the 95 % intervals that contain the true value. This page \
+is its output ({kind}). Each row has at least {studies} studies, so a share of 95 % is accurate to ±{error:.1f} %.
+
+- Curves are lognormal, skewed to either side (Weibull, Fréchet) or mixtures of two populations. *Within motions* is \
+the correlation between the normal scores of two runs under one motion; it is 1 if each motion has one capacity.
+- *True value below* and *above* are shares of intervals that lie entirely above or below the true value (nominal \
+2.5 %).
+- *Length* is the mean stated error over the true one.
+- For goodness of fit, *true value above* is the share of correct curves that the test rejects at 5 %.
 """
 
 
@@ -38,11 +41,12 @@ def main() -> None:
     print(HEAD.format(kind="in full" if full else "the short run", studies=studies, error=error))
     for interval in dict.fromkeys(row.interval for row in found):
         print(f"## {interval[:1].upper()}{interval[1:]}\n")
-        print("| truth | motions | holds | truth below | truth above |")
-        print("|---|---|---|---|---|")
+        print("| truth | motions | coverage | true value below | true value above | length |")
+        print("|---|---|---|---|---|---|")
         for row in (row for row in found if row.interval == interval):
             shares = (f"{100 * share:.1f} %" for share in (row.coverage, row.high, row.low))
-            print(f"| {row.truth} | {row.motions} | {' | '.join(shares)} |")
+            length = "–" if math.isnan(row.length) else f"{row.length:.2f}"
+            print(f"| {row.truth} | {row.motions} | {' | '.join(shares)} | {length} |")
         print()
 
 

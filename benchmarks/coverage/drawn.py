@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,7 +14,7 @@ from ...aliases import Array
 from ...streams import stream
 from ..sequential.truths import MEDIAN, TRUTHS, Truth
 
-ONE_CAPACITY, _, TWO_POPULATIONS, AT_UPLIFT, SKEWED_LEFT = TRUTHS
+ONE_CAPACITY, _, TWO_POPULATIONS, _, SKEWED_LEFT = TRUTHS
 SKEWED_RIGHT = Truth("Frechet", lambda x: np.exp(-math.log(2.0) * np.exp(-3.0 * (x - math.log(MEDIAN)))))
 LOGNORMAL = replace(ONE_CAPACITY, name="lognormal")
 SHAPES = (LOGNORMAL, SKEWED_LEFT, SKEWED_RIGHT, TWO_POPULATIONS)
@@ -28,8 +27,8 @@ ATTRIBUTES = {"units": "m s-2", "im": "pga", "long_name": "peak ground accelerat
 class Row(NamedTuple):
     """One kind of interval under one truth.
 
-    low, high: shares of the studies whose interval lies below and above the truth.  length: mean length over that of
-    the normal interval that knows the estimate's true deviation; NaN where it was not computed.
+    low, high: shares of the studies whose interval lies below and above the truth.  length: mean length over the length
+    of a normal interval with the true deviation; NaN if unknown.
     """
 
     interval: str
@@ -46,7 +45,9 @@ class Row(NamedTuple):
         return 1.0 - self.low - self.high
 
 
-def row_of(interval: str, truth: str, motions: int, ends: tuple[Array, Array], true: float, length: float) -> Row:
+def row_of(
+    interval: str, truth: str, motions: int, ends: tuple[Array, Array], true: float, length: float = math.nan
+) -> Row:
     """Return the row of intervals (study,); an end that is NaN misses on its side."""
     lower, upper = ends
     low, high = ~(upper >= true), ~(lower <= true)
@@ -94,9 +95,3 @@ def _once(truth: Truth, intensity: Array, seed: int) -> xr.Dataset:
 def level_of(truth: Truth, share: float) -> float:
     """Return the level at which the probability is `share`."""
     return math.exp(scipy.optimize.brentq(lambda x: float(truth.probability(np.array(x))) - share, -4.0, 5.0))
-
-
-def rate_under(truth: Truth, hazard: Callable[[Array], Array]) -> float:
-    """Return the annual rate under a hazard curve H(x) of levels: the integral of H over the curve's increments."""
-    x = np.linspace(math.log(MEDIAN) - 8.0, math.log(MEDIAN) + 6.0, 200_001)
-    return float(np.sum(hazard(np.exp(0.5 * (x[1:] + x[:-1]))) * np.diff(truth.probability(x))))

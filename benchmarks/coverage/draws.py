@@ -62,10 +62,10 @@ def loss_quantile(flags: Flags) -> float:
 
 
 def rows(full: bool) -> Iterator[Row]:
-    """Yield the rows of values from draws: the truth is that of the flags, which the draws do not change.
+    """Yield the rows of drawn values; the true value follows from the flags, which are the same for all draws.
 
-    low, high: shares of the seeds whose value ± 1.96 errors lies below and above the truth; length: the mean error over
-    the deviation of the values.
+    low, high: shares of the seeds whose value ± 1.96 errors lies below and above the true value; length: the mean error
+    over the deviation of the values.
     """
     seeds, realisations = (5 * SEEDS, (5, 20, 100)) if full else (SEEDS, (20,))
     for motions, number, pieces in itertools.product((20, 60), realisations, PIECES):

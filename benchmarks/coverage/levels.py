@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -43,12 +43,8 @@ def rows(full: bool) -> Iterator[Row]:
     """Yield the coverage of each interval under each truth."""
     studies = 1000 if full else 300
     for design in DESIGNS:
-        correlations = design.correlations if full else design.correlations[:2]
-        for shape in SHAPES:
-            for correlation in correlations:
-                truth = replace(shape, correlation=correlation)
-                for motions in MOTIONS if full else MOTIONS[::2]:
-                    yield from _of(design, truth, motions, studies)
+        for shape, correlation, motions in product(SHAPES, design.correlations, MOTIONS):
+            yield from _of(design, replace(shape, correlation=correlation), motions, studies)
 
 
 def _of(design: Design, truth: Truth, motions: int, studies: int) -> Iterator[Row]:
@@ -59,7 +55,7 @@ def _of(design: Design, truth: Truth, motions: int, studies: int) -> Iterator[Ro
     name = f"{truth.name}, within motions {truth.correlation:g}" if len(design.correlations) > 1 else truth.name
 
     def row(interval: str, ends: tuple[Array, Array], share: float) -> Row:
-        return row_of(f"{interval}, {design.name}", name, motions, ends, level_of(truth, share), math.nan)
+        return row_of(f"{interval}, {design.name}", name, motions, ends, level_of(truth, share))
 
     yield row("level at which half overturn", _ends(found, "half_level"), 0.5)
     for share in QUARTILES:

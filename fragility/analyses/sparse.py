@@ -202,9 +202,9 @@ def curve_variables(
     found: dict[str, xr.Variable] = {}
     looks = [one.looks[-1] for one in curves]
     near = f"level at which {half}, from levels near it: {measure}"
-    interval("half_level", [_ends(one.local) for one in looks], unit, near)
+    interval("half_level", [_ends(look.local) for look in looks], unit, near)
     through = f"median of the curve through all runs: {measure}"
-    interval("median", [_ends(one.curve) for one in looks], unit, through)
+    interval("median", [_ends(look.curve) for look in looks], unit, through)
     interval(
         "dispersion",
         [_ends(one.log_dispersion) for one in looks],

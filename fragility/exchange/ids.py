@@ -200,7 +200,10 @@ def labelled_curves(
                 "contains it: correct the median of one"
             )
     doubts = level_doubts(np.array([row.parameters.median for *_, row in foreign if row.estimated]), units)
-    warn(one._replace(sentence=f"{file}: {one.sentence.replace('highest level', 'highest median')}") for one in doubts)
+    warn(
+        doubt._replace(sentence=f"{file}: {doubt.sentence.replace('highest level', 'highest median')}")
+        for doubt in doubts
+    )
     written = [components.get(name) for name, _, _ in rows]
     dims_of = {None if one is None else tuple(one.labels) for one in written}
     dims = next(iter(dims_of)) if len(dims_of) == 1 else None

@@ -236,7 +236,7 @@ def _first_overturnings(form: Form, sample: Sample, penalty: str) -> Draw:
 def _motions(form: Form, sample: Sample, penalty: str) -> Draw:
     """Return a generator of the states of all runs, whose normal scores are correlated within each motion."""
     chances = form.state_probabilities(sample, penalty)
-    motion, level, fell = _runs_of_motions(sample)
+    motion, level, fell = sample.single_runs
     shared, own = _score_shares(motion, level, fell - chances[level, TOPPLED], chances[:, TOPPLED])
     # (score below which a run overturns, and below which it lifts off)
     falls, lifts = scipy.special.ndtri(np.minimum([chances[:, TOPPLED], chances[:, ROCKED:].sum(axis=1)], 1.0))
@@ -247,17 +247,6 @@ def _motions(form: Form, sample: Sample, penalty: str) -> Draw:
         return np.bincount(level * STATES + state, minlength=sample.cells.size).astype(float)
 
     return draw
-
-
-def _runs_of_motions(sample: Sample) -> tuple[Index, Index, Array]:
-    """Return of each run its motion, from 0 on in increasing order, its level, and 1 where it overturned."""
-    assert sample.patterns is not None
-    of_cluster, starts, cells, counts = sample.patterns
-    patterns = of_cluster[of_cluster >= 0]
-    entries = np.concatenate([np.arange(starts[one], starts[one + 1]) for one in patterns])
-    motion = np.repeat(np.arange(patterns.size), np.diff(starts)[patterns])
-    motion, cell = (np.repeat(one, counts[entries]) for one in (motion, cells[entries]))
-    return motion, cell // STATES, (cell % STATES == TOPPLED).astype(float)
 
 
 def _score_shares(motion: Index, level: Index, residual: Array, chance: Array) -> tuple[float, float]:

@@ -29,7 +29,7 @@ _PARAMETERS = {
 }
 _OTHERS = {
     "misfit": (DIMENSIONLESS, "median of the fitted curve over half_level, less 1; 0 within the interval"),
-    "misfit_low": (DIMENSIONLESS, "fitted level of 10 % over that of the runs, less 1; 0 within the interval"),
+    "misfit_low": (DIMENSIONLESS, "fitted 10 % level over the 10 % level of the runs, less 1; 0 within the interval"),
     "log_likelihood": (DIMENSIONLESS, "log-likelihood without its constant and without penalty"),
     "aic": (DIMENSIONLESS, "Akaike's information criterion"),
     "converged": (DIMENSIONLESS, "whether there is an estimate"),

@@ -1,6 +1,6 @@
 """Levels at which shares of the runs overturn, from the runs themselves: no form of curve is taken through all of them.
 
-A lognormal curve through all levels is pulled by its tails, so that its median need not be where half overturn.
+Its tails pull a lognormal curve through all levels, so that half of the runs need not overturn at its median.
 """
 
 from __future__ import annotations
@@ -48,29 +48,26 @@ BENDS = (
     Bend(lambda p: np.log(-np.log1p(-p)), lambda s: -np.expm1(-np.exp(s)), lambda s: math.exp(s - math.exp(s))),
     Bend(lambda p: -np.log(-np.log(p)), lambda s: np.exp(-np.exp(-s)), lambda s: math.exp(-s - math.exp(-s))),
 )
-"""Normal, and the extreme values' two: what lies between levels is straight on one of these scales, and intervals hold
-for all three."""
+"""Normal and both extreme-value distributions: intervals include curves that are straight on any of these scales."""
 
 
 def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
     """Return the levels (share, 3) at which shares of the runs overturn, with the lower and upper end of the interval.
 
-    0 below the levels, infinite above them, where an end is the outermost level if that is known to lie inside; NaN
-    where there are no runs, or none near.
+    Levels are 0 below the lowest level and infinite above the highest one; NaN without runs, or without runs nearby.
 
     Notes
     -----
-    *Common levels.*  The observed shares, made non-decreasing (isotonic regression), are joined by straight lines of
-    their normal scores over ln x.  The interval of the level of a share q ends where these pass q -/+ t
-    sqrt(q (1 - q)/n), with n independent motions at a level and Student's t of n - 1 degrees of freedom: the levels
-    that a test of q against the observed share does not reject.  A motion counts once at a level, so that nothing is
-    assumed of how runs at different levels depend on each other.  What lies between levels is not known: of the scores
-    of three distributions the ends that lie furthest out are taken.
+    *Common levels.*  Straight lines in normal scores over ln x join the observed shares, made non-decreasing (isotonic
+    regression).  The interval of the level of a share q ends at q -/+ t sqrt(q (1 - q)/n), with n independent motions
+    per level and Student's t with n - 1 degrees of freedom: it contains the levels at which a test of q against the
+    observed share does not reject q.  Each motion counts once per level, so no dependence between levels is assumed.
+    The curve between levels is unknown: the interval is the widest one for three distributions.
 
-    *Levels of each run's own* (clouds, adaptive levels).  Near a level x0 the probability is taken as that of a curve
-    that passes q there, with the dispersion of the lognormal curve through all runs; the interval holds all x0 for
-    which the residuals of the runs near it sum to no more than t times their standard deviation, and the level is where
-    they sum to 0.  Residuals of a motion are summed first.
+    *Individual levels* (clouds, adaptive levels).  Near a level x0 the probability follows a curve through q with the
+    dispersion of the lognormal curve through all runs.  The interval contains each x0 for which the residuals of the
+    nearby runs sum to at most t standard deviations; at the level itself they sum to 0.  Residuals of one motion are
+    summed first.
 
     References
     ----------
@@ -93,7 +90,7 @@ def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options
 
 
 def observed_columns(sample: Sample, fitted: Columns, link: Link | None, options: Options) -> Columns:
-    """Columns of the levels of shares of the runs, and of what the fitted curve misses beyond their intervals.
+    """Return the columns of the levels of shares of the runs, and of the misfits of the fitted curve.
 
     link: of a curve of two parameters; its `LOW` fractile is compared, too.
     """
@@ -106,7 +103,7 @@ def observed_columns(sample: Sample, fitted: Columns, link: Link | None, options
         score = link.quantile(LOW) - link.quantile(HALF)
         tenth = median * math.exp(score * float(fitted["dispersion"]) / link.scale)
     columns = {f"half_level{end}": value for end, value in zip(ENDS, half, strict=True)}
-    columns |= {f"fraction_level{end}": np.array([one[i] for one in rest]) for i, end in enumerate(ENDS)}
+    columns |= {f"fraction_level{end}": np.array([level[i] for level in rest]) for i, end in enumerate(ENDS)}
     return columns | {"misfit": _missed(median, half), "misfit_low": _missed(tenth, low)}
 
 
@@ -183,10 +180,10 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
     line = _line(sample, replace(options, penalty="auto", keep=False))
     if not line.found:
         return found
-    x, fell, motion = sample.single_runs
-    motions, own = np.unique(motion, return_inverse=True)
+    motion, level, fell = sample.single_runs
+    x, motions = np.log(sample.levels[level]), int(motion[-1]) + 1
     scale = math.exp(line.log_value(None))
-    reach = WINDOW * scale * (MOTIONS / motions.size) ** (1.0 / 3.0)
+    reach = WINDOW * scale * (MOTIONS / motions) ** (1.0 / 3.0)
     places = np.linspace(x.min(), x.max(), PLACES)
     away = x - places[:, None]
     near = np.abs(away) <= reach
@@ -201,8 +198,8 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
             residual = np.where(near, fell - chance, 0.0)
             spread = np.where(near, chance * (1.0 - chance), 0.0).sum(axis=1)
             if sample.repeated:
-                summed = np.zeros((motions.size, PLACES))
-                np.add.at(summed, own, residual.T)
+                summed = np.zeros((motions, PLACES))
+                np.add.at(summed, motion, residual.T)
                 spread = np.maximum(spread, (summed**2).sum(axis=0))
             away_by = residual.sum(axis=1) / np.sqrt(np.maximum(spread, 1e-300))
             crossed = np.flatnonzero((away_by[:-1] < 0.0) & (away_by[1:] >= 0.0))
@@ -218,7 +215,8 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
                 ]
             )
         if ends:
-            row[:] = ends[0][0], min(one[1] for one in ends), max(one[2] for one in ends)
+            levels, lower, upper = zip(*ends, strict=True)
+            row[:] = levels[0], min(lower), max(upper)
     return np.asarray(np.exp(found))
 
 

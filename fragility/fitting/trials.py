@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,18 +87,17 @@ class Sample(NamedTuple):
         return np.cumsum(motions) if below else np.cumsum(motions[::-1])[::-1]
 
     @property
-    def single_runs(self) -> tuple[Array, Flags, Index]:
-        """Ln of the level, whether it overturned, and the number of the motion of every run, (run,)."""
+    def single_runs(self) -> tuple[Index, Index, Flags]:
+        """The motion, the level and the overturning of each run, (run,); motions count from 0, in increasing order."""
         if self.patterns is None:
-            cells = np.repeat(np.arange(self.cells.size), self.cells.astype(np.int64))
-            motion = np.arange(cells.size)
-        else:
-            of_cluster, starts, in_cells, counts = self.patterns
-            own = [np.repeat(in_cells[a:b], counts[a:b]) for a, b in pairwise(starts)]
-            known = np.flatnonzero(of_cluster >= 0)
-            cells = np.concatenate([own[pattern] for pattern in of_cluster[known]])
-            motion = np.repeat(known, [own[pattern].size for pattern in of_cluster[known]])
-        return np.log(self.levels[cells // STATES]), cells % STATES == TOPPLED, motion
+            cell = np.repeat(np.arange(self.cells.size), self.cells.astype(np.int64))
+            return np.arange(cell.size), cell // STATES, cell % STATES == TOPPLED
+        of_cluster, starts, cells, counts = self.patterns
+        patterns = of_cluster[of_cluster >= 0]
+        entries = np.concatenate([np.arange(starts[pattern], starts[pattern + 1]) for pattern in patterns])
+        motion = np.repeat(np.arange(patterns.size), np.diff(starts)[patterns])
+        motion, cell = np.repeat(motion, counts[entries]), np.repeat(cells[entries], counts[entries])
+        return motion, cell // STATES, cell % STATES == TOPPLED
 
     @property
     def level_counts(self) -> tuple[Index, Index]:

@@ -176,8 +176,8 @@ def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | N
     for text in comment.split("#"):
         # (a measure is what its levels are of, not a peak of something else)
         words = _NAMED.sub(lambda match: "velocity" if re.search("v$|ve", match[0].lower()) else "acceleration", text)
-        stated = [one for one in told(words, lines.number) if not one.once]
-        other = [one.text.strip() for one in stated if _si(one.text, label) not in (None, _si(unit, label))]
+        stated = [levels for levels in told(words, lines.number) if not levels.once]
+        other = [levels.text.strip() for levels in stated if _si(levels.text, label) not in (None, _si(unit, label))]
         if other and len(other) == len(stated):
             raise HazardError(
                 f"{lines.file}: line {lines.number} names levels in {unit}, a comment in {plain(other[0])}: correct "

@@ -133,7 +133,9 @@ class TargetSpectrum:
         factor = unit_factor(heading["unit"])
         if factor is None:
             raise RecordError(f"{file}: unit of sa must be g, gal, cm/s2 or m/s2, got {heading['unit']!r}")
-        agreed(file, [unit_of(heading["unit"], lines[0][0]), *(one for at, text in comments for one in told(text, at))])
+        agreed(
+            file, [unit_of(heading["unit"], lines[0][0]), *(unit for at, text in comments for unit in told(text, at))]
+        )
         for number, text in comments:
             if _OTHER_SPECTRUM.search(text) and "acceleration" not in quantities(text):
                 raise RecordError(f"{file}: line {number} says {plain(text, 60)!r}: no spectrum of acceleration")

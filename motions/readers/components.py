@@ -78,7 +78,7 @@ UNIT_APART = 5.0
 
 def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerations: Sequence[Array]) -> None:
     """Raise RecordError where a numbered line of words states a peak of another unit than that of all components."""
-    peaks = [float(np.abs(one).max()) for one in accelerations]
+    peaks = [float(np.abs(samples).max()) for samples in accelerations]
     for line, text in header:
         for match in _STATED.finditer(text):
             factor = unit_factor(match["unit"] or (match["after"] or "").rstrip(".:"))

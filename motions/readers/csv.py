@@ -161,7 +161,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         other = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
         raise RecordError(f"{file}: its heading names {other}, not acceleration")
     _refuse_repeated(file, found)
-    refuse_stated_peak(file, words, [one.acceleration for one in found])
+    refuse_stated_peak(file, words, [component.acceleration for component in found])
     for why, left in out.items():
         warn([Doubt("table", f"{file}: {first_names(left)} is left out: {why}", settled=True)])
     return found

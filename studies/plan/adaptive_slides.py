@@ -149,7 +149,9 @@ def adaptive_slides(
             found[f"{name}{end}"] = (("block", "slip"), of[..., j], {"units": units, "long_name": words})
 
     every = [curves[i, k] for i in range(shape[0]) for k in range(shape[1])]
-    column(SLIP_HALF, units, "level at which half of the blocks that slide slip further", [one.half for one in every])
+    column(
+        SLIP_HALF, units, "level at which half of the blocks that slide slip further", [curve.half for curve in every]
+    )
     column(SLIP_DISPERSION, DIMENSIONLESS, "dispersion of the fitted curve", [one.dispersion for one in every])
     weights = [0.0 if still[i] else chance[i] for i in range(shape[0]) for _ in range(shape[1])]
     if risk is not None:
