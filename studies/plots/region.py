@@ -33,7 +33,7 @@ FLAT = 1e-3
 def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield maps of the medians, and of the rates where there are any, each with its name."""
     scale, unit = display_unit(results["half_level"])
-    quantities = [("half_level", f"half fall at {level_name(results)}{f' ({unit})' if unit else ''}", scale)]
+    quantities = [("half_level", f"{level_name(results)} at which half fall{f' ({unit})' if unit else ''}", scale)]
     if "rate" in results:
         quantities.append(("rate", "annual rate of overturning", 1.0))
     for name, words, size in quantities:

@@ -52,10 +52,10 @@ def pooled_notes(results: xr.Dataset) -> list[str]:
 
 
 def examples(results: xr.Dataset) -> xr.Dataset:
-    """Return the blocks whose half falls first, in the middle and last, for curves of a region."""
+    """Return the blocks with the lowest, the middle and the highest half level, for curves of a region."""
     order = np.argsort(results[HALF].isel(model=reference_law(results)[0]).values, kind="stable")
     chosen = list(dict.fromkeys(order[[0, order.size // 2, order.size - 1]].tolist()))
-    which = {"shown_of": results.sizes["block"], "shown_by": "whose half falls first, in the middle and last"}
+    which = {"shown_of": results.sizes["block"], "shown_by": "with the lowest, the middle and the highest half level"}
     return results.isel(block=chosen).assign_attrs(which if order.size > len(chosen) else {})
 
 
@@ -78,7 +78,7 @@ def surface_rows(results: xr.Dataset) -> Rows | None:
                 str(one["stopped_because"].item()),
             )
         )
-    title = f"One surface a law: asked are ±{100.0 * asked:g} % of the medians of all blocks at once (95 %)"
+    title = f"One surface a law: asked are ±{100.0 * asked:g} % of the half levels of all blocks at once (95 %)"
     headings = ("law", "reached", "motions", "runs", "blocks run by themselves differ", "stopped because")
     return Rows(title, headings, lines)
 
@@ -156,7 +156,7 @@ def region_rows(results: xr.Dataset) -> Iterator[Rows]:
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
     for j, model in enumerate(results["model"].values.tolist()):
         one = results.isel(model=j)
-        heading = f"half fall at, {unit}" if unit else "half fall at"
+        heading = f"half level, {unit}" if unit else "half level"
         columns = [(heading, one[HALF].values / scale), ("β", one["dispersion"].values)]
         if "rate" in one:
             columns.append(("annual rate", one["rate"].values))

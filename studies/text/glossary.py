@@ -111,7 +111,7 @@ TERMS = (
         "half level",
         "The level of shaking at which half of the motions overturn the block (or bring it to the state that is "
         "studied), read off the runs themselves.",
-        r"\bhalf (?:fall|at\b|of the (?:runs|motions))",
+        r"\bhalf (?:levels?|fall|at\b|of the (?:runs|motions))",
     ),
     Term(
         "fitted curve, median",

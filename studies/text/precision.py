@@ -172,9 +172,10 @@ def precision_rows(results: xr.Dataset) -> Rows | None:
                 *((fitted[k] if k < len(fitted) else ("–", "–")) if beside else ()),
             )
         )
-    of = f"{target}, {unit}" if unit else target
+    name = "half level" if target == MEDIAN else target
+    of = f"{name}, {unit}" if unit else name
     without = " without a form of curve" if target == RATE else ""
-    title = f"Precision at adaptive levels: asked are {within} of the {target}{without} (95 % intervals)"
+    title = f"Precision at adaptive levels: asked are {within} of the {name}{without} (95 % intervals)"
     headings = ("curve", of, "reached", "motions", "runs", "stopped because")
     return Rows(title, (*headings, *(("of the fitted curve", "which differs") if beside else ())), lines)
 

@@ -255,7 +255,7 @@ def test_the_forecast_has_a_range_that_holds_the_motions(study):
 def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
     results, _ = finished
     rows = surface_rows(results)
-    assert "±25 % of the medians of all blocks at once" in rows.title
+    assert "±25 % of the half levels of all blocks at once" in rows.title
     assert int(rows.rows[0][3].replace(",", "")) == results.sizes["pooled_run"]
     (spread,) = region_rows(results)
     assert "40 blocks" in spread.title

@@ -436,7 +436,7 @@ def test_motions_forecast_are_those_measured(until, measured):
 def test_the_table_says_what_was_asked_and_reached(finished):
     results, _ = finished
     rows = precision_rows(results)
-    assert "±15 % of the median" in rows.title
+    assert "±15 % of the half level" in rows.title
     assert len(rows.rows) == 2
     assert sum(int(row[4].replace(",", "")) for row in rows.rows) == results.sizes["run"]
     assert {row[5] for row in rows.rows} == {"precision reached"}
