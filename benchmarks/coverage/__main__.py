@@ -1,6 +1,6 @@
 """Coverage of intervals: `python -m toppling.benchmarks.coverage [--full]` prints docs/coverage.md.
 
-Two minutes; with --full 1,000 studies per row, which takes much longer.
+Six minutes; with --full 1,000 studies per row, which takes much longer.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ import math
 import sys
 import time
 
-from . import draws, goodness, levels
+from . import draws, goodness, levels, rates
 from .drawn import Row
 
-PARTS = (levels, draws, goodness)
+PARTS = (levels, rates, draws, goodness)
 """Modules whose `rows` make the tables."""
 HEAD = """# Coverage of intervals
 

@@ -22,6 +22,11 @@ REPLICATES = 1000
 # Statistics resampled at a time, and their values: these bound the memory and have no effect on results.
 _BLOCK = 512
 _VALUES = 2**20
+KEPT = 0.05
+"""Share of the variance of all motions in the variance of a resample, in which the few motions that matter may lack.
+
+Without it, upper ends were up to 10^13 times too far away; of 0.05 to 0.3, 0.05 holds best.
+"""
 ERRORS = 1.9
 """Errors of a share at whose ends those of a quantile are looked up: values have gaps, which 1.96 errors then cross."""
 
@@ -73,8 +78,9 @@ def mean_interval(
     most: Array | float | None = None,
     drawn: Array | None = None,
     strata: tuple[Index, ...] = (),
+    signed: bool = False,
 ) -> Interval:
-    """Return bootstrap intervals of means over motions, bias-corrected and accelerated (BCa).
+    """Return studentised bootstrap intervals of means over motions.
 
     Parameters
     ----------
@@ -85,14 +91,16 @@ def mean_interval(
     replicates, seed : int
         Number of resamples, at least 50, and the seed that decides them.
     most : array_like, optional
-        The greatest possible value (the least is 0), broadcast over (…).  Where all motions agree, resampling gives no
-        interval: the ends then assume that the share of motions that Wilson's interval allows to differ does so by as
-        much as possible.  Without `most` the ends are NaN there.
+        The greatest possible value (the least is 0), broadcast over (…), which no end exceeds.  Where all motions
+        agree, resampling gives no interval: the ends then assume that the share of motions that Wilson's interval
+        allows to differ does so by as much as possible.  Without `most` the ends are NaN there.
     drawn : ndarray, shape (replicate, motion), optional
         How often each motion is drawn, as `draw_motions` returns it.
     strata : tuple of ndarray
         Positions of the motions of each stratum, which is resampled by itself, such as the motions of each level where
         levels have motions of their own; one stratum where not given.
+    signed : bool
+        Whether values may be negative, even if none here is.
 
     Returns
     -------
@@ -101,15 +109,18 @@ def mean_interval(
 
     Notes
     -----
-    Annual values are skewed: most of the sum comes from the few motions under which items fall at low levels.  The
-    coverage of 95 % intervals of the rate of a lognormal threshold of dispersion 0.4 was some 91 % with 100 motions and
-    93 % with 200; larger dispersions need more motions (tests/fragility/uncertainty/test_joint.py).
+    Steps of resampled means, each over its own error and times that of the mean, are laid off from the mean.  Annual
+    values are skewed: most of the sum comes from the few motions under which items fall at low levels.  So the lower
+    end is laid off from the logarithm of a mean of values >= 0, and the upper end from its square root, as it stays
+    finite where few motions add most.  Nominal 95 % held the mean
+    of annual falls of lognormal thresholds in 93-95 % of 800 studies of 10 to 80 motions (BCa intervals: 90 % of 20),
+    and where a fifth of the motions counts in 94-96 %; contributions that are lognormal with a dispersion of 1 or 1.5
+    in 92 and 88 % at 20 motions and 93 and 90 % at 80 (BCa: 88 and 82 % at 20): few motions hardly say what the rarest
+    add.  Lengths were 1.1 to 1.5 times that of a normal interval with the true deviation (`benchmarks.coverage`).
 
     References
     ----------
-    Efron, B. (1987). Better bootstrap confidence intervals. Journal of the American Statistical Association 82(397),
-    171-185 (recalled); the acceleration of a mean is its skewness over 6, that of a sum of means of strata of one size
-    the same of their deviations from the means of their strata.
+    DiCiccio, T. J. and Efron, B. (1996). Bootstrap confidence intervals. Statistical Science 11, 189-228.
 
     Examples
     --------
@@ -128,12 +139,13 @@ def mean_interval(
     ends = np.empty((2, flat.shape[0]))
     counts = draw_motions(own, replicates, seed) if drawn is None else drawn
     for part in _parts(*flat.shape):
-        means = np.sort(_means(flat[part], counts), axis=-1)
-        ends[:, part] = _accelerated(flat[part], mean[part], means, level, own)
+        ends[:, part] = _studentised(flat[part], counts, level, own, signed)
     if most is None:
         ends[:, agree] = np.nan
     else:
-        bound = np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel()[agree]
+        bound = np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel()
+        ends = np.minimum(ends, bound)
+        bound = bound[agree]
         fewest = min(one.size for one in own)
         differing = float(wilson_interval(np.zeros(1, np.int64), np.array([fewest]), level)[1][0])
         ends[0, agree] = mean[agree] * (1.0 - differing)
@@ -252,30 +264,29 @@ def quantiles(
     return Quantiles(*found)
 
 
-def _accelerated(values: Array, mean: Array, means: Array, confidence: float, strata: tuple[Index, ...]) -> Array:
-    """Return the ends (2, statistic) of the BCa interval from sorted resampled means (statistic, replicate)."""
-    replicates = means.shape[1]
-    # means that differ in the last digits alone, from another order of summation, count as equal
-    close = 1e-12 * np.abs(mean)[:, None]
-    below = np.count_nonzero(means < mean[:, None] - close, axis=1)
-    equal = np.count_nonzero(np.abs(means - mean[:, None]) <= close, axis=1)
-    share = (below + 0.5 * equal) / replicates
-    half = 0.5 / replicates
-    bias = scipy.special.ndtri(np.minimum(np.maximum(share, half), 1.0 - half))
-    deviation = values - mean[:, None]
-    if len(strata) > 1:
-        for one in strata:
-            deviation[:, one] = values[:, one] - values[:, one].mean(axis=1, keepdims=True)
-    spread = np.sum(deviation**2, axis=1)
-    acceleration = np.zeros(mean.size)
-    np.divide(np.sum(deviation**3, axis=1), 6.0 * spread**1.5, out=acceleration, where=spread > 0.0)
-    ends = np.empty((2, mean.size))
-    normal = scipy.special.ndtri([0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence])
-    for row, z in zip(ends, normal, strict=True):
-        shifted = bias + z
-        # beyond the pole of the acceleration the end is that of the distribution
-        at = scipy.special.ndtr(bias + shifted / np.maximum(1.0 - acceleration * shifted, 1e-6)) * (replicates - 1)
-        floor = np.minimum(np.floor(at).astype(np.int64), replicates - 2)
-        here = np.arange(mean.size)
-        row[:] = means[here, floor] + (at - floor) * (means[here, floor + 1] - means[here, floor])
-    return ends
+def _studentised(values: Array, counts: Array, confidence: float, strata: tuple[Index, ...], signed: bool) -> Array:
+    """Return the ends (2, statistic) of studentised intervals of values (statistic, motion)."""
+    mean = values.mean(axis=1)
+    positive = (mean > 0.0) & (values >= 0.0).all(axis=1) & (not signed)
+    # in units of the mean, so that squares neither overflow nor vanish
+    scale = np.where(positive, mean, np.maximum(np.abs(values).max(axis=1), np.finfo(float).tiny))
+    relative, centre = values / scale[:, None], (mean / scale)[:, None]
+    drawn = _means(relative, counts)
+    variance, variances = np.zeros_like(centre), np.zeros_like(drawn)
+    for stratum in strata:
+        deviation = relative[:, stratum] - relative[:, stratum].mean(axis=1, keepdims=True)
+        often = counts[:, stratum]
+        variance += np.sum(deviation**2, axis=1, keepdims=True)
+        variances += np.einsum("sn,rn->sr", deviation**2, often)
+        variances -= np.einsum("sn,rn->sr", deviation, often) ** 2 / stratum.size
+    mixed = (1.0 - KEPT) * np.maximum(variances, 0.0) + KEPT * variance
+    ratio = np.sqrt(np.divide(variance, mixed, out=np.ones_like(mixed), where=mixed > 0.0))
+    steps = (drawn - centre) * ratio
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logarithms = np.where(drawn > 0.0, drawn * np.log(drawn), 0.0) * ratio
+    tail = 0.5 - 0.5 * confidence
+    # (an interval contains its mean, however few motions matter)
+    high = np.maximum(np.quantile(np.where(positive[:, None], logarithms, steps), 1.0 - tail, axis=1), 0.0)
+    low = np.minimum(np.quantile(steps, tail, axis=1), 0.0)
+    plain = centre[:, 0] - high, centre[:, 0] - low
+    return np.asarray(scale * np.where(positive, [np.exp(-high), np.maximum(1.0 - 0.5 * low, 0.0) ** 2], plain))

@@ -16,6 +16,8 @@ from .trials import Trials
 
 LEVEL = "unit of the level"
 """Placeholder for the unit of the levels."""
+OBSERVED = "observed_probability"
+"""Shares of the runs that overturned at the levels of curves that have these in common."""
 
 _PARAMETERS = {
     "half_level": (LEVEL, "level at which half overturn"),
@@ -26,6 +28,7 @@ _PARAMETERS = {
     "uplift_dispersion": (DIMENSIONLESS, "lognormal standard deviation of uplift, 0 for a step"),
     "fractile": (LEVEL, "level at which the fitted probability of overturning is the fraction"),
     "probability": (DIMENSIONLESS, "fitted probability of overturning"),
+    OBSERVED: (DIMENSIONLESS, "share of the runs that overturned"),
 }
 _OTHERS = {
     "misfit": (DIMENSIONLESS, "median of the fitted curve over half_level, less 1; 0 within the interval"),
@@ -42,7 +45,7 @@ _OTHERS = {
     "uplift_failed_replicates": (DIMENSIONLESS, "replicates without a curve of uplift"),
 }
 # Last dimension of results that are arrays.
-_DIMENSIONS = {"fractile": "fraction", "fraction_level": "fraction", "probability": "level"}
+_DIMENSIONS = {"fractile": "fraction", "fraction_level": "fraction", "probability": "level", OBSERVED: "level"}
 
 
 def label_curves(
@@ -58,9 +61,12 @@ def label_curves(
     if fractiles:
         attributes = {"units": DIMENSIONLESS, "long_name": "probability of overturning"}
         coords["fraction"] = xr.Variable("fraction", list(fractiles), attributes)
-    if any(name.startswith("probability") for name in names):
-        levels = trials.samples[0].levels if trials.samples else np.empty(0)
-        if any(not np.array_equal(one.levels, levels) for one in trials.samples):
+    levels = trials.samples[0].levels if trials.samples else np.empty(0)
+    apart = any(not np.array_equal(one.levels, levels) for one in trials.samples)
+    if apart or any(OBSERVED not in one for one in columns):
+        names.pop(OBSERVED, None)
+    if any(_DIMENSIONS.get(name) == "level" for name in names):
+        if apart:
             raise ValueError(
                 "curves without parameters lie on the levels of the data, which differ between blocks here: "
                 "fit one block at a time"
@@ -90,7 +96,7 @@ def label_curves(
         if _DIMENSIONS.get(base) == "fraction" and not fractiles:
             continue
         values = _column([one.get(name) for one in columns], trials.shape)
-        if base == "probability":
+        if _DIMENSIONS.get(base) == "level":
             values = values[..., : coords["level"].size]
         if units == LEVEL:
             units, long_name = trials.level["units"], f"{long_name}: {trials.level['long_name']}"

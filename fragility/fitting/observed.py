@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags
+from ...aliases import Array, Flags, Index
 from .form import Columns
 from .intervals import Estimate, Options, estimate
+from .labels import OBSERVED
 from .links import LINKS, LOGNORMAL, Link
 from .states import ALL, NO_RUNS, NONE
 from .trials import OVERTURNING_OUTCOMES, Sample, outcomes_of
@@ -80,7 +81,7 @@ def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options
     fell, runs = sample.level_counts
     if not runs.any():
         return np.full((len(shares), 3), np.nan)
-    if np.median(runs[runs > 0]) < COMMON * sample.ways:
+    if not _common(runs, sample.ways):
         return _near(sample, shares, options)
     motions = runs / sample.ways
     if sample.patterns is not None:
@@ -103,8 +104,16 @@ def observed_columns(sample: Sample, fitted: Columns, link: Link | None, options
         score = link.quantile(LOW) - link.quantile(HALF)
         tenth = median * math.exp(score * float(fitted["dispersion"]) / link.scale)
     columns = {f"half_level{end}": value for end, value in zip(ENDS, half, strict=True)}
+    fell, runs = sample.level_counts
+    if _common(runs, sample.ways):
+        columns[OBSERVED] = fell / np.maximum(runs, 1)
     columns |= {f"fraction_level{end}": np.array([level[i] for level in rest]) for i, end in enumerate(ENDS)}
     return columns | {"misfit": _missed(median, half), "misfit_low": _missed(tenth, low)}
+
+
+def _common(runs: Index, ways: int) -> bool:
+    """Return True where levels are common to motions."""
+    return bool(runs.any() and np.median(runs[runs > 0]) >= COMMON * ways)
 
 
 def _missed(fitted: float, seen: Array) -> float:

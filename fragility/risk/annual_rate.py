@@ -15,7 +15,7 @@ from ...motions.intensity.naming import long_name_at
 from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ...wording import given_percent
 from ..curves.curve import OUTSIDE, REFUSE, coordinates_on, has_replicates
-from ..fitting.bootstrap import percentile_interval
+from ..fitting.bootstrap import Percentiles, percentile_interval
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
 from ..hazard.rates import probability_in
@@ -24,6 +24,9 @@ from ..validity.limits import of_rates
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .deaggregation import bin_edges, deaggregate, share_above
+from .rate_samples import of_runs, studentised
+
+OF_RUNS, MISFIT = "rate_of_runs", "rate_misfit"
 
 
 def annual_rate(
@@ -73,8 +76,9 @@ def annual_rate(
         all contributing events) and intensity_mode (the middle of the bin that holds most per unit of ln x).
         Where the curves hold bootstrap replicates or the hazard realisations: rate_sample on ``replicate`` and
         ``realisation`` (coordinate weight), rate_lower, rate_upper, probability_lower, probability_upper, and
-        samples_used.  One replicate is one bootstrap sample for all blocks and models, so differences between them are
-        taken sample by sample.  A curve without an estimate has NaN.
+        samples_used; where curves know their runs at common levels, rate_of_runs and rate_misfit (Notes).  One
+        replicate is one bootstrap sample for all blocks and models, so differences between them are taken sample by
+        sample.  A curve without an estimate has NaN.
 
     Raises
     ------
@@ -102,8 +106,19 @@ def annual_rate(
     at="floor")``, one floor at a time.  With ``im_at = "ground"`` all floors use the hazard of the ground.  Curves
     without a ``floor`` coordinate are taken to be at the place of the hazard curve.
 
-    The ends of the interval are percentiles of rate_sample (order statistics), where every replicate is combined with
-    every realisation by its weight; replicates without an estimate are left out (samples_used counts the others).
+    rate_sample are samples of a studentised bootstrap (`fragility.risk.rate_samples`), of which the ends of intervals
+    are percentiles.  Every replicate is combined with every realisation by its weight; replicates without an estimate
+    are left out (samples_used counts the others).
+
+    Where the shares of the runs at common levels are known, the interval also contains itself moved to the rate of the
+    runs, so that it holds the true rate where the curve does not fit; rate_misfit is the curve's rate over that of the
+    runs, less 1, or 0 within the curve's own interval.  In 960 studies each of 20, 40 and 80 motions and 480 of 400,
+    with lognormal truths of dispersions 0.25 to 0.7, two populations or skewed ones, at hazard slopes 1.5 to 5, nominal
+    95 % held the rate in 93-100 % with at most 4.4 % of the truths above the upper end; skewed truths whose rate comes
+    from below all levels in 81-90 %.  Lengths were 1.0-1.5 times that of the normal interval which knows the deviation
+    of ln(rate), longer where the curve misfits; with 10 motions up to 2.5 times (92 % or more).  Tabulated and uplift
+    curves, slendernesses and counts have plain percentiles, which are short on the unsafe side: of 20 motions, 8 to
+    16 % of the truths were above.
 
     Examples
     --------
@@ -138,8 +153,20 @@ def annual_rate(
     }
     samples = _samples(curves, hazard, below, above, outside)
     if samples is not None:
-        of_each = samples.values.reshape(found.rate.size, samples.values.size // max(1, found.rate.size))
-        lower, upper, used = percentile_interval(of_each, level, samples.weights)
+        apart = of_runs(curves, arrays, pieces)
+        lower, upper, used = samples.ends(level, None)
+        if apart is not None:
+            within = (lower <= found.rate * apart[:, 0]) & (found.rate * apart[:, 0] <= upper)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                missed = np.where(within | np.isnan(found.rate), 0.0, 1.0 / apart[:, 0] - 1.0)
+            more = "rate of the curve over that of its runs, less 1; 0 within the curve's interval"
+            of = "annual rate of overturning of the runs, and of the curve beyond their levels"
+            variables |= {
+                OF_RUNS: (dims, found.rate * apart[:, 0], PER_YEAR, of),
+                MISFIT: (dims, missed, DIMENSIONLESS, more),
+            }
+            ends = samples.ends(level, apart[:, -samples.values.shape[-1] :])
+            lower, upper = np.fmin(lower, ends.lower), np.fmax(upper, ends.upper)
         percent = given_percent(level)
         variables |= {
             "rate_sample": (samples.dims, samples.values, PER_YEAR, "annual rate of overturning of each sample"),
@@ -238,11 +265,17 @@ def rate_share_above(
 
 
 class RateSamples(NamedTuple):
-    """Rates of bootstrap replicates and hazard realisations, the last dimensions of `dims`, and their weights."""
+    """Samples of rates, (curve, replicate, realisation), the dimensions of their labelled array, and their weights."""
 
     values: Array
     dims: tuple[str, ...]
     weights: Array | None
+
+    def ends(self, confidence: float, factors: Array | None) -> Percentiles:
+        """Return the ends of the intervals of curves; samples times factors (curve, realisation) where given."""
+        values = self.values if factors is None else self.values * factors[:, None]
+        flat = values.reshape(values.shape[0], values.shape[1] * values.shape[2])
+        return percentile_interval(flat, confidence, self.weights)
 
 
 def _samples(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, outside: str) -> RateSamples | None:
@@ -252,9 +285,13 @@ def _samples(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, ou
         return None
     arrays, dims = in_hazard_measure(curves, hazard, replicates)
     pieces = hazard.pieces(below, above)
-    rates = [rates_of(arrays, one, outside).rate for one in (pieces[1:] if realisations else pieces)]
+    each = pieces[1:] if realisations else pieces
+    rates = [rates_of(arrays, one, outside).rate for one in each]
     count = curves.sizes["replicate"] if replicates else 1
     values = np.stack(rates, axis=-1).reshape(-1, count, len(rates))
+    if replicates:
+        own = in_hazard_measure(curves, hazard)[0]
+        values = studentised(curves, np.stack([rates_of(own, one, outside).rate for one in each], axis=-1), values)
     weights = None
     if hazard.weights is not None:
         weights = np.tile(hazard.weights, count)

@@ -143,9 +143,9 @@ class Resampling(NamedTuple):
     seed: int
     strata: tuple[Index, ...]
 
-    def interval(self, values: Array, confidence: float) -> Interval:
-        """Return the interval of the mean of values (…, motion)."""
-        return mean_interval(values, confidence, self.replicates, self.seed, strata=self.strata)
+    def interval(self, values: Array, confidence: float, signed: bool = False) -> Interval:
+        """Return the interval of the mean of values (…, motion), which may be negative if they are `signed`."""
+        return mean_interval(values, confidence, self.replicates, self.seed, strata=self.strata, signed=signed)
 
 
 def _free(assessment: xr.Dataset, objective: str, year: Year, chosen: Index, array: Allocator) -> FreeItems:

@@ -15,6 +15,7 @@ from ...aliases import Array
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.runs.provenance import RUN
 from ...units import DIMENSIONLESS, PER_YEAR
 from ..buildings.recommendations import YEARS, Range
@@ -208,12 +209,16 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
             far = [value.value > EDGE * highest_level(side.side.results) for side, value in ((a, one), (b, other))]
             said = [NOT_REACHED if beyond else text for beyond, text in zip(far, said, strict=True)]
             one, other = (NO_RANGE if beyond else value for beyond, value in zip(far, (one, other), strict=True))
-        ratio = Range(*ratio_of(one.value, other.value, *drawn, confidence))
+        runs = np.full(2, math.nan)
+        if quantity == RATE:
+            runs = np.array([a.value(OF_RUNS, at).value, b.value(OF_RUNS, to).value])
+        ratio = Range(*ratio_of(one.value, other.value, *drawn, confidence, runs))
         found.append(Line(quantity, name, place, laws, one, other, ratio, verdict_of(ratio), *said))
         if quantity == RATE:
             each = [Range(*(float(probability_in(np.float64(x), years)) for x in value)) for value in (one, other)]
             in_years = [None if rates is None else probability_in(rates, years) for rates in drawn]
-            ratio = Range(*ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence))
+            runs = probability_in(runs, years)
+            ratio = Range(*ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence, runs))
             found.append(Line(CHANCE, name, place, laws, each[0], each[1], ratio, verdict_of(ratio), *said))
     return found
 

@@ -39,7 +39,7 @@ from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.designs import Incremental
 from ..plan.estimates import Fit
-from ..plan.risk import Risk
+from ..plan.risk import Risk, without_replicates
 from ..plan.sample_screen import joined_screens, samples_perturbed_runs, screen_samples
 from ..plan.samples import NO_CAPACITY, fitted, pooled_curves, summary, yearly
 from ..text.axes import held_notes
@@ -253,8 +253,7 @@ class UncertaintyStudy(BlockStudy, Study):
         shared = summary(runs, self.fit)
         pooled, own = pooled_curves(runs, self.fit, keep=self.risk is not None), fitted(runs, self.fit)
         found = runs.assign(shared.data_vars).assign(own.rename(median="sample_median", dispersion="sample_dispersion"))
-        kept = pooled.drop_vars([name for name in pooled.data_vars if "replicate" in pooled[name].dims])
-        found = found.assign(kept.data_vars).assign_attrs(
+        found = found.assign(without_replicates(pooled).data_vars).assign_attrs(
             shared.attrs, fit_method=pooled.attrs["method"], form=pooled.attrs["form"], confidence=self.fit.confidence
         )
         found = found.assign(range_of_half_levels(pooled, 0.0)).assign_attrs({RANGE: USUAL_DISPERSION})

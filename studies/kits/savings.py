@@ -191,7 +191,8 @@ class _Savings:
                 own = year.total(after.piece(of, part))
                 saved = year.total(before.piece(of, part)) - own
                 for i, values in enumerate((own, saved)):
-                    ends = precision.interval(values, confidence)
+                    # (a kit may fell a piece, too)
+                    ends = precision.interval(values, confidence, signed=i == 1)
                     one = np.stack([values.mean(axis=-1), ends.lower, ends.upper])
                     self.falls[name][i][:, of, k, at[part]] = one
                 if name == "falls":

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.annual_rate import OF_RUNS
 from ...models import Block
 from ...units import DIMENSIONLESS
 from .ratios import ratio_of
@@ -101,13 +102,16 @@ def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], con
     chance = probability_in(rates["rate"].values, years)
     samples = probability_in(rates["rate_sample"].values, years).reshape(*chance.shape, -1)
     at = dims.index("block")
-    chance, samples = np.moveaxis(chance, at, 0), np.moveaxis(samples, at, 0)
+    runs = probability_in(rates[OF_RUNS].values, years) if OF_RUNS in rates else np.full(chance.shape, np.nan)
+    chance, samples, runs = (np.moveaxis(each, at, 0) for each in (chance, samples, runs))
     found = np.full((3, len(blocks), *chance.shape[1:]), np.nan)
     for block, other in pairs.items():
         for where in np.ndindex(*chance.shape[1:]):
-            pair = [(float(chance[(k, *where)]), samples[(k, *where)]) for k in map(those.index, (other, block))]
-            (a, of_a), (b, of_b) = pair
-            found[(slice(None), block, *where)] = ratio_of(a, b, of_a, of_b, confidence)
+            (a, of_a, runs_a), (b, of_b, runs_b) = (
+                (float(chance[(k, *where)]), samples[(k, *where)], float(runs[(k, *where)]))
+                for k in map(those.index, (other, block))
+            )
+            found[(slice(None), block, *where)] = ratio_of(a, b, of_a, of_b, confidence, (runs_a, runs_b))
     text = f"chance in {years:g} years over that of the block compared with, under the same motions"
     values = np.moveaxis(found, 1, 1 + at)
     return xr.Dataset(

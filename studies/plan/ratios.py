@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,14 @@ class Ratio(NamedTuple):
     upper: float
 
 
-def ratio_of(a: float, b: float, of_a: Array | None, of_b: Array | None, confidence: float) -> Ratio:
+def ratio_of(
+    a: float,
+    b: float,
+    of_a: Array | None,
+    of_b: Array | None,
+    confidence: float,
+    of_runs: Sequence[float] | Array = (math.nan, math.nan),
+) -> Ratio:
     """Return b/a with the percentile interval of the ratio of replicates, replicate by replicate.
 
     Parameters
@@ -33,6 +41,8 @@ def ratio_of(a: float, b: float, of_a: Array | None, of_b: Array | None, confide
         Their bootstrap replicates, of the same motions where replicates are paired; None: no interval.
     confidence : float
         Confidence of the interval, between 0 and 1.
+    of_runs : array_like (2,)
+        Both numbers by the runs, where a and b are of fitted curves: the interval also contains itself moved there.
     """
     if not (a > 0.0 and math.isfinite(a) and math.isfinite(b)):
         return Ratio(math.nan, math.nan, math.nan)
@@ -45,9 +55,10 @@ def ratio_of(a: float, b: float, of_a: Array | None, of_b: Array | None, confide
         return Ratio(b / a, math.nan, math.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         samples = np.log(of_b) - np.log(of_a)
-    lower, upper, _ = percentile_interval(samples[None], confidence)
+    lower, upper = (float(end[0]) for end in percentile_interval(samples[None], confidence)[:2])
+    apart = math.log(of_runs[1] / of_runs[0] * a / b) if min(of_runs) > 0.0 else 0.0
     with np.errstate(over="ignore"):
-        return Ratio(b / a, float(np.exp(lower[0])), float(np.exp(upper[0])))
+        return Ratio(b / a, float(np.exp(min(lower, lower + apart))), float(np.exp(max(upper, upper + apart))))
 
 
 def verdict_of(ratio: tuple[float, float, float]) -> str:

@@ -12,6 +12,7 @@ import xarray as xr
 
 from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
 from ...fragility.curves.curve import LEAST
+from ...fragility.fitting.labels import OBSERVED
 from ...fragility.fitting.states import OVERTURNED, State, state_name
 from ...fragility.hazard.pieces import EXTEND, HOLD
 from ...fragility.hazard.rates import probability_in
@@ -271,8 +272,8 @@ def _levels_of(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray 
 
 
 def without_replicates(curves: xr.Dataset) -> xr.Dataset:
-    """Curves without their replicates."""
-    return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+    """Curves as results hold them: without their replicates, and without the shares of their runs."""
+    return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims or name == OBSERVED])
 
 
 def _at_level(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray:

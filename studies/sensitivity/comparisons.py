@@ -15,6 +15,7 @@ from ...aliases import Array, Flags, Index
 from ...fragility import binomial_interval, fit_fragility
 from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.numerics.slabs import gathered
+from ..plan.risk import without_replicates
 
 NOTHING_FELL, ALL_FELL = "no overturning", "all overturned"
 
@@ -44,7 +45,7 @@ class Curves(NamedTuple):
         middle = np.where(np.isnan(middle), beyond, middle)
         lost = np.broadcast_to(beyond[..., None], samples.shape)
         samples = np.where(np.isnan(samples), lost, samples)
-        return cls(fit.drop_vars([name for name in fit.data_vars if "replicate" in fit[name].dims]), middle, samples)
+        return cls(without_replicates(fit), middle, samples)
 
     def ratio(self, one: Index, other: Index, confidence: float) -> tuple[Array, Array, Array]:
         """Return medians of laws `one` over those of `other` (any shape, -1: none), (block, …), with intervals."""

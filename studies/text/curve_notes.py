@@ -153,19 +153,25 @@ def misfit_notes(curves: xr.Dataset, state: str) -> list[str]:
     the curve (the block: +3.4 %) misses its runs: its median is not where half of them overturned; rates and
     exports are those of the fitted curve; compare with form = "isotonic", which follows any runs
     """
-    found = []
-    for name, level, share in (("misfit", "median", "half"), ("misfit_low", "level of 10 %", "a tenth")):
-        off = curves[name].transpose(*curves["status"].dims)
-        here = off.values != 0.0
-        if here.any():
-            of = [f"{100.0 * one:+.1f} %" for one in _first(here, off.values)[0]]
-            one = int(here.sum()) == 1
-            found.append(
-                f"{_how_many(here)} ({_listed(off, here, of)}) {'misses its' if one else 'miss their'} runs: "
-                f"{'its' if one else 'their'} {level} is not where {share} of them {reached_of(state)}; rates and "
-                'exports are those of the fitted curve; compare with form = "isotonic", which follows any runs'
-            )
-    return found
+    rest = 'rates and exports are those of the fitted curve; compare with form = "isotonic", which follows any runs'
+    return [
+        note
+        for name, level, share in (("misfit", "median", "half"), ("misfit_low", "level of 10 %", "a tenth"))
+        for note in _misses(
+            curves[name].transpose(*curves["status"].dims),
+            f"{level} is not where {share} of them {reached_of(state)}; {rest}",
+        )
+    ]
+
+
+def _misses(off: xr.DataArray, what: str) -> list[str]:
+    """Say of which curves something is off, relative to the runs; 0 where nothing is."""
+    here = off.values != 0.0
+    if not here.any():
+        return []
+    of = [f"{100.0 * one:+.1f} %" for one in _first(here, off.values)[0]]
+    verb, their = ("misses its", "its") if int(here.sum()) == 1 else ("miss their", "their")
+    return [f"{_how_many(here)} ({_listed(off, here, of)}) {verb} runs: {their} {what}"]
 
 
 def modelling_note(dispersion: float, where: str) -> str:
@@ -372,6 +378,8 @@ def rate_notes(
                 f"({_listed(rates['rate'], alike)}): however motions are drawn from these the curve is the same, and "
                 "where it rises between two levels is not known; take closer levels and more motions"
             )
+    if "rate_misfit" in rates:
+        found += _misses(rates["rate_misfit"], "annual rate is not that of the runs; its interval contains both")
     return found
 
 

@@ -1,15 +1,18 @@
 """Annual rates as datasets: replicates and realisations, labels, measures and floors, what is refused."""
 
 import json
+import math
 import time
 
 import numpy as np
 import pytest
+import scipy
 import xarray as xr
 from risk_cases import SITE, X, curves, outer
 
 import toppling as tp
 from toppling.fragility import HazardCurve, annual_rate, discrete_rate, probability_in
+from toppling.fragility.risk.modelling import with_modelling
 from toppling.units import STANDARD_GRAVITY as G
 
 
@@ -31,8 +34,11 @@ class TestUncertainty:
         risk = annual_rate(data, SITE, confidence=0.9)
         assert risk["rate_sample"].dims == ("block", "replicate")
         one = data.isel(block=2, replicate=7)
-        alone = annual_rate(curves(one["median_sample"].item(), one["dispersion_sample"].item()), SITE)
-        assert risk["rate_sample"].values[2, 7] == pytest.approx(alone["rate"].item(), rel=1e-14, abs=0.0)
+        drawn = annual_rate(curves(one["median_sample"].item(), one["dispersion_sample"].item()), SITE)["rate"].item()
+        rate = risk["rate"].values[2]
+        # the step of ln(rate) is taken the other way, over the square of the replicate's dispersion
+        expected = rate * (rate / drawn) ** ((one["dispersion"] / one["dispersion_sample"]).item() ** 2)
+        assert risk["rate_sample"].values[2, 7] == pytest.approx(expected, rel=1e-13, abs=0.0)
         assert risk["samples_used"].values.tolist() == [400, 399, 400]
         ends = outer(risk["rate_sample"].values, 0.05)
         np.testing.assert_allclose([risk["rate_lower"], risk["rate_upper"]], ends, rtol=1e-15)
@@ -65,6 +71,35 @@ class TestUncertainty:
         every = np.repeat(risk["rate_sample"].values, [3, 5, 2], axis=2).reshape(3, -1)
         ends = outer(every, 0.025)
         np.testing.assert_array_equal([risk["rate_lower"], risk["rate_upper"]], ends)
+
+    @pytest.mark.parametrize("modelling", [0.0, 0.3])
+    def test_the_rate_of_the_runs(self, modelling):
+        """By numbers: what the shares add to the curve at the levels, linear in ln x; their rate is in the interval."""
+        data = self.replicated(blocks=2)
+        levels = np.array([0.8, 1.5, 2.5, 4.0, 6.0])
+        shares = np.array([[0.3, 0.5, 0.7, 0.8, 1.0], [0.0, 0.0, 0.1, 0.5, 0.9]])
+        data = data.assign_coords(level=("level", levels)).assign(observed_probability=(("block", "level"), shares))
+        hazard = HazardCurve.power_law(2e-3, 2.5, "pga")
+        plain = annual_rate(data.drop_vars("observed_probability"), hazard)
+        widened = with_modelling(data, modelling)
+        risk = annual_rate(widened, hazard)
+        np.testing.assert_array_equal(
+            risk["rate"], annual_rate(widened.drop_vars("observed_probability"), hazard)["rate"]
+        )
+        x = np.linspace(math.log(0.8**2 / 1.5), math.log(6.0**2 / 4.0), 200_001)
+        middle = np.exp(0.5 * (x[1:] + x[:-1]))
+        for i in range(2):
+            own = shares[i] - scipy.stats.norm.cdf(np.log(levels / data["median"].values[i]) / 0.4)
+            at = np.concatenate([x[:1], np.log(levels), x[-1:]])
+            more = np.interp(np.log(middle), at, [0.0, *own, 0.0]) @ -np.diff(2e-3 * np.exp(-2.5 * x))
+            # a power law takes modelling uncertainty as one factor
+            ratio = 1.0 + more / plain["rate"].values[i]
+            assert risk["rate_of_runs"].values[i] / risk["rate"].values[i] == pytest.approx(ratio, rel=1e-6)
+            assert risk["rate_lower"][i] <= risk["rate_of_runs"][i] <= risk["rate_upper"][i]
+        off = (risk["rate"] / risk["rate_of_runs"] - 1.0).values[0]
+        assert risk["rate_misfit"].values[0] == pytest.approx(off, rel=1e-12)
+        assert risk["rate_misfit"].values[1] == 0.0
+        assert risk["rate_upper"].values[0] > 1.5 * plain["rate_upper"].values[0]
 
     def test_replicates_of_tabulated_curves(self):
         level = xr.Variable("level", [1.0, 2.0, 8.0], {"units": "m s-2"})

@@ -314,7 +314,7 @@ class TestPlaces:
 
     def test_of_exported_curves(self, curves, tmp_path):
         """Of the ground where their motions are; else of the floor where the block stands."""
-        unknown = curves.assign(median=curves["median"].assign_attrs(long_name="median"))
+        unknown = curves.drop_dims("level").assign(median=curves["median"].assign_attrs(long_name="median"))
         for given, text in (
             (curves, "given the peak ground acceleration, made"),
             (unknown, "given the peak floor acceleration where the block stands, made"),

@@ -126,6 +126,12 @@ def rate(median, dispersion, k0):
     return k0 * median**-K * np.exp(0.5 * K**2 * dispersion**2)
 
 
+def studentised(side, medians, dispersions, k0):
+    """Samples of a rate: steps of ln(rate) the other way, over the squares of the dispersions."""
+    own = float(side["rate"])
+    return own * (own / rate(medians, dispersions, k0)) ** ((float(side["dispersion"]) / dispersions) ** 2)
+
+
 class TestCurves:
     @pytest.mark.slow
     @pytest.mark.parametrize("law", ["housner", "discrete"])
@@ -146,26 +152,34 @@ class TestCurves:
     def test_intervals_by_brute_force(self, folder, other, seed, k0):
         """Draws are the same for both sides where the motions are, and independent where they are not."""
         found = lines_of(folder, "base", other)
-        both = []
+        both, sides = [], []
         for name, own in (("base", 0), (other, seed)):
             results = xr.open_dataset(folder / name / "results.nc")
             flags = results["overturned"].isel(model=0).sel(block="wide").transpose("level", "motion").values
+            sides.append(results.isel(model=0).sel(block="wide"))
             both.append(resampled(flags, results["level"].values, drawn(own, 120, flags.shape[-1])))
         (m_a, d_a), (m_b, d_b) = both
-        for quantity, ratio in (
-            ("median", m_b / m_a),
-            ("dispersion", d_b / d_a),
-            ("rate", rate(m_b, d_b, k0) / rate(m_a, d_a, K0)),
+        rates = studentised(sides[1], m_b, d_b, k0) / studentised(sides[0], m_a, d_a, K0)
+        runs, fitted = (float(sides[1][name] / sides[0][name]) for name in ("rate_of_runs", "rate"))
+        # (the interval of a ratio of rates also contains itself moved to that of the runs)
+        for quantity, ratio, apart in (
+            ("median", m_b / m_a, 1.0),
+            ("dispersion", d_b / d_a, 1.0),
+            ("rate", rates, runs / fitted),
         ):
             line = one(found, quantity, "wide", "housner")
-            assert (line.ratio.lower, line.ratio.upper) == pytest.approx(percentiles(ratio), rel=2e-4), quantity
+            low, high = percentiles(ratio)
+            expected = low * min(1.0, apart), high * max(1.0, apart)
+            assert (line.ratio.lower, line.ratio.upper) == pytest.approx(expected, rel=2e-4), quantity
 
     def test_another_site(self, folder):
         """Only the hazard differs: curves are the same to the last digit, and rates r twice as high.
 
-        Then the ratio of chances is (1 - exp(-100 r))/(1 - exp(-50 r)) = 1 + exp(-50 r), replicate by replicate.
+        Then the ratio of chances is (1 - exp(-100 r))/(1 - exp(-50 r)) = 1 + exp(-50 r), replicate by replicate, and by
+        the runs.
         """
         found = lines_of(folder, "base", "site")
+        results = xr.open_dataset(folder / "base/results.nc")
         for line in found.lines:
             if line.quantity in ("median", "dispersion"):
                 assert (line.ratio, line.verdict) == ((1.0, 1.0, 1.0), "the same")
@@ -174,8 +188,12 @@ class TestCurves:
                 assert line.verdict == "higher"
             else:
                 value, lower, upper = one(found, "rate", line.name, line.laws[0]).a
-                expected = [1.0 + math.exp(-50.0 * each) for each in (value, upper, lower)]
-                assert line.ratio == pytest.approx(expected, rel=1e-9)
+                runs = float(results["rate_of_runs"].sel(block=line.name, model=line.laws[0]))
+                # (ends of rates before they are moved to the rate of the runs)
+                plain = value, upper / max(1.0, runs / value), lower / min(1.0, runs / value), runs
+                expected, low, high, by_runs = (1.0 + math.exp(-50.0 * each) for each in plain)
+                ends = low * min(1.0, by_runs / expected), high * max(1.0, by_runs / expected)
+                assert line.ratio == pytest.approx((expected, *ends), rel=1e-9)
 
     def test_two_laws_of_one_study(self, folder):
         found = lines_of(folder, "base", "base", ("discrete", "housner"))

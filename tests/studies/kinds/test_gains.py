@@ -41,14 +41,21 @@ def results(tmp_path_factory):
     return tp.Study.from_toml(file).run()
 
 
-def chances(flags, levels, weights):
-    """Chances in the years of a lognormal curve under the power law, in closed form, for drawn motions."""
+def rates(flags, levels, weights):
+    """Rates and dispersions of lognormal curves under the power law, in closed form, for drawn motions."""
     found = []
     for w in weights:
         curve = fit_lognormal(levels, (flags * w).sum(axis=1), np.full(levels.size, w.sum()), "auto")
         rate = K0 * curve.median**-K * math.exp(0.5 * (K * curve.dispersion) ** 2)
-        found.append(-math.expm1(-YEARS * rate))
-    return np.array(found)
+        found.append((rate, curve.dispersion))
+    return np.array(found).T
+
+
+def samples(flags, levels, weights):
+    """Chances of the studentised bootstrap: steps of ln(rate) the other way, over the squares of dispersions."""
+    (rate,), (dispersion,) = rates(flags, levels, [np.ones(flags.shape[1])])
+    drawn, spread = rates(flags, levels, weights)
+    return -np.expm1(-YEARS * rate * (rate / drawn) ** ((dispersion / spread) ** 2))
 
 
 def test_the_ratio_and_its_interval(results):
@@ -59,7 +66,7 @@ def test_the_ratio_and_its_interval(results):
         weights.append(np.repeat(np.bincount(rng.integers(0, n, n), minlength=n), 2))
     flags = results["overturned"].isel(model=0).transpose("block", "level", "motion").values
     levels = results["level"].values
-    drawn = [chances(one, levels, weights) for one in flags[:3]]
+    drawn = [samples(one, levels, weights) for one in flags[:3]]
     for i, other in ((1, 0), (2, 1)):
         one = results.isel(block=i, model=0)
         ratio = float(one["risk_probability"]) / float(results["risk_probability"][other, 0])
@@ -67,7 +74,11 @@ def test_the_ratio_and_its_interval(results):
         found = np.sort(drawn[i] / drawn[other])
         at = math.ceil(0.025 * REPLICATES - 1e-9) - 1
         ends = [float(one[f"chance_ratio_{end}"]) for end in ("lower", "upper")]
-        assert ends == pytest.approx([found[at], found[-1 - at]], rel=5e-4)
+        # (the interval also contains itself moved to the ratio of the runs)
+        runs = -np.expm1(-YEARS * results["rate_of_runs"].isel(model=0).values)
+        apart = runs[i] / runs[other] / ratio
+        ends_of = [found[at] * min(1.0, apart), found[-1 - at] * max(1.0, apart)]
+        assert ends == pytest.approx(ends_of, rel=5e-4)
 
 
 def test_whether_to_fit_the_restraint(results):

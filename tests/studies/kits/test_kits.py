@@ -41,7 +41,7 @@ ROWS = (
     Contents("low", tp.Block(0.3, 1.2, mass=40.0), 0, 1, e=0.9),
 )
 INVENTORY = Inventory(ROWS, "EUR")
-MOTIONS = tp.motions.pad(tp.motions.CloughPenzien(duration=8.0, dt=0.01, s0=0.05).sample(16, seed=2), 0.0, 6.0)
+MOTIONS = tp.motions.pad(tp.motions.CloughPenzien(duration=8.0, dt=0.01, s0=0.05).sample(20, seed=2), 0.0, 6.0)
 FRAME = Building.flexural_shear(0.4, storeys=3)
 LEVELS = np.geomspace(0.8, 12.0, 7)
 CURVE = HazardCurve(np.geomspace(0.2, 20.0, 12).tolist(), (0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8).tolist(), "pga")
@@ -140,7 +140,7 @@ class TestBreaks:
         for (k, i), flags in broken.items():
             one = saved.isel(model=0, kit=k, item=i)
             assert_array_equal(one["kit_broken_probability"], flags.mean(axis=1))
-            low, high = wilson_interval(flags.sum(axis=1), np.full(LEVELS.size, 16), 0.95)
+            low, high = wilson_interval(flags.sum(axis=1), np.full(LEVELS.size, MOTIONS.sizes["motion"]), 0.95)
             assert_allclose(one["kit_broken_probability_lower"], low, rtol=1e-12, atol=1e-15)
             assert_allclose(one["kit_broken_probability_upper"], high, rtol=1e-12)
             assert float(one["kit_breaks"]) == pytest.approx(float(weights @ flags.mean(axis=1)), rel=1e-12)

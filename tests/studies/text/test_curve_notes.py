@@ -236,7 +236,8 @@ class TestRates:
     def test_uplift_is_called_so(self, tmp_path):
         """What is counted is in titles and long names, and an interval without width has a sentence."""
         asked = HAZARD + 'probability = 0.2\nalong = "width"\n'
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, asked, SCREEN, '[fit]\nstate = "uplifted"\n').run()
+        fit = '[fit]\nstate = "uplifted"\nform = "isotonic"\n'
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, asked, SCREEN, fit).run()
         assert found["rate"].attrs["long_name"] == "annual rate of uplift"
         assert found["intensity_mean"].attrs["long_name"].endswith("that uplifts")
         assert not any("overturn" in str(one.attrs["long_name"]) for name, one in found.items() if "rate" in str(name))

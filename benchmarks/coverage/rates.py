@@ -1,0 +1,135 @@
+"""Coverage of the intervals of annual rates, of their ratios, and of means over motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...fragility import HazardCurve, annual_rate, fit_fragility
+from ...fragility.curves.means import mean_interval
+from ...streams import stream
+from ...studies.plan.ratios import ratio_of
+from ..sequential.truths import MEDIAN, Truth
+from .drawn import LEVELS, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
+
+CONFIDENCE = 0.95
+NORMAL = 1.959964
+SLOPES = (1.5, 2.5, 4.0)
+TABULATED = "curved hazard"
+DESIGNS: dict[str, Callable[[Truth, int, int, int], xr.Dataset]] = {"ida": ida, "stripes": stripes, "cloud": cloud}
+
+
+def hazards() -> dict[str, HazardCurve]:
+    """Return power laws, and a tabulated curve whose slope grows from 1 at low levels to 4 at high ones."""
+    found = {f"slope {slope:g}": HazardCurve.power_law(1e-3, slope, "pga") for slope in SLOPES}
+    x = np.geomspace(0.02, 30.0, 25)
+    u = np.log(x / MEDIAN)
+    rates = 1e-3 * np.exp(np.minimum.accumulate(-2.2 * u - 0.25 * u**2))
+    return found | {TABULATED: HazardCurve(x.tolist(), rates.tolist(), "pga")}
+
+
+def rows(full: bool) -> Iterator[Row]:
+    """Yield the rows of the table; `full`: of more numbers of motions and studies."""
+    studies = 1000 if full else 200
+    correlations = (0.3, 0.5, 1.0) if full else (0.5, 1.0)
+    for motions in (10, 20, 40, 80, 400) if full else (10, 20, 80):
+        for shape in SHAPES:
+            for correlation in correlations:
+                yield from of_design("ida", replace(shape, correlation=correlation), motions, studies)
+            yield from of_design("stripes", shape, motions, studies)
+        yield from _of_means(motions, studies)
+        yield from _of_ratios(motions, studies)
+    for motions in (40, 80, 400) if full else (80,):
+        for shape in SHAPES:
+            yield from of_design("cloud", shape, motions, studies)
+
+
+def of_design(design: str, truth: Truth, motions: int, studies: int, seed: int = 1) -> Iterator[Row]:
+    """Yield the rows of annual rates under all hazard curves for studies of one design."""
+    drawn = DESIGNS[design](truth, studies, motions, seed)
+    # (studies that are fitted together share their bootstrap draws; those of a cloud have intensities of their own)
+    size = 1 if design == "cloud" else 50
+    each = [
+        fit_fragility(drawn.isel(study=slice(first, first + size)), keep_replicates=True, seed=first)
+        for first in range(0, studies, size)
+    ]
+    for name, hazard in hazards().items():
+        if truth.probability is SKEWED_LEFT.probability and name == "slope 4":
+            continue  # (its rate has no bound)
+        found = [annual_rate(curves, hazard) for curves in each]
+        rate, lower, upper = (
+            np.concatenate([one[f"rate{end}"].values for one in found]) for end in ("", "_lower", "_upper")
+        )
+        length = _length(np.log(rate), np.log(lower), np.log(upper))
+        of = f"{truth.name}, correlation {truth.correlation:g}" if design == "ida" else truth.name
+        yield row_of(f"annual rate, {design}, {name}", of, motions, (lower, upper), true_rate(truth, hazard), length)
+
+
+def true_rate(truth: Truth, hazard: HazardCurve) -> float:
+    """Return the annual rate of a truth, 1/year."""
+    x = np.linspace(math.log(MEDIAN) - 8.0, math.log(MEDIAN) + 6.0, 20_001)
+    events = hazard.rate_at(np.exp(x))
+    seen = truth.probability(x)
+    return float(-np.sum(0.5 * (seen[1:] + seen[:-1]) * np.diff(events)) + events[-1])
+
+
+def _length(values: Array, lower: Array, upper: Array) -> float:
+    """Return the mean length of intervals over that of the normal one which knows the deviation of the values."""
+    lengths = np.where(np.isfinite(upper - lower), upper - lower, np.nan)
+    return float(np.nanmean(lengths) / (2.0 * NORMAL * np.nanstd(values)))
+
+
+def contributions(motions: int, studies: int) -> Iterator[tuple[str, Array, float]]:
+    """Yield names, contributions of motions (study, motion) to a sum, and its true mean."""
+    random = stream(motions, 5)
+    for spread in (1.0, 1.5):
+        values = np.exp(spread * random.standard_normal((studies, motions)))
+        yield f"lognormal, dispersion {spread:g}", values, math.exp(0.5 * spread**2)
+    fell = random.random((studies, motions)) < 0.2
+    yield "one in five", np.where(fell, np.exp(random.standard_normal(fell.shape)), 0.0), 0.2 * math.exp(0.5)
+    yield "shares", random.beta(0.3, 0.7, (studies, motions)), 0.3
+    weights = -np.diff(hazards()[TABULATED].rate_at(LEVELS), append=0.0)
+    for shape in SHAPES:
+        truth = replace(shape, correlation=0.5)
+        fallen = ida(truth, studies, motions, motions)["overturned"].transpose("study", "motion", "level").values
+        true = float(truth.probability(np.log(LEVELS)) @ weights)
+        yield f"annual falls, {shape.name}", np.asarray(fallen @ weights, dtype=np.float64), true
+
+
+def _of_means(motions: int, studies: int) -> Iterator[Row]:
+    for name, drawn, true in contributions(motions, studies):
+        values = drawn[np.ptp(drawn, axis=1) > 0.0]
+        lower, upper = mean_interval(values, CONFIDENCE)
+        length = float(np.mean(upper - lower) / (2.0 * NORMAL * values.mean(axis=1).std()))
+        yield row_of("total of an inventory", name, motions, (lower, upper), true, length)
+
+
+def _stronger(truth: Truth, x: Array) -> Array:
+    middle = math.log(MEDIAN)
+    return truth.probability(middle + (x - middle - 0.3) / 1.2)
+
+
+def _of_ratios(motions: int, studies: int) -> Iterator[Row]:
+    """Yield the rows of ratios of annual rates of two blocks under the same motions, of other medians and scatter."""
+    for shape in SHAPES:
+        weak = replace(shape, correlation=0.5)
+        strong = replace(weak, probability=partial(_stronger, shape))
+        # (one seed draws the same motions)
+        drawn = xr.concat([ida(truth, studies, motions, 1) for truth in (weak, strong)], "block")
+        hazard = hazards()[TABULATED]
+        rates = annual_rate(fit_fragility(drawn, keep_replicates=True), hazard).transpose("block", "study", ...)
+        value, samples, runs = (rates[name].values for name in ("rate", "rate_sample", "rate_of_runs"))
+        found = [
+            ratio_of(value[0, i], value[1, i], samples[0, i], samples[1, i], CONFIDENCE, runs[:, i])
+            for i in range(studies)
+        ]
+        of, lower, upper = np.array(found).T
+        true = true_rate(strong, hazard) / true_rate(weak, hazard)
+        length = _length(np.log(of), np.log(lower), np.log(upper))
+        yield row_of(f"ratio of annual rates, {TABULATED}", shape.name, motions, (lower, upper), true, length)
