@@ -13,8 +13,8 @@ import xarray as xr
 from ...aliases import Array
 from ...fragility import HazardCurve, annual_rate, fit_fragility
 from ...fragility.curves.means import mean_interval
+from ...fragility.risk.ratios import ratio_of
 from ...streams import stream
-from ...studies.plan.ratios import ratio_of
 from ..sequential.truths import MEDIAN, Truth
 from .drawn import LEVELS, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
 
@@ -67,7 +67,7 @@ def of_design(design: str, truth: Truth, motions: int, studies: int, seed: int =
             np.concatenate([one[f"rate{end}"].values for one in found]) for end in ("", "_lower", "_upper")
         )
         length = _length(np.log(rate), np.log(lower), np.log(upper))
-        of = f"{truth.name}, correlation {truth.correlation:g}" if design == "ida" else truth.name
+        of = f"{truth.name}, within motions {truth.correlation:g}" if design == "ida" else truth.name
         yield row_of(f"annual rate, {design}, {name}", of, motions, (lower, upper), true_rate(truth, hazard), length)
 
 

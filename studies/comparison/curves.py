@@ -16,6 +16,7 @@ from ...fragility.analyses.surface_results import POOLED
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
+from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import RUN
 from ...units import DIMENSIONLESS, PER_YEAR
 from ..buildings.recommendations import YEARS, Range
@@ -23,7 +24,7 @@ from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
 from ..plan.estimates import Fit
 from ..plan.form_free import modelling_factor
-from ..plan.ratios import ratio_of, verdict_of
+from ..plan.ratios import verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
 from ..text.error import StudyError

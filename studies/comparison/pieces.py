@@ -12,6 +12,7 @@ from ...aliases import Array, Index
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.totals import chances, chances_of_any
+from ...fragility.risk.ratios import ratio_of
 from ...units import DIMENSIONLESS, PER_YEAR
 from ...wording import currency_of
 from ..buildings.assessment import BUILDING
@@ -19,7 +20,7 @@ from ..buildings.outcomes import DAY
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Piece, Range
 from ..buildings.variables import Year, fall_flags, level_index, per_year
-from ..plan.ratios import ratio_of, verdict_of
+from ..plan.ratios import verdict_of
 from ..tables.unseen import at_most
 from ..text.words import floor_name, level_name, level_text
 from .ratios import ANCHORED_IN, NONE, Found, Line, Quantity

@@ -10,9 +10,9 @@ import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
+from ...fragility.risk.ratios import ratio_of
 from ...models import Block
 from ...units import DIMENSIONLESS
-from .ratios import ratio_of
 from .risk import Risk
 
 GAIN = "chance_ratio"

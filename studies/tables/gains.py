@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.risk.ratios import Ratio
 from ...fragility.runs.provenance import number_of_motions
 from ...wording import about_percent, confidence_text, counted, ratio_text
 from ..plan.gains import GAIN, MOST, OTHER
-from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, Ratio, verdict_of
+from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..text.curve_notes import verb_of
 from ..text.rows import Rows
 from ..text.words import block_title, floor_name, reference_law

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from toppling.fragility.risk.ratios import ratio_of
 from toppling.studies.comparison.answers import answer, reading
 from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity
-from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, ratio_of, verdict_of
+from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, verdict_of
 
 
 @pytest.mark.parametrize(("motions", "verdict"), [(1, ""), (2, ""), (3, ""), (8, "higher")])

@@ -1,0 +1,58 @@
+"""The ratio of two numbers of the same motions, with its interval over motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array
+from ..fitting.bootstrap import percentile_interval
+
+
+class Ratio(NamedTuple):
+    """A ratio with its interval, NaN where it is not known."""
+
+    value: float
+    lower: float
+    upper: float
+
+
+def ratio_of(
+    a: float,
+    b: float,
+    of_a: Array | None,
+    of_b: Array | None,
+    confidence: float,
+    of_runs: Sequence[float] | Array = (math.nan, math.nan),
+) -> Ratio:
+    """Return b/a with the percentile interval of the ratio of replicates, replicate by replicate.
+
+    Parameters
+    ----------
+    a, b : float
+        The two numbers, 0 or more; NaN where there is none.
+    of_a, of_b : ndarray (replicate,) or None
+        Their bootstrap replicates, of the same motions where replicates are paired; None: no interval.
+    confidence : float
+        Confidence of the interval, between 0 and 1.
+    of_runs : array_like (2,)
+        Both numbers by the runs, where a and b are of fitted curves: the interval also contains itself moved there.
+    """
+    if not (a > 0.0 and math.isfinite(a) and math.isfinite(b)):
+        return Ratio(math.nan, math.nan, math.nan)
+    # (nothing that was never seen to fall has a range of chances in its replicates)
+    if of_a is None or of_b is None or b == 0.0:
+        return Ratio(b / a, math.nan, math.nan)
+    # (a few motions decide: in many resamples nothing falls, and the rest would look more alike than they are)
+    empty = float(np.mean(~((np.asarray(of_a) > 0.0) & (np.asarray(of_b) > 0.0))))
+    if empty > 0.5 * (1.0 - confidence):
+        return Ratio(b / a, math.nan, math.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        samples = np.log(of_b) - np.log(of_a)
+    lower, upper = (float(end[0]) for end in percentile_interval(samples[None], confidence)[:2])
+    apart = math.log(of_runs[1] / of_runs[0] * a / b) if min(of_runs) > 0.0 else 0.0
+    with np.errstate(over="ignore"):
+        return Ratio(b / a, float(np.exp(min(lower, lower + apart))), float(np.exp(max(upper, upper + apart))))
