@@ -297,6 +297,28 @@ def counted(n: int, noun: str) -> str:
     return f"{n:,} {noun}{'' if n == 1 else 's'}"
 
 
+def years_text(years: float) -> str:
+    """A number of years.
+
+    Examples
+    --------
+    >>> years_text(1.0), years_text(50.0)
+    ('1 year', '50 years')
+    """
+    return f"{years:g} year{'' if years == 1.0 else 's'}"
+
+
+def with_article(noun: str) -> str:
+    """A noun after its indefinite article; Sa(T) is spoken as a word that begins with a vowel.
+
+    Examples
+    --------
+    >>> with_article("bench"), with_article("adhesive"), with_article("Sa(1 s)")
+    ('a bench', 'an adhesive', 'an Sa(1 s)')
+    """
+    return f"{'an' if noun[:1].lower() in 'aeiou' or noun.startswith('Sa') else 'a'} {noun}"
+
+
 def size_text(size: float) -> str:
     """A number of bytes with its decimal unit, from kB to EB."""
     for unit, scale in (("EB", 1e18), ("PB", 1e15), ("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):

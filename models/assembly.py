@@ -169,15 +169,15 @@ def assemble(
         zone = None  # (one-sided rocking: the zone is never crossed)
     sheets = _sheets(front, back, e, zone, around, touching)
     pieces = _pieces(sheets, around)
-    return _Table(front, back, zone, around, sheets, pieces, exact).oscillator(e)
+    found = _Table(front, back, zone, around, sheets, pieces, exact).oscillator(e)
+    return found._replace(touching=_to_back(front, back, e)) if touching and zone is None else found
 
 
 def _sheets(
     front: Side, back: Side, e: float, zone: Zone | None, around: Surroundings, touching: bool
 ) -> dict[str, _Sheet]:
     """Return the sheets of a block without restraint, from the back to the front."""
-    to_back = e if back.inertia == front.inertia else e * math.sqrt(front.inertia / back.inertia)
-    to_front = e if back.inertia == front.inertia else e * math.sqrt(back.inertia / front.inertia)
+    to_back, to_front = _to_back(front, back, e), _to_back(back, front, e)
     sheets: dict[str, _Sheet] = {}
 
     def branch(name: str, side: Side, sign: float, lower: float, wall: Contact | None, inner: _End) -> None:
@@ -234,6 +234,11 @@ def _sheets(
                 sign, 0.0, edge, -side.q2, -side.q2 * side.alpha, 0.0, 0.0, impact, _End(engine.CROSS, name)
             )
     return sheets
+
+
+def _to_back(front: Side, back: Side, e: float) -> float:
+    """Return velocity after over velocity before an impact of the base from the front to the back."""
+    return e if back.inertia == front.inertia else e * math.sqrt(front.inertia / back.inertia)
 
 
 def _chain(name: str, chords: tuple[Chord, ...], sign: float, wall: Contact | None, inner: _End) -> dict[str, _Sheet]:

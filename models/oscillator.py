@@ -84,7 +84,8 @@ class Rest(NamedTuple):
 class Oscillator(NamedTuple):
     """Oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, start and states of rest.
 
-    `sided`: its two sides differ, and the peaks of each are kept.
+    `sided`: its two sides differ, and the peaks of each are kept.  `touching`: speed with which it strikes a wall that
+    it touches over that before the impact of the base.
     """
 
     regions: tuple[Region, ...]
@@ -96,6 +97,7 @@ class Oscillator(NamedTuple):
     rests: tuple[Rest, ...] = ()
     exact: bool = False
     sided: bool = False
+    touching: float = 1.0
 
     @property
     def balance(self) -> float:
@@ -130,7 +132,7 @@ class Stack(NamedTuple):
 
 
 def stack(oscillators: Sequence[Oscillator]) -> Stack:
-    """Return tables (o, r, 13), links (o, r, 14), rests (o, s, 6) and parameters (o, 7), padded to one size."""
+    """Return tables (o, r, 13), links (o, r, 14), rests (o, s, 6) and parameters (o, 8), padded to one size."""
     rows = max(len(oscillator.regions) for oscillator in oscillators)
     most = max(1, *(len(oscillator.rests) for oscillator in oscillators))
     tables = np.zeros((len(oscillators), rows, engine.REGION_COLUMNS))
@@ -152,6 +154,7 @@ def stack(oscillators: Sequence[Oscillator]) -> Stack:
             oscillator.start,
             exact_lever(oscillator),
             oscillator.sided,
+            oscillator.touching,
         )
     return Stack(tables, links, rests, parameters)
 

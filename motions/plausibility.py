@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ..aliases import Index
+from ..aliases import Array, Index
 from ..doubts import Doubt, first_names, first_of
 from ..units import STANDARD_GRAVITY
-from ..wording import short_digits, two_digit_percent, two_digits
+from ..wording import counted, short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
 from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
@@ -35,6 +36,22 @@ Generated motions that fade leave 0.09 to 0.24 in the median, for periods of 0.3
 """
 STOREY_PERIODS = 0.02, 0.4
 """Period of a building over its storeys, s: stiff walls to soft frames."""
+USUAL: dict[str, tuple[float, float, str, str]] = {
+    "damping of a building": (0.002, 0.35, "", "per cent?"),
+    "storey height": (1.8, 30.0, "m", "centimetres or feet?"),
+    "frequency of a bench": (0.8, 1000.0, "Hz", "a period in s?"),
+    "damping of a bench": (0.002, 0.35, "", "per cent?"),
+    "period of an isolator": (0.5, 10.0, "s", "a frequency, milliseconds, or a radius in mm?"),
+    "damping of an isolator": (0.005, 0.6, "", "per cent?"),
+    "strength of an isolator": (0.002, 0.4, "", "per cent of the weight?"),
+    "displacement at which an isolator yields": (1e-4, 0.1, "m", "metres in place of mm?"),
+    "clearance of a platform": (0.001, 2.0, "m", "metres in place of mm?"),
+}
+"""Least and greatest value of numbers of buildings and supports, their unit, and the slips behind others; assumed.
+
+Tall buildings are damped by 0.003 and more (Satake et al. 2003, recalled), with dampers by up to 0.35; isolators have
+1 to 7 s and a strength or a friction of 0.01 to 0.2 of the weight (Constantinou et al. 2011, MCEER-11-0004, recalled).
+"""
 
 
 def _components(record: Record) -> list[Record]:
@@ -99,7 +116,7 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     ratio: list[str] = []
     long: list[str] = []
     first: dict[tuple[float, bytes], str] = {}
-    copies: list[str] = []
+    copies: dict[bool, list[str]] = {False: [], True: []}  # (of records, of floor histories)
 
     def keep(names: list[str], record: Record, what: str) -> None:
         names.append(f"{record.label}: {what}")
@@ -107,10 +124,10 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
             uncorrected.add(names[-1])
 
     for record in records:
-        if record.recorded and not record.floor and record.acceleration.any():
+        if record.recorded and record.acceleration.any():
             digest = hashlib.sha256(record.acceleration.tobytes()).digest()
             original = first.setdefault((record.dt, digest), record.label)
-            copies += [f"{record.label}: those of {original}"] * (original != record.label)
+            copies[bool(record.floor)] += [f"{record.label}: those of {original}"] * (original != record.label)
     for record in read:
         pga = peak_acceleration(record.acceleration, record.dt)
         if pga == 0.0:
@@ -154,9 +171,13 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     told = "the file says, gal" if any(record.recorded for record in read) else "is meant, per cent of g"
     unit = f"another unit than {told} headed g?"
     grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
-    if copies:
-        what = "a record has" if len(copies) == 1 else f"{len(copies):,} records have"
-        found.append(Doubt("spectra", f"{what} the samples of another ({first_of(copies)}): leave copies out"))
+    for named, kind, what, cure_of in (
+        (copies[False], "spectra", "record", "leave copies out"),
+        (copies[True], "table", "floor motion", "give each floor and motion its own"),
+    ):
+        if named:
+            have = f"a {what} has" if len(named) == 1 else f"{counted(len(named), what)} have"
+            found.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
     doubt("offset", offset, "keeps an offset", "keep an offset", cure(offset, level))
     doubt("drift", drift, "ends in motion", "end in motion", cure(drift, filtered))
     doubt("displacement", wandering, "wanders off", "wander off", cure(wandering, filtered))
@@ -205,13 +226,31 @@ def scaling_doubts(
     ]
 
 
-def storey_doubts(period: float, storeys: int) -> list[Doubt]:
-    """Return the doubt in the period (s) of a building for its storeys; one up to 1 s may be of any low building."""
-    least, most = STOREY_PERIODS
-    if storeys * least <= period <= max(storeys * most, 1.0):
-        return []
-    what = f"a building of {storeys} storeys with a period of {period:g} s, {period / storeys:.3g} s a storey"
-    return [Doubt("units", f"{what}, usual are {least:g} to {most:g} s: another unit or number?")]
+def unusual(values: Mapping[str, Any]) -> list[Doubt]:
+    """Return the doubts in numbers outside of what is `USUAL`; 0 and infinity mean that there is none."""
+    found = []
+    for what, given in values.items():
+        least, most, unit, slip = USUAL[what]
+        for value in np.unique(np.asarray(given)).tolist():
+            if 0.0 < value < np.inf and not least <= value <= most:
+                unit_text = f" {unit}" if unit else ""
+                said = f"{what}: {value:.3g}{unit_text}, usual are {least:g} to {most:g}{unit_text}: {slip}"
+                found.append(Doubt("building", said))
+    return found
+
+
+def building_doubts(period: float, damping: Any, heights: Array) -> list[Doubt]:
+    """Return the doubts in a building: its period (s) for its storeys, its damping, the heights of its floors (m).
+
+    A period up to 1 s may be of any low building.
+    """
+    found = unusual({"damping of a building": damping, "storey height": np.diff(heights)})
+    storeys, (least, most) = heights.size - 1, STOREY_PERIODS
+    if not storeys * least <= period <= max(storeys * most, 1.0):
+        what = f"a building of {storeys} storeys with a period of {period:g} s, {period / storeys:.3g} s a storey"
+        slip = "a frequency, masses in tonnes or stiffnesses in kN/m?"
+        found.append(Doubt("building", f"{what}, usual are {least:g} to {most:g} s: {slip}"))
+    return found
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:

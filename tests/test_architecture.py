@@ -36,16 +36,16 @@ FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels models/engine models/scenes models/slip motions/arrays
 motions/kernels studies/codes studies/money
 
-fragility/numerics models/block models/oscillator motions/corrections motions/polarity motions/readers motions/supports
+fragility/numerics models/block models/oscillator motions/corrections motions/polarity motions/readers
 
 models/assembly models/batches models/columns models/friction models/items models/restraint_force models/statics
 models/supports motions/intensity motions/pairs
 
 models/sides motions/plausibility motions/scaling
 
-models/laws motions/floors motions/simulated
+models/laws motions/simulated motions/supports
 
-benchmarks/problems models/sliding motions/matching motions/selection
+benchmarks/problems models/sliding motions/floors motions/matching motions/selection
 
 benchmarks/exact_motion benchmarks/rivals models/runs motions/generators
 

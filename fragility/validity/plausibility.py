@@ -25,6 +25,8 @@ LEAST_STRENGTH, MOST_STRENGTH = 10.0, 1e6  # N
 LEAST_SLACK, MOST_SLACK = 1e-4, 0.5  # m
 LEAST_STRETCH, MOST_STRETCH = 5e-5, 0.3
 """Elongation, m, at which a restraint breaks: its strength over its stiffness."""
+LEAST_ARM = 0.1
+"""Height, m, below which nothing is strapped to a wall: anti-tip kits hold the upper half of furniture."""
 LEAST_DENSE, MOST_DENSE = 5.0, 8000.0  # kg/m³
 UNKNOWN_DEPTH = 10.0
 """Depth over width, at most, of a block whose depth is not given."""
@@ -70,6 +72,9 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
         ):
             said = f"{name}: it would stretch by {1e3 * stretch:.3g} mm before it breaks"
             found.setdefault("a stiffness in N/m or kN/mm in place of N/mm?", []).append(said)
+        if one.front is not None and one.front < LEAST_ARM and one.kind in ("strap", "bracket", "cable"):
+            said = f"{name}: a {one.kind} that acts {1e3 * one.front:.3g} mm above the floor"
+            found.setdefault("a height in centimetres or decimetres?", []).append(said)
         if one.slack > MOST_SLACK or 0.0 < one.slack < LEAST_SLACK:
             found.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * one.slack:g} mm")
     for block in blocks:

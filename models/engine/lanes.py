@@ -180,7 +180,7 @@ def begin_run(x, k, model, o, begin):
     if model.parameters[o, PAR_SIDED] != 0.0:
         k[SIDED] = 1
         x[FRONT] = max(x[THETA], 0.0)
-        x[BACK] = max(-x[THETA], 0.0)
+        x[BACK] = max(0.0, -x[THETA])  # (never -0)
 
 
 @kernel(**FUSED)

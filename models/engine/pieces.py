@@ -43,6 +43,7 @@ from .tables import (
     OVERTURNED,
     PAR_EXACT,
     PAR_RESTITUTION,
+    PAR_TOUCHING,
     REGION_CENTRE,
     REGION_DAMPING,
     REGION_GAIN,
@@ -148,7 +149,9 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time, weight):
         return
     if action == BOUNCE:
         k[WALL_IMPACTS] += 1
-        x[WALL_STRIKE] = max(x[WALL_STRIKE], speed)
+        # (at a wall that it touches the impact of the base goes before)
+        share = model.parameters[o, PAR_TOUCHING] if x[THETA] == 0.0 else 1.0
+        x[WALL_STRIKE] = max(x[WALL_STRIKE], share * speed)
         raise_peak(x, k, x[THETA])
         x[OMEGA] *= -factor
     else:

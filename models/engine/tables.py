@@ -78,8 +78,9 @@ RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
     PAR_START,
     PAR_EXACT,
     PAR_SIDED,
-) = range(7)
-PAR_COLUMNS = 7
+    PAR_TOUCHING,
+) = range(8)
+PAR_COLUMNS = 8
 
 # State of a run.  FRONT, BACK: the largest rotations to the right and to the left; where an oscillator is not SIDED,
 # both are the larger one.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ... import checks
+from ...wording import with_article
 
 KINDS = ("strap", "bracket", "cable", "pole", "tendon", "adhesive")
 TEST_STRENGTH = 267.0
@@ -27,7 +28,7 @@ class Restraint:
         Force over elongation of one of them, N/m, > 0; infinity for an adhesive.
     front, back : float or None
         Moment arm about the front and the rear lower corner, m: the elongation is the arm times the rotation towards
-        that side; None: it does not act on that side.  (Of poles, tendons and adhesives they follow from the block.)
+        that side; None: it does not act on that side.  The class methods set them: an adhesive acts on both sides.
     slack : float
         Elongation before it is taut, m, >= 0.
     preload : float
@@ -73,7 +74,9 @@ class Restraint:
         if self.stiffness == math.inf and (self.slack > 0.0 or self.preload > 0.0):
             raise ValueError("a rigid restraint (stiffness inf) has neither slack nor preload: give its stiffness")
         if self.stiffness == math.inf and self.kind in ("strap", "cable"):
-            raise ValueError(f"a {self.kind} must have a finite stiffness: a rigid one would break whenever it jerks")
+            raise ValueError(
+                f"{with_article(self.kind)} must have a finite stiffness: a rigid one would break whenever it jerks"
+            )
 
     @classmethod
     def strap(
@@ -115,7 +118,8 @@ class Restraint:
     ) -> Restraint:
         """Return a cable to the wall from the rear edge at a height (m), at an angle (rad, upwards from horizontal).
 
-        Its arm about the front corner is height cos(angle) - width sin(angle), with the block's width (m).
+        It acts on rotations to the front only.  Its arm about the front corner is height cos(angle) - width sin(angle),
+        with the block's width (m).
         """
         slope = checks.number("angle", angle, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
         arm = height * math.cos(slope) - width * math.sin(slope)
@@ -127,17 +131,26 @@ class Restraint:
     def pole(
         cls, preload: float, strength: float, stiffness: float, front: float, back: float, count: int = 1
     ) -> Restraint:
-        """Return a pole between block and ceiling, at distances (m) from the front and the rear lower corner."""
+        """Return a pole between block and ceiling, at distances (m) from the front and the rear lower corner.
+
+        It acts on rotations to both sides.
+        """
         return cls("pole", strength, stiffness, front, back, 0.0, preload, count)
 
     @classmethod
     def tendon(cls, stiffness: float, strength: float = math.inf, preload: float = 0.0, *, width: float) -> Restraint:
-        """Return a vertical tendon in the middle of a block of a width (m), anchored in the floor."""
+        """Return a vertical tendon in the middle of a block of a width (m), anchored in the floor.
+
+        It acts on rotations to both sides.
+        """
         return cls("tendon", strength, stiffness, 0.5 * width, 0.5 * width, 0.0, preload)
 
     @classmethod
     def adhesive(cls, strength: float, front: float, back: float | None = None) -> Restraint:
-        """Return an adhesive (putty, pads) that holds rigidly until it peels, at distances (m) from both corners."""
+        """Return an adhesive (putty, pads) that holds rigidly until it peels, at distances (m) from both corners.
+
+        It acts on rotations to both sides; `back` is `front` where it is not given.
+        """
         return cls("adhesive", strength, math.inf, front, front if back is None else back)
 
     @property

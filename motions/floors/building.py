@@ -30,7 +30,7 @@ from ..arrays import (
     shakes_of,
 )
 from ..kernels import oscillators as engine
-from ..plausibility import record_doubts, ringing_doubts, storey_doubts
+from ..plausibility import building_doubts, record_doubts, ringing_doubts
 from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import Isolation
@@ -137,7 +137,7 @@ class Building:
         number = _up_to("storeys", storeys, MAX_STOREYS)
         count = _up_to("modes", modes, MOST_BEAM_MODES)
         heights = storey_heights(storey_height, number)
-        warn(storey_doubts(first, number))
+        warn(building_doubts(first, damping, heights))
         found = beam_modes(shape, count, heights / heights[-1])
         text = (
             f"flexural-shear building, {number} storeys, {heights[-1]:g} m, T1 = {first:g} s, alpha0 = {shape:g}, "
@@ -241,9 +241,9 @@ class Building:
         [0.508, 0.194]
         """
         m, k, omega, shares = _chain(masses, stiffnesses)
-        warn(storey_doubts(2.0 * math.pi / float(omega[0]), m.size))
         count = m.size if modes is None else _up_to("modes", modes, m.size)
         heights = storey_heights(storey_height, m.size)
+        warn(building_doubts(2.0 * math.pi / float(omega[0]), damping, heights))
         if yield_coefficient is not None:
             if modes is not None:
                 raise ValueError("modes must be left out where storeys yield: the building has all of them")
@@ -323,6 +323,7 @@ class Building:
         if yield_coefficient is None and (p_delta is not None or hardening != HARDENING or strength_dispersion != 0.0):
             raise ValueError(NO_STRENGTH)
         heights = storey_heights(storey_height, m.size)
+        warn(building_doubts(2.0 * math.pi / float(omega[0]), damping, heights))
         text = f"isolated shear building, {m.size} storeys, {heights[-1]:g} m, T1 on a fixed base = "
         text += f"{2.0 * math.pi / omega[0]:.4g} s, {_damping_text(damping)}"
         return yielding_building(

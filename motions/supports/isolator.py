@@ -11,12 +11,13 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
-from ...doubts import warn
+from ...doubts import noted, warn
 from ...units import STANDARD_GRAVITY
 from ..arrays import records
 from ..kernels.pendulum import pendulum_response
 from ..kernels.stops import stopped_response
 from ..kernels.yielding import storey_response
+from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only
 from .stops import RESTITUTION, Stops
 from .support import Support
@@ -122,8 +123,10 @@ class Isolator:
         0.211999576
         """
         known = checks.number("period", period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
-        plain = Support(1.0 / known, damping, mass_ratio, one_way)
+        with noted():  # (it is no bench)
+            plain = Support(1.0 / known, damping, mass_ratio, one_way)
         if clearance is None and stop_frequency is None and stop_restitution == RESTITUTION:
+            warn(unusual({"period of an isolator": period, "damping of an isolator": damping}))
             return plain
         stops = Stops(math.inf if clearance is None else clearance, stop_frequency, stop_restitution)
         return cls(LINEAR, period, 0.0, 0.0, damping, stops, mass_ratio, one_way)
@@ -220,6 +223,17 @@ class Isolator:
                 "that is softer than the isolator hardly holds the platform"
             )
         one_way_only(self.mass_ratio, self.one_way)
+        warn(
+            unusual(
+                {
+                    "period of an isolator": self.period,
+                    "damping of an isolator": self.damping,
+                    "strength of an isolator": self.strength,
+                    "displacement at which an isolator yields": self.yield_displacement,
+                    "clearance of a platform": self.stops.clearance,
+                }
+            )
+        )
 
     def motions(self, motions: xr.DataArray, factor: float = 1.0) -> xr.DataArray:
         """Return the motions on top of the isolator under motions of one strength.

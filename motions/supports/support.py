@@ -10,7 +10,9 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import warn
 from ..kernels.oscillators import oscillator_history
+from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only
 
 LEAST_FREQUENCY, MOST_FREQUENCY = 0.01, 1000.0
@@ -62,6 +64,7 @@ class Support:
         checks.number("frequency", self.frequency, at_least=LEAST_FREQUENCY, at_most=MOST_FREQUENCY, unit="Hz")
         checks.number("damping", self.damping, at_least=0.0, below=1.0)
         one_way_only(self.mass_ratio, self.one_way)
+        warn(unusual({"frequency of a bench": self.frequency, "damping of a bench": self.damping}))
 
     def motions(self, motions: xr.DataArray) -> xr.DataArray:
         """Return the motions on top of the support.

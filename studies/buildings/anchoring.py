@@ -15,8 +15,8 @@ from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from .outcomes import ANY
-from .savings import AdditiveItems, AnchoringOrder, EventItems, FreeItems, ItemChances, order_of, score_of
-from .variables import JOINT, PER_YEAR, Year, level_index, per_year, variable
+from .savings import AdditiveItems, AnchoringOrder, EventItems, FreeItems, ItemChances, Load, order_of, score_of
+from .variables import JOINT, PER_YEAR, Year, carried_items, level_index, per_year, variable
 
 AMOUNTS = ("number", "loss")
 
@@ -71,9 +71,10 @@ def anchoring(
 
     Notes
     -----
-    Expectations add up, so the steps are in the order of the savings.  Probabilities of a consequence do not add up: of
-    two shelves that fall across the same door in the same motions, anchoring one saves nothing.  A step in which no
-    item saves anything takes the item with the largest value alone.
+    Expectations add up, so the steps are in the order of the savings, but for what stands on another piece: its value
+    is lost where either falls, so that anchoring one of the two saves it only in motions in which the other stands.
+    Probabilities of a consequence do not add up: of two shelves that fall across the same door in the same motions,
+    anchoring one saves nothing.  A step in which no item saves anything takes the item with the largest value alone.
 
     Examples
     --------
@@ -151,10 +152,14 @@ class Resampling(NamedTuple):
 def _free(assessment: xr.Dataset, objective: str, year: Year, chosen: Index, array: Allocator) -> FreeItems:
     """Return the chosen items with their contributions; anchored items do not overturn and do not count."""
     every = ItemChances(assessment, chosen)
-    counts = assessment["count"].values[chosen]
-    if objective in AMOUNTS:
-        amounts = counts * (assessment["value"].values[chosen] if objective == "loss" else 1.0)
-        return AdditiveItems(every, amounts, year, array)
+    if objective == "loss":
+        amounts = assessment["count"].values * assessment["value"].values
+        at = {line: i for i, line in enumerate(chosen.tolist())}
+        carried = carried_items(assessment).items()
+        loads = [Load(at.get(i), at[below], float(amounts[i])) for i, below in carried if below in at]
+        return AdditiveItems(every, amounts[chosen], year, array, loads)
+    if objective == "number":
+        return AdditiveItems(every, assessment["count"].values[chosen], year, array)
     return EventItems(every, year, array)
 
 

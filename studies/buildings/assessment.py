@@ -53,7 +53,7 @@ from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Contents, Inventory, row_doubts
 from .axes import placed_on_axes
 from .modelling import ShiftedLevels, covering, joined, refuse_own_motions, scored_levels, several_classes
-from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, thresholds_up_to, upper_tail
+from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, lost_flags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
 from .slide_runs import SlidingRuns, Slipping, draws_of, faces_an_edge, slides
 from .sliding import slide_coordinates, slide_variables
@@ -314,7 +314,10 @@ def assess(
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
     )
-    joint = JointFlags(inventory, flags, members, thresholds, draws, runner.array, scores, shaking.polarities, edges)
+    lost = lost_flags(flags, inventory.carried, runner.array)
+    joint = JointFlags(
+        inventory, flags, members, thresholds, draws, runner.array, scores, shaking.polarities, edges, lost
+    )
     precision = precision.over(shaking.runs // shaking.polarities)
     modelled, to_front = None, None if front is None else replace(joint, flags=front)
     to_side = None if sideways is None else replace(joint, flags=sideways)
@@ -655,7 +658,12 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
         tails = [row.loss if row.cost is None else upper_tail(row.cost) for row in rows]
         found = thresholds_up_to(math.fsum(row.count * tail for row, tail in zip(rows, tails, strict=True)))
         # (a loss without spread steps at the values of pieces, which a grid misses by up to a tenth)
-        exact = {k * row.loss for row in rows if row.cost is None and not row.anchored for k in range(1, row.count + 1)}
+        exact = {
+            k * row.loss
+            for row in rows
+            if row.cost is None and (not row.anchored or row.stands_on)
+            for k in range(1, row.count + 1)
+        }
         return np.union1d(found, list(exact)) if len(exact) <= MOST_THRESHOLDS else found
     values = checks.finite_array("losses", np.atleast_1d(np.asarray(losses)), unit=inventory.currency)
     if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):

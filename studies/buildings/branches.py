@@ -136,10 +136,11 @@ def rates_over_branches(
     parts = []
     for rows in slabs:
         sampled = [one.of_items(rows) for one in every]
+        lost = [one.of_items(rows, lost=True) for one in every] if inventory.carried else sampled
         parts.append(found.of(sampled))
         for name, each in amounts.items():
             share = members[:, rows] * each[rows]
-            of_slab = [one.summed(share) for one in sampled]
+            of_slab = [one.summed(share) for one in (lost if name == LOSS else sampled)]
             before = totals.get(name)
             totals[name] = of_slab if before is None else [a.plus(b) for a, b in zip(before, of_slab, strict=True)]
     found.keep(ITEM_RATE, ("item",), [np.concatenate(each) for each in zip(*parts, strict=True)], PER_YEAR)
@@ -295,12 +296,13 @@ class _Branch:
         mean = covering(hazard, self.levels, beta)
         return ShiftedLevels.between(level_weights(self.levels, mean), mean, hazard, beta)
 
-    def of_items(self, rows: slice) -> _Sampled:
-        """Return the rates of a slab of items."""
+    def of_items(self, rows: slice, lost: bool = False) -> _Sampled:
+        """Return the rates of a slab of items; lost: also where what they stand on falls."""
         beta, spread = self.sampling.beta, self.sampling.spread
-        given = self.chances.piece(slice(self.at, self.at + 1), rows)[0]
+        given = (self.chances.lost if lost else self.chances.piece)(slice(self.at, self.at + 1), rows)[0]
         counts = np.array([row.count for row in self.inventory.rows[rows]])
-        self.number += np.einsum("i,ilm->l", counts, given) / self.runs
+        if not lost:
+            self.number += np.einsum("i,ilm->l", counts, given) / self.runs
         resampled = self.every.resampled(given, self.drawn)
         mean = self._year(self.hazard, beta).total(given).mean(axis=-1)
         inside = 0.0 if spread else beta

@@ -236,7 +236,7 @@ def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
     words = joint.inventory.consequences
     labels = np.array(classes_of(joint.inventory), dtype=object)
     for label in dict.fromkeys(labels):
-        part = joint.part(np.flatnonzero((labels == label) & joint.standing))
+        part = joint.part(np.flatnonzero((labels == label) & (joint.exposed)))
         if part is None:
             continue
         own = part.results

@@ -6,7 +6,7 @@ Flags of all lines are processed slab by slab, lines in their order, and only su
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -33,7 +33,7 @@ class Quantity(NamedTuple):
     """An amount that overturns: its name, the mean amount of each piece (item,), its unit, long name and thresholds.
 
     drawn: the consequence of `Contents` that is drawn for each piece, '' where none is.  greatest: of several pieces
-    the greatest amount counts, not the sum.
+    the greatest amount counts, not the sum.  taken: a piece counts also where the piece that it stands on falls.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Quantity(NamedTuple):
     strictly: bool
     drawn: str = ""
     greatest: bool = False
+    taken: bool = False
 
     @property
     def bound(self) -> str:
@@ -94,7 +95,8 @@ class JointFlags:
     has a value; array: allocates the arrays of every motion; scores: draws of the consequences of pieces; polarities:
     of each motion, which follow one another along motion and are outcomes of their own with the same draws.
     variability: how pieces are drawn from variants, None where they are alike.  edges: whether flags are of pieces that
-    fell off an edge, too.
+    fell off an edge, too.  lost: flags of pieces that fell or whose support did (`lost_flags`), None where nothing is
+    carried.
     """
 
     inventory: Inventory
@@ -106,6 +108,7 @@ class JointFlags:
     scores: PieceScores = field(default_factory=PieceScores)
     polarities: int = 1
     edges: bool = False
+    lost: Flags | None = None
 
     @cached_property
     def counts(self) -> Index:
@@ -116,6 +119,11 @@ class JointFlags:
     def standing(self) -> Flags:
         """True for items that are not anchored (item,)."""
         return np.array([not row.anchored for row in self.inventory.rows])
+
+    @cached_property
+    def exposed(self) -> Flags:
+        """True for items that are not anchored, or are lost where what they stand on falls (item,)."""
+        return self.standing if self.lost is None else self.standing | self.lost.any(axis=(0, 2, 3, 4))
 
     @property
     def falls(self) -> str:
@@ -146,7 +154,8 @@ class JointFlags:
             units = self.inventory.currency or DIMENSIONLESS
             spread = any(row.cost is not None for row in rows)
             text = f"cost of what {self._has_fallen}" if spread else f"value {self.fell}"
-            found.append(Quantity("loss", values, units, text, self.losses, True, "cost" if spread else ""))
+            drawn = "cost" if spread else ""
+            found.append(Quantity("loss", values, units, text, self.losses, True, drawn, taken=True))
         days = np.array([0.0 if row.downtime is None else row.downtime.mean for row in rows])
         if days.any():
             thresholds = thresholds_up_to(max(upper_tail(row.downtime) for row in rows))
@@ -175,10 +184,16 @@ class JointFlags:
         """Return True where any standing piece can cause an event, shape (…) of its sets."""
         return np.asarray(np.any(event.sets & self.standing, axis=-1))
 
-    def chances(self) -> Iterator[tuple[slice, slice, Array]]:
-        """Yield slabs of P(a piece overturns | motion) (model, item, level, motion), with their bounds."""
-        for of, rows, flags in self._slabs():
-            yield of, rows, chances(flags)
+    def chances(self) -> Iterator[tuple[slice, slice, Array, Array]]:
+        """Yield slabs of P(a piece overturns | motion) and P(it is lost | motion), with their bounds.
+
+        Both have the dimensions (model, item, level, motion).
+        """
+        sizes = dict(zip(("model", "item", "variant", "level", "motion"), self.flags.shape, strict=True))
+        for where in slabs(sizes, ("model", "item")):
+            of, rows = where.get("model", slice(None)), where.get("item", slice(None))
+            chance = chances(self.flags[of, rows])
+            yield of, rows, chance, chance if self.lost is None else chances(self.lost[of, rows])
 
     @cached_property
     def results(self) -> JointOutcomes:
@@ -192,15 +207,15 @@ class JointFlags:
             {one.name: self.filled((*of_places, self.realisations(one)), 0.0) for one in quantities},
             {one.name: self.filled((models, *one.sets.shape[:-1], *shaken), 1.0) for one in events},
         )
-        for of, rows, flags in self._slabs():
-            chance = chances(flags)
+        for of, rows, chance, lost in self.chances():
             members, counts = self.members[:, rows], self.counts[rows]
             for one in quantities:
                 if not one.greatest:
-                    expected_totals(chance, one.amounts[rows] * counts, members, found.expected[one.name][of])
+                    of_one = lost if one.taken else chance
+                    expected_totals(of_one, one.amounts[rows] * counts, members, found.expected[one.name][of])
             outcomes = {one.name: found.outcomes[one.name][of] for one in quantities}
-            for i in np.flatnonzero(flags.any(axis=(0, 2, 3, 4))):
-                self._add(range(items)[rows][i], flags[:, i], outcomes)
+            for i in np.flatnonzero(lost.any(axis=(0, 2, 3))):
+                self._add(range(items)[rows][i], of, outcomes)
             any_piece = chances_of_any(chance, counts, independent)
             for event in events:
                 none = found.happens[event.name][of]
@@ -215,53 +230,65 @@ class JointFlags:
             return self.variability.realisations
         return self.scores.realisations if quantity.drawn else 1
 
-    def _add(self, i: int, flags: Flags, outcomes: dict[str, Array]) -> None:
-        """Add the amounts of line i, with its flags (model, variant, level, motion), to the outcomes.
+    def _add(self, i: int, of: slice, outcomes: dict[str, Array]) -> None:
+        """Add the amounts of line i under some laws to the outcomes of these.
 
         The pieces of a line are exchangeable: where n of them fall, they are the first n that are drawn, so that the
         same pieces fall at every level, and more of them at a higher one.
         """
         row, places = self.inventory.rows[i], np.flatnonzero(self.members[:, i])
+        flags = self.flags[of, i]
+        lost = flags if self.lost is None else self.lost[of, i]
         drawn = np.full((1, 1, 1), row.count)
         if self.variability is not None:
             drawn = drawn_pieces(self.variability, row.label, row.count, flags.shape[-1] // self.polarities)
             drawn = np.repeat(drawn, self.polarities, axis=0)
-        fallen = fallen_pieces(flags, drawn)
+        fell = fallen_pieces(flags, drawn)
+        fallen = {False: fell, True: fell if self.lost is None else fallen_pieces(lost, drawn)}
         spread = []
         for one in self.quantities:
             if one.drawn and getattr(row, one.drawn) is not None:
                 spread += [one] if one.amounts[i] > 0.0 else []
                 continue
             for place in places:  # (of costs that have a spread, too, where that of this line has none)
-                outcomes[one.name][:, place] += one.amounts[i] * fallen
-        for motion in np.flatnonzero(flags.any(axis=(0, 1, 2))) if spread else ():
+                outcomes[one.name][:, place] += one.amounts[i] * fallen[one.taken]
+        for motion in np.flatnonzero(lost.any(axis=(0, 1, 2))) if spread else ():
             scores = self.scores.of_pieces(row.label, row.count, int(motion) // self.polarities)
-            which = fallen[:, :, motion].astype(np.int64), np.arange(self.scores.realisations)
             for one in spread:
+                which = fallen[one.taken][:, :, motion].astype(np.int64), np.arange(self.scores.realisations)
                 amounts = one.running(getattr(row, one.drawn).at(scores[..., COLUMNS[one.drawn]]))[which]
                 for place in places:
                     here = outcomes[one.name][:, place, :, motion]
                     (np.maximum if one.greatest else np.add)(here, amounts, out=here)
-
-    def _slabs(self) -> Iterator[tuple[slice, slice, Flags]]:
-        """Yield slabs of the flags with their bounds, lines in their order."""
-        sizes = dict(zip(("model", "item", "variant", "level", "motion"), self.flags.shape, strict=True))
-        for where in slabs(sizes, ("model", "item")):
-            of, rows = where.get("model", slice(None)), where.get("item", slice(None))
-            yield of, rows, self.flags[of, rows]
 
     def part(self, rows: Index) -> JointFlags | None:
         """Return the flags of some lines, None where there are none."""
         if not rows.size:
             return None
         inventory = replace(self.inventory, rows=tuple(self.inventory.rows[i] for i in rows))
-        return replace(self, inventory=inventory, flags=self.flags[:, rows], members=self.members[:, rows])
+        lost = None if self.lost is None else self.lost[:, rows]
+        return replace(self, inventory=inventory, flags=self.flags[:, rows], members=self.members[:, rows], lost=lost)
 
     def filled(self, shape: tuple[int, ...], value: float) -> Array:
         """Allocate an array of one value."""
         found = self.array(shape, np.float64)
         found[...] = value
         return found
+
+
+def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_memory) -> Flags | None:
+    """Return the flags of pieces that fell or whose support did, None where nothing is carried.
+
+    carried: as `Inventory.carried`.  Of a line and its support, which differ, variants are independent draws, so that
+    those of one number are a sample of both.
+    """
+    if not carried:
+        return None
+    found = array(flags.shape, np.bool_)
+    found[...] = flags
+    for line, support in carried.items():
+        found[:, line] |= flags[:, support].astype(bool)
+    return found
 
 
 def thresholds_up_to(most: float) -> Array:

@@ -30,7 +30,7 @@ from .recommendations import (
     settled,
 )
 from .sliding import ITEM_MOVES_SHARE, MOVES_SHARE, shares_with_moving_supports
-from .variables import JOINT
+from .variables import ITEM_SAVING, JOINT
 
 SAFETY = ("injury", "blocks-exit", "release")
 """Consequences that rank before money, where a study names no others."""
@@ -107,6 +107,8 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
         carried = _carried(here, str(item))
         lost = count * value + carried
         saving = chance.times(lost) if yearly and lost > 0.0 else UNKNOWN
+        if ITEM_SAVING in here and lost > 0.0 and not one["anchored"]:
+            saving = Range(*(float(here[f"{ITEM_SAVING}{end}"].values[i]) for end in ("", "_lower", "_upper")))
         found.append(
             Piece(
                 item=str(item),
@@ -173,10 +175,7 @@ def _tried(here: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffec
 
 
 def _carried(here: xr.Dataset, support: str) -> float:
-    """Return the value of what stands on the pieces of a line, and is lost where these fall, also if it is held there.
-
-    What falls by itself in the same motions is counted in its own line as well.
-    """
+    """Return the value of what stands on the pieces of a line and is lost where these fall, also if it is held."""
     if "stands_on" not in here.coords:
         return 0.0
     above = here.isel(item=np.flatnonzero(here["stands_on"].values == support))

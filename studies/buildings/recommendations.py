@@ -111,9 +111,9 @@ class Piece(NamedTuple):
     none.  chosen: whether it is among the lines to anchor for the study's budget, None where there is none.
     downtime: expected days a year for which one piece is out of use; injuries: expected number of persons a year
     whom the line injures.  kit: the kit that holds it and can break, '' for none.  carried: value of what stands on
-    the pieces of the line, which is lost where they fall and is part of the saving.  tried: what the kits that were
-    tried on it do.  doubt: why its chance of falling is no ground for advice (`OUTSIDE`, `INDICATIVE`), '' where it
-    is one.
+    the pieces of the line, which is lost where they fall: part of the saving, but for what falls by itself in the same
+    motions.  tried: what the kits that were tried on it do.  doubt: why its chance of falling is no ground for advice
+    (`OUTSIDE`, `INDICATIVE`), '' where it is one.
     """
 
     item: str

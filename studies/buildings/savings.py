@@ -6,7 +6,7 @@ Flags are read in parts, of items or of motions; arrays of every item and motion
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ import xarray as xr
 from ...aliases import Array, Index
 from ...fragility.numerics.slabs import Allocator, slabs
 from ...fragility.numerics.totals import chances, chances_of_any
-from .variables import Year, fall_flags
+from .variables import Year, carried_items, fall_flags
 
 
 class AnchoringOrder(NamedTuple):
@@ -57,31 +57,66 @@ class FreeItems(ABC):
 
 
 class AdditiveItems(FreeItems):
-    """Items whose amounts add up to the objective."""
+    """Items whose amounts add up to the objective; a load is lost where it or the item that it stands on falls."""
 
-    def __init__(self, chances: ItemChances, amounts: Array, year: Year, array: Allocator) -> None:
+    def __init__(
+        self, chances: ItemChances, amounts: Array, year: Year, array: Allocator, loads: Sequence[Load] = ()
+    ) -> None:
         self.array = array
         models, items, _, motions = chances.shape
         self.alone = array((models, items, year.size(motions)), np.float64)
         for of, rows in chances.of_items():
             self.alone[of, rows] = year.total(chances.piece(of, rows)) * amounts[rows, None]
+        # (what is lost with either of two is counted with both, less once where both fall)
+        self._twice: dict[tuple[int, int], Array] = {}
+        for load in loads:
+            support = slice(load.support, load.support + 1)
+            self.alone[:, load.support] += load.amount * year.total(chances.piece(slice(None), support))[:, 0]
+            if load.item is not None:
+                both = load.amount * year.total(chances.both(load.item, load.support))
+                self._twice[load.item, load.support] = both
 
     @property
     def whole(self) -> Array:
-        return np.asarray(self.alone.sum(axis=1))
+        return np.asarray(self.alone.sum(axis=1) - sum(self._twice.values()))
 
     @property
     def savings(self) -> Array:
-        return self.alone
+        if not self._twice:
+            return self.alone
+        found = self.array(self.alone.shape, np.float64)
+        found[...] = self.alone
+        for pair, both in self._twice.items():
+            for item in pair:
+                found[:, item] -= both
+        return np.maximum(found, 0.0, out=found)  # (rounding)
 
     def steps(self, cost: Array | None) -> AnchoringOrder:
-        mean = self.alone.mean(axis=-1)
-        order = order_of(score_of(mean, cost), mean)
+        alone, saved = self.alone.mean(axis=-1), self.savings.mean(axis=-1)
+        models, items = alone.shape
+        order = np.empty((models, items), np.int64)
         left = self._nothing_left()
-        for k, one in enumerate(order):
-            for step in range(one.size - 1, -1, -1):
-                np.add(left[k, step + 1], self.alone[k, one[step]], out=left[k, step])
+        for k in range(models):
+            standing = np.ones(items, bool)
+            for step in range(items):
+                score = np.where(standing, score_of(saved[k], cost), -np.inf)
+                best = np.flatnonzero(score == score.max())
+                item = order[k, step] = best[alone[k, best].argmax()]
+                standing[item] = False
+                for other, both in self._beside(item, k):
+                    saved[k, other] += both.mean()
+            for step in range(items - 1, -1, -1):
+                item = order[k, step]
+                np.add(left[k, step + 1], self.alone[k, item], out=left[k, step])
+                for other, both in self._beside(item, k):
+                    left[k, step] -= both if other in order[k, step:] else 0.0
         return AnchoringOrder(order, left)
+
+    def _beside(self, item: int, k: int) -> Iterator[tuple[int, Array]]:
+        """Yield the items that an item carries or stands on, and what is lost with both (motion,) under one law."""
+        for pair, both in self._twice.items():
+            if item in pair:
+                yield sum(pair) - item, both[k]
 
 
 class EventItems(FreeItems):
@@ -172,6 +207,14 @@ class EventItems(FreeItems):
         return self.year.total(others)
 
 
+class Load(NamedTuple):
+    """What stands on an item: its position among the items, None where it is fixed, the item's, and its amount."""
+
+    item: int | None
+    support: int
+    amount: float
+
+
 class ItemChances:
     """Probabilities of items given the motion, from the flags of an assessment, read in parts.
 
@@ -180,6 +223,7 @@ class ItemChances:
 
     def __init__(self, assessment: xr.Dataset, chosen: Index, flags_of: str = "") -> None:
         self._flags = fall_flags(assessment, flags_of).variable
+        self._carried = carried_items(assessment)
         self._chosen = chosen
         self._counts = assessment["count"].values[chosen]
         self._independent = assessment.attrs["pieces"] == "independent"
@@ -195,6 +239,19 @@ class ItemChances:
     def piece(self, of: slice, rows: slice) -> Array:
         """P(a piece overturns | motion) (model, item, level, motion)."""
         return chances(self._flags[of, self._chosen[rows]].values)
+
+    def lost(self, of: slice, rows: slice) -> Array:
+        """P(a piece overturns, or what it stands on does | motion) (model, item, level, motion)."""
+        flags = self._flags[of, self._chosen[rows]].values
+        for i, line in enumerate(self._chosen[rows].tolist()):
+            if line in self._carried:
+                flags[:, i] |= self._flags[of, self._carried[line]].values
+        return chances(flags)
+
+    def both(self, first: int, second: int) -> Array:
+        """P(pieces of two items overturn | motion) (model, level, motion)."""
+        pair = [self._flags[:, self._chosen[i]].values for i in (first, second)]
+        return chances((pair[0] & pair[1])[:, None])[:, 0]
 
     def any_piece(self, k: int, levels: Index, part: slice) -> Array:
         """P(at least one piece of an item overturns | motion) under one law (item, level, motion)."""

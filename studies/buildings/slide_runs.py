@@ -189,13 +189,13 @@ class SlidingRuns:
         for motion, on in zip(motions, cut_slides(found["slide_peak"], found[AFTER]).tolist(), strict=True):
             self.cut[motion.label] = on or self.cut.get(motion.label, False)
         peak, *sides = (np.nan_to_num(found[name], nan=math.inf) for name in SLIPS)
-        # (the reverse of a motion takes the piece as far to the other side)
-        forward, backward = (
-            np.stack((one, other)[: self.polarities], axis=-1).reshape(len(sliders), *self.shape)
-            for one, other in (sides, sides[::-1])
+        met = found[TRIP_VELOCITY] if near else peak
+        # (the reverse of a motion takes the piece as far to the other side; motions of each level stand in a row)
+        pairs = (sides, sides[::-1], (peak, peak), (met, met))
+        forward, backward, peak, met = (
+            np.stack(pair[: self.polarities], axis=-1).reshape(len(sliders), *self.shape) for pair in pairs
         )
-        met = np.repeat(found[TRIP_VELOCITY], self.polarities, axis=-1) if near else None
-        return _Slips(forward, backward, np.repeat(peak, self.polarities, axis=-1), met)
+        return _Slips(forward, backward, peak, met if near else None)
 
     def _add(self, i: int, variant: int, block: Block, needed: _Needed, mu: float, slips: _Slips) -> None:
         """Count a variant of line i with its coefficient and its slips (level, motion) where it moves at all."""

@@ -80,7 +80,7 @@ def slide_variables(
     (model, item, variant, level, motion).  NaN of lines whose sliding is not known.
     """
     rows = joint.inventory.rows
-    rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), -1)
+    rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
     every, alone = range(len(rows)), np.ones((len(rows), overturned.shape[2]))
 
     def counted(which: int | slice) -> Callable[[slice], Array]:
@@ -244,7 +244,8 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
     said += exact_friction_notes(exactly_known(inventory))
     if MOVES in assessment:
         moving = shares_with_moving_supports(assessment)
-        worst = int(np.argmax(moving))
+        above = [i for i, row in enumerate(inventory.rows) if row.stands_on]
+        worst = max(above, key=lambda i: moving[i])
         name = listed_name(str(assessment["item"].values[worst]))
         said.append(
             "objects on pedestals are run as if their pedestals moved with the floor: of the falls of "

@@ -38,6 +38,7 @@ DRAWING, OF_DRAWS = "_sampling_error", "standard error from the draws"
 """Ending and text of the error that the draws of pieces and of their consequences leave in a value."""
 DOUBTFUL = "doubtful"
 """Coordinate of a ranking: whether no advice can rest on an item's chance of falling."""
+ITEM_SAVING = "item_annual_saving"
 FALLEN = "fallen"
 """Flags of pieces that overturned or fell off, where any line has an edge; else those of ``overturned`` are all."""
 
@@ -116,7 +117,8 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     found = with_interval("probability", dims, falls, DIMENSIONLESS, text, precision)
     for one in joint.quantities:
         # at most everything overturns that is not anchored
-        most = (joint.members @ (one.amounts * joint.counts * joint.standing))[None, :, None]
+        can_fall = joint.exposed if one.taken else joint.standing
+        most = (joint.members @ (one.amounts * joint.counts * can_fall))[None, :, None]
         means = precision.of_means(of_motions(results.expected[one.name], joint.polarities), most)
         dims = ("model", "place", "level")
         found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
@@ -161,7 +163,7 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
 def _falls(joint: JointFlags, shape: tuple[int, int, int], precision: Precision, modelled: Modelled | None) -> Array:
     """Return the probability that a piece falls given the level, and its ends (value and ends, model, item, level)."""
     found = np.empty((3, *shape))
-    for of, rows, chance in joint.chances():
+    for of, rows, chance, _ in joint.chances():
         given = chance if modelled is None else modelled.mixture.of(chance)
         of_each = of_motions(given, joint.polarities)
         found[:, of, rows] = precision.of_probabilities(of_each, joint.standing[rows, None])
@@ -209,7 +211,7 @@ def event_variables(
         year = Year(weights.weights, own_motions, joint.polarities)
         precision = replace(precision, strata=year.strata(motions)) if own_motions else precision
         rates = np.empty((3, models, items))
-        for of, rows, chance in joint.chances():
+        for of, rows, chance, _ in joint.chances():
             rates[:, of, rows] = precision.of_means(year.total(chance))
         rates[:, :, other] = np.nan
         text = f"annual rate at which {event.text}"
@@ -305,12 +307,13 @@ def _of_items(joint: JointFlags, year: Year, precision: Precision) -> tuple[Arra
     """Return the annual rates of all lines (value and ends, model, item), and their annual amounts by quantity."""
     shape = (3, *joint.flags.shape[:2])
     rates, amounts = np.empty(shape), {one.name: np.empty(shape) for one in joint.quantities}
-    for of, rows, chance in joint.chances():
+    for of, rows, chance, lost in joint.chances():
         pieces = year.total(chance)
+        gone = pieces if lost is chance else year.total(lost)
         rates[:, of, rows] = precision.of_means(pieces)
         for one in joint.quantities:
             each = one.amounts if one.greatest else one.amounts * joint.counts
-            amounts[one.name][:, of, rows] = precision.of_means(pieces * each[rows, None])
+            amounts[one.name][:, of, rows] = precision.of_means((gone if one.taken else pieces) * each[rows, None])
     return rates, amounts
 
 
@@ -418,6 +421,15 @@ def fall_flags(assessment: xr.Dataset, name: str = "") -> xr.DataArray:
     if "variant" not in flags.dims:  # (pieces are alike)
         flags = flags.expand_dims("variant")
     return flags.transpose("model", "item", "variant", "level", "motion")
+
+
+def carried_items(assessment: xr.Dataset) -> dict[int, int]:
+    """Return the positions of items that stand on others, with those of the latter."""
+    if "stands_on" not in assessment.coords:
+        return {}
+    at = {str(label): i for i, label in enumerate(assessment["item"].values)}
+    below = enumerate(map(str, assessment["stands_on"].values))
+    return {i: at[label] for i, label in below if label in at}
 
 
 def levels_have_own_motions(assessment: xr.Dataset) -> bool:

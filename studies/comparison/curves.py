@@ -19,6 +19,7 @@ from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import RUN
 from ...units import DIMENSIONLESS, PER_YEAR
+from ...wording import years_text
 from ..buildings.recommendations import YEARS, Range
 from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
@@ -134,7 +135,7 @@ def _quantities(side: Side, years: float) -> list[Quantity]:
         Quantity(MEDIAN, f"Fitted median {name} of {state}", unit, scale, stored, reading="higher: takes more shaking"),
         Quantity(DISPERSION, f"Dispersion β of {state}", "", 1.0, DIMENSIONLESS),
         Quantity(RATE, f"Annual rate of {state}", "1/year", 1.0, PER_YEAR, shown=False),
-        Quantity(CHANCE, f"Chance of {state} in {years:g} years", "", 1.0, DIMENSIONLESS, chance=True),
+        Quantity(CHANCE, f"Chance of {state} in {years_text(years)}", "", 1.0, DIMENSIONLESS, chance=True),
     ]
 
 

@@ -17,7 +17,7 @@ from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.edge import CENTRE, FALLS_WHEN
 from ...models.scenes.restraint import KINDS
-from ...wording import listed_name
+from ...wording import listed_name, with_article
 from .csv_table import CsvLine, CsvTable, TableKind
 from .refusals import refusal
 from .table import KeyInfo, Table, one_of, shown
@@ -121,11 +121,11 @@ class RestraintTable(Table):
         given = {name for name in self.model_fields_set if getattr(self, name) is not None}
         for name in sorted(given - {"kind", "cost", "target"} - RESTRAINT_KEYS[self.kind]):
             raise ValueError(
-                f"a {self.kind} has no {name}, its keys are {', '.join(sorted(RESTRAINT_KEYS[self.kind]))}"
+                f"{with_article(self.kind)} has no {name}, its keys are {', '.join(sorted(RESTRAINT_KEYS[self.kind]))}"
             )
         for name in RESTRAINT_NEEDS[self.kind]:
             if name not in given:
-                raise ValueError(f"a {self.kind} needs {name}")
+                raise ValueError(f"{with_article(self.kind)} needs {name}")
         if self.angle_deg and self.width_m is None:
             raise ValueError("a cable with an angle needs width_m")
         return self
@@ -446,7 +446,7 @@ def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -
     found: dict[str, tuple[int, Block]] = {}
     for line in table:
         slender = line.text("alpha_rad") or line.text("R_m")
-        block = _slender(line) if slender else block_of_line(line, line.text("name") or line.text("catalogue"))
+        block = _slender(line) if slender else block_of_line(line, line.name_in("name") or line.text("catalogue"))
         block = _surrounded(line, block, restraints or {})
         if block.label in found:
             before = f"{block.label!r} is taken by line {found[block.label][0]}"
@@ -572,6 +572,6 @@ def _slender(line: CsvLine) -> Block:
     factor = line.number_in("inertia_factor", above=1.0)
     more = {} if factor is None else {"inertia_factor": factor}
     try:
-        return Block.from_slenderness(alpha, size, **more, name=line.text("name") or None)
+        return Block.from_slenderness(alpha, size, **more, name=line.name_in("name") or None)
     except ValueError as error:
         _refuse(line, error, "R_m")

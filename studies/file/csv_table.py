@@ -226,6 +226,13 @@ class CsvLine:
             self.refuse(column, f"must be at most {MAX_TEXT} printable characters, got {shown(cell)}")
         return str(cell)
 
+    def name_in(self, column: str) -> str:
+        """Return the name of what a line describes, which is no line of totals."""
+        name = self.text(column)
+        if _TOTAL.fullmatch(name):
+            self.refuse(column, f"must be a piece, got {shown(name)}: leave totals out")
+        return name
+
     def number_in(
         self,
         column: str,
@@ -296,6 +303,12 @@ class CsvLine:
 YES = ("yes", "y", "true", "1")
 NO = ("no", "n", "false", "0")
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_TOTAL = re.compile(
+    r"(grand |sub[- ]?)?(totals?|sum)( général| general|e|es)?( (of )?(pieces|items|value|number))?[\W\d]*"
+    r"|((zwischen|gesamt)?summe|(ins)?gesamt|(sous-|sub)?totaa?l|somme|suma|summa|soma|toplam|celkem|razem|yhteensä"
+    r"|итого|всего|合計|小計|総計|合计|小计|总计|합계|σύνολο)[\W\d]*",
+    re.IGNORECASE,
+)
 _COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
 _MARKED = re.compile(r"[ \t]*#\S")
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)

@@ -306,7 +306,8 @@ class BuildingTable(Table):
         """The number of floors whose motions are computed; ValueError as `build`."""
         if self.kind == "ground":
             return 1
-        return len(self.floors) if self.floors is not None else len(self.build().floors)
+        every = self.build().floors  # (what is doubted of the building is said here)
+        return len(every if self.floors is None else self.floors)
 
     def yielding(self, ground: list[xr.DataArray], floors: list[xr.DataArray]) -> str:
         """Return how far storeys and isolators go, and the last floor beside that of an elastic building."""

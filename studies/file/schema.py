@@ -38,6 +38,7 @@ from ...motions import Generator
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
+from ...wording import with_article
 from ..plan.designs import Cloud, Design, Events, Incremental, OfRuns, Pooled, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
@@ -275,8 +276,7 @@ class StudyFile(Table):
         targets = [key for key, table in self.restraint_tables.items() if table.target is not None]
         if targets and self.kind != "fragility":
             raise ValueError(
-                f"{targets[0]}.target is for fragility studies at levels that all motions share, not for a {self.kind} "
-                "study"
+                f"{targets[0]}.target is for fragility studies at levels that all motions share, not for {self.of_kind}"
             )
         named = {one.restraint for one in self.blocks or [] if isinstance(one.restraint, str)}
         unused = [name for name in self.restraints or {} if name not in named]
@@ -428,16 +428,16 @@ class StudyFile(Table):
         if friction.slips_m is not None and self.kind not in ("fragility", "sequential", "performance"):
             raise ValueError(
                 "friction.slips_m is for fragility and performance studies; "
-                f"a {self.kind} study has its friction screened alone"
+                f"{self.of_kind} has its friction screened alone"
             )
         if friction.trip_mm is not None and self.kind == "sequential":
             raise ValueError("friction.trip_mm needs levels that all motions share, not levels = 'adaptive'")
         if friction.trip_mm is not None and self.kind not in ("fragility", "performance"):
-            raise ValueError(f"friction.trip_mm is for fragility and performance studies, not for a {self.kind} study")
+            raise ValueError(f"friction.trip_mm is for fragility and performance studies, not for {self.of_kind}")
         if friction.shared is None:
             return
         if self.performance is None:
-            raise ValueError(f"friction.shared is for the pieces of a performance study, not for a {self.kind} study")
+            raise ValueError(f"friction.shared is for the pieces of a performance study, not for {self.of_kind}")
         variability = self.performance.variability
         together = variability is not None and variability.pieces == "together"
         if variability is not None and friction.shared != together:
@@ -450,14 +450,14 @@ class StudyFile(Table):
         """Raise a ValueError for blocks with friction of their own in a study that does not use it."""
         own = next((i for i, one in enumerate(self.blocks or [], start=1) if one.own_friction is not None), None)
         if own is not None and self.kind not in ("fragility", "sequential"):
-            raise ValueError(f"blocks[{own}]: its own friction is for fragility studies, not for a {self.kind} study")
+            raise ValueError(f"blocks[{own}]: its own friction is for fragility studies, not for {self.of_kind}")
         if own is not None and self.friction is None:
             raise ValueError(f"blocks[{own}]: its own friction needs [friction], which is that of the other blocks")
         near = next((i for i, one in enumerate(self.blocks or [], start=1) if one.trip_mm is not None), None)
         if near is not None and self.kind == "sequential":
             raise ValueError(f"blocks[{near}].trip_mm needs levels that all motions share, not levels = 'adaptive'")
         if near is not None and self.kind != "fragility":
-            raise ValueError(f"blocks[{near}].trip_mm is for fragility studies, not for a {self.kind} study")
+            raise ValueError(f"blocks[{near}].trip_mm is for fragility studies, not for {self.of_kind}")
         if near is not None and self.friction is None:
             raise ValueError(f"blocks[{near}].trip_mm needs [friction], without which no block slides")
 
@@ -477,7 +477,7 @@ class StudyFile(Table):
             return
         if self.kind not in ("fragility", "performance"):
             raise ValueError(
-                f"branches are for fragility studies of known blocks and for inventories, not for a {self.kind} study"
+                f"branches are for fragility studies of known blocks and for inventories, not for {self.of_kind}"
             )
         if self.hazard is None:
             what = "branches" if self.branches is not None or any(sets.values()) else f"{key}.modelling = 'fractiles'"
@@ -505,6 +505,11 @@ class StudyFile(Table):
         return {f"restraints.{name}": table for name, table in (self.restraints or {}).items()} | {
             key: table for key, table in inline.items() if isinstance(table, RestraintTable)
         }
+
+    @property
+    def of_kind(self) -> str:
+        """What the study is, with its article."""
+        return f"{with_article(self.kind)} study"
 
     @property
     def kind(self) -> str:
@@ -578,7 +583,7 @@ class StudyFile(Table):
     ) -> list[MotionSet]:
         """Return the sets of the stripes whose motions are selected to agree with the hazard."""
         if self.kind != "fragility":
-            raise ValueError(f"stripes.select is for fragility studies of known blocks, not for a {self.kind} study")
+            raise ValueError(f"stripes.select is for fragility studies of known blocks, not for {self.of_kind}")
         if self._stand and stripes.im_at != "ground":
             raise ValueError(
                 "stripes.select with a building needs im_at = 'ground': the hazard that motions agree with is there"
@@ -649,8 +654,7 @@ class StudyFile(Table):
             elif building.kind != "ground":
                 reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))
         if self.support is not None:
-            with noted():
-                floors, struck = self.support.carry(floors)
+            floors, struck = self.support.carry(floors)
             struck = [one._replace(sentence=f"{where}{one.sentence}") for one in struck]
             reading = reading._replace(doubts=(*reading.doubts, *struck))
         at_ground = self.performance is None and self.analysis.im_at == "ground"

@@ -8,7 +8,7 @@ import xarray as xr
 from pydantic import Field
 
 from ... import motions as shaking
-from ...doubts import Doubt
+from ...doubts import Doubt, noted
 from ...motions.supports.stops import LEAST_FREQUENCY, LEAST_RESTITUTION, RESTITUTION
 from .table import KeyInfo, Table, one_of, refuse_foreign
 
@@ -124,7 +124,8 @@ class SupportTable(Table):
         """Return the motions on top of the support, and the doubt in them; ValueError as `build`."""
         support = self.made()
         try:
-            found = [support.motions(one) for one in below]
+            with noted():  # (strikes are said below)
+                found = [support.motions(one) for one in below]
         except ValueError as error:
             raise ValueError(f"support: {error}") from None
         return found, support.stops.doubts(found) if isinstance(support, shaking.Isolator) else []

@@ -27,8 +27,14 @@ MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
 MAX_VALUE = 1e15
 LEAST_TRIP, MAX_TRIP = 0.001, 10.0
+"""Nearest and farthest obstacle, m."""
 MOST_PERSONS = 50.0
-"""Farthest obstacle, m."""
+MOST_INJURED = 1.0
+"""Mean number of persons whom one piece injures where it falls."""
+LONGEST_DOWNTIME = 5.0 * 365.25
+"""Days: buildings themselves are replaced in 1 to 3 years (FEMA P-58-1, recalled)."""
+DEAREST = 100.0
+"""Cost of anchoring a piece over its value."""
 MAX_CONSEQUENCES = 40
 MOST_FLOORS = 12  # that a message lists
 HARMLESS = "none"
@@ -329,6 +335,12 @@ class Inventory:
         return len(self.rows)
 
     @property
+    def carried(self) -> dict[int, int]:
+        """Positions of lines that stand on another line, with the position of that line where it is there."""
+        at = {row.label: i for i, row in enumerate(self.rows)}
+        return {i: at[row.stands_on] for i, row in enumerate(self.rows) if row.stands_on in at}
+
+    @property
     def pieces(self) -> int:
         """Number of pieces."""
         return sum(row.count for row in self.rows)
@@ -351,8 +363,46 @@ def _text(name: str, value: Any) -> None:
 
 
 def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
-    """Return the doubts in the blocks of lines, and in persons exposed to one piece."""
-    many = [f"{row.label}: {row.injury.persons:g}" for row in rows if row.injury and row.injury.persons > MOST_PERSONS]
+    """Return the doubts in the blocks of lines, in what their falls mean and cost, and in what stands on others."""
+    injuries = [(row.label, row.injury) for row in rows if row.injury is not None]
+    downtimes = [(row.label, row.downtime.median) for row in rows if row.downtime is not None]
+    costs = [(row.label, row.anchoring_cost, row.loss) for row in rows if row.anchoring_cost and row.loss > 0.0]
+    odd = {
+        f"more than {MOST_PERSONS:g} persons where one piece falls": [
+            f"{label}: {injury.persons:g}" for label, injury in injuries if injury.persons > MOST_PERSONS
+        ],
+        f"more than {MOST_INJURED:g} person injured by one piece on average": [
+            f"{label}: {injury.mean:g}" for label, injury in injuries if injury.mean > MOST_INJURED
+        ],
+        "more than 5 years out of use, another unit than days?": [
+            f"{label}: {days:,.0f} days" for label, days in downtimes if days > LONGEST_DOWNTIME
+        ],
+        f"anchoring costs more than {DEAREST:g} times what is lost, another unit or the cost of all pieces?": [
+            f"{label}: {cost:,.12g} for {loss:,.12g}" for label, cost, loss in costs if cost > DEAREST * loss
+        ],
+        "pieces do not fit on what they stand on, as if square where no depth is given": _crowded(rows),
+    }
     found = block_doubts([replace(row.block, name=row.label) for row in rows])
-    what = f"more than {MOST_PERSONS:g} persons where one piece falls ({first_of(many)})"
-    return [*found, Doubt(UNITS, what)] if many else found
+    return [*found, *(Doubt(UNITS, f"{what} ({first_of(named)})") for what, named in odd.items() if named)]
+
+
+def _crowded(rows: Sequence[Contents]) -> list[str]:
+    """Return the lines that are wider than what they stand on, or do not fit on it together."""
+    found: list[str] = []
+    loads: dict[str, list[Contents]] = {}
+    for row in rows:
+        loads.setdefault(row.stands_on, []).append(row)
+    for support in rows:
+        above = loads.get(support.label, [])
+        wide = [row.label for row in above if row.block.width > support.block.width * (1.0 + 1e-9)]
+        area = sum(map(_plan, above))
+        if wide:
+            found.append(f"{first_of(wide)} on {support.label}: wider")
+        elif area > _plan(support) * (1.0 + 1e-9):
+            found.append(f"on {support.label}: {area:.3g} m² on {_plan(support):.3g} m²")
+    return found
+
+
+def _plan(row: Contents) -> float:
+    """Return the area in plan of the pieces of a line, m²."""
+    return row.count * row.block.width * (row.block.depth or row.block.width)

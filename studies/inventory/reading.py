@@ -317,7 +317,7 @@ def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None, st
     return line.checked(
         "consequence",
         lambda: Contents(
-            label=line.text("item") or line.text("catalogue") or f"line {line.number}",
+            label=line.name_in("item") or line.text("catalogue") or f"line {line.number}",
             block=block,
             floor=int(floor) if floor.isdecimal() else floor,
             count=1 if count is None else count,

@@ -61,7 +61,7 @@ from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
 from ..buildings.sliding import item_slide_notes
-from ..buildings.variables import DOUBTFUL, JOINT, fall_flags, range_of_a_year, variable
+from ..buildings.variables import DOUBTFUL, ITEM_SAVING, JOINT, fall_flags, range_of_a_year, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable
@@ -598,6 +598,10 @@ class PerformanceStudy(Study):
             seed=self.seed,
             array=client.array,
         )
+        if self.inventory.carried and "annual_loss" in found:
+            of_money = anchoring(found, "loss", replicates=self.replicates, seed=self.seed, array=client.array)
+            of_all = of_money.reindex(item=found["item"])
+            found = found.assign({f"{ITEM_SAVING}{end}": of_all[f"saving{end}"] for end in ("", "_lower", "_upper")})
         whole = ranked.reindex(item=found["item"])
         said = [*notes(found), *sideways_notes(found), *item_slide_notes(found, self.inventory), *said]
         if self.hazard is not None:

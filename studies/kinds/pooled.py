@@ -25,7 +25,7 @@ from ...fragility.validity.plausibility import block_doubts
 from ...models import Block, Law
 from ...models.columns import BlockArray
 from ...units import DIMENSIONLESS
-from ...wording import counted
+from ...wording import counted, years_text
 from ..file.schema import StudyFile
 from ..plan.designs import Pooled
 from ..plan.risk import Risk
@@ -185,7 +185,7 @@ class PooledStudy(BlockStudy, Study):
     @staticmethod
     def _chances(found: xr.Dataset, years: float) -> dict[str, Any]:
         """Return the chances that the years hold an earthquake that overturns each block."""
-        text = f"probability that {years:g} years hold an earthquake that overturns the block, 1 - exp(-rate years)"
+        text = f"probability that {years_text(years)} hold an earthquake that overturns the block, 1 - exp(-rate years)"
         return {
             f"risk_probability{end}": (
                 ("block", "model"),

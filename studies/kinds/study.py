@@ -36,6 +36,7 @@ from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
+from ...wording import with_article
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.motions import strength_notes
 from ..file.schema import StudyFile, read_study_file
@@ -82,7 +83,7 @@ class Study(ABC):
     """A study, ready to run.
 
     `Study.from_toml` makes the kind of study that the file asks for; `configuration` is the file's content as plain
-    values; `of_tables`: the doubts in tables of other files.
+    values; `of_tables`: the doubts in tables of other files, and in buildings and supports.
     """
 
     title: str
@@ -118,7 +119,7 @@ class Study(ABC):
                 import_module(f".{content.kind}", __package__)
                 study = Study._kinds[content.kind].of(content, file.parent)
             # (those of motions are among the study's own)
-            tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind == "table"))
+            tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in ("table", "building")))
             study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
             for one in study.doubts:
@@ -607,7 +608,7 @@ def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tupl
     near = next((block.label for block in found if block.edge is not None), None)
     if near is not None and content.kind not in ("fragility", "sequential"):
         raise ValueError(
-            f"edge_distance_mm is for fragility studies: a {content.kind} study does not let {near!r} slide"
+            f"edge_distance_mm is for fragility studies: {with_article(content.kind)} study does not let {near!r} slide"
         )
     return found
 

@@ -13,6 +13,7 @@ from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.ratios import ratio_of
 from ...models import Block
 from ...units import DIMENSIONLESS
+from ...wording import years_text
 from .risk import Risk
 
 GAIN = "chance_ratio"
@@ -112,7 +113,7 @@ def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], con
                 for k in map(those.index, (other, block))
             )
             found[(slice(None), block, *where)] = ratio_of(a, b, of_a, of_b, confidence, (runs_a, runs_b))
-    text = f"chance in {years:g} years over that of the block compared with, under the same motions"
+    text = f"chance in {years_text(years)} over that of the block compared with, under the same motions"
     values = np.moveaxis(found, 1, 1 + at)
     return xr.Dataset(
         {

@@ -11,6 +11,7 @@ from ...fragility.fitting.intervals import WALD
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.slabs import gathered
 from ...units import DIMENSIONLESS, PER_YEAR
+from ...wording import years_text
 from .estimates import Fit
 from .risk import Risk
 
@@ -115,7 +116,7 @@ def yearly(
         "sample_rate_quantile": _quantiles(each, PER_YEAR, text),
         "sample_risk_probability_mean": chance.mean("sample").assign_attrs(
             units=DIMENSIONLESS,
-            long_name=f"mean over samples of the probability of overturning in {risk.years:g} years",
+            long_name=f"mean over samples of the probability of overturning in {years_text(risk.years)}",
         ),
     }
     return risk.of(pooled, confidence, highest, lowest=lowest).assign(found)

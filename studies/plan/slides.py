@@ -29,7 +29,7 @@ from ...models.sliding.mode import Mode
 from ...models.sliding.trip import TRIPS
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...units import DIMENSIONLESS, METRE, PER_YEAR
-from ...wording import two_digit_percent
+from ...wording import two_digit_percent, years_text
 from .estimates import Fit
 from .risk import Risk
 
@@ -347,7 +347,7 @@ def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) 
         for name, text in ((FALL_OFF, OFF), (FALLS, EITHER)):
             of = more[f"{FALLS}_rate{end}"] if name == FALLS else found[f"{FALL_OFF}_rate{end}"]
             chance = of.copy(data=probability_in(of.values, years)).assign_attrs(units=DIMENSIONLESS)
-            more[f"{name}_risk_probability{end}"] = _named(chance, f"probability of {text} in {years:g} years", end)
+            more[f"{name}_risk_probability{end}"] = _named(chance, f"probability of {text} in {years_text(years)}", end)
     return xr.Dataset(more)
 
 

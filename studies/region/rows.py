@@ -11,7 +11,7 @@ import xarray as xr
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN
 from ...fragility.analyses.surface_results import POOLED
-from ...wording import about_percent, chances_between, two_digits, whole_percent
+from ...wording import about_percent, chances_between, two_digits, whole_percent, with_article
 from ..text.block_order import HALF
 from ..text.precision import measure_notes
 from ..text.rows import Rows
@@ -106,7 +106,8 @@ def event_sentences(results: xr.Dataset) -> list[str]:
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
     low, high = one["event_quantile"].values[[0, -1]]
     return [
-        f"An earthquake with a {quantity_name(axis)} of {at[first]} overturns {shares[first]} of the {number:,} pieces "
+        "An earthquake with "
+        f"{with_article(quantity_name(axis))} of {at[first]} overturns {shares[first]} of the {number:,} pieces "
         f"on average ({spans[first]} in {whole_percent(float(high - low))} of such earthquakes){more}."
     ]
 

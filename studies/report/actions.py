@@ -20,6 +20,7 @@ from ...wording import (
     percent,
     two_digits,
     whole_percent,
+    years_text,
 )
 from ..buildings.pieces import SAFETY, on_moving_supports, pieces_of
 from ..buildings.recommendations import (
@@ -300,7 +301,11 @@ def _carried(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield (
             f"Where “{one.item}” falls (each about once in {about_years(one.chance.value)} years), it takes with it "
             f"what stands on it: {first_of(above)}, also if this is fixed to it."
-            + ("" if math.isnan(one.payback) else f" The payback of “{one.item}” counts the value of both.")
+            + (
+                ""
+                if math.isnan(one.payback)
+                else f" The payback of “{one.item}” counts both, but for what falls by itself in the same motions."
+            )
         )
 
 
@@ -337,7 +342,7 @@ def _sizes(results: xr.Dataset) -> Iterator[str]:
     least = "at least " if along in SAFER_LARGER else ""
     unit = f" {found.attrs['units']}".replace(" 1", "")
     most = float(results.attrs["size_probability"])
-    target = f"{percent(most)} in {float(results.attrs['years']):g} years"
+    target = f"{percent(most)} in {years_text(float(results.attrs['years']))}"
     at, _ = reference_law(results)
     for floor in found["floor"].values.tolist() if "floor" in found.dims else [None]:
         here = results if floor is None else results.sel(floor=floor)

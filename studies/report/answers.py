@@ -22,7 +22,9 @@ from ...wording import (
     percent,
     three_digits,
     whole_percent,
+    with_article,
     years_between,
+    years_text,
 )
 from ..plan.estimates import middle_level
 from ..region.rows import event_sentences
@@ -30,6 +32,7 @@ from ..sensitivity.claims import FAILS, HOLDS, OPEN
 from ..tables.assessment import (
     ABOVE,
     DRAWN,
+    MARK,
     annual_rows,
     common_modelling,
     doubtful_items,
@@ -135,7 +138,7 @@ def _spread(results: xr.Dataset, verb: str) -> Iterator[str]:
         chance = one["risk_probability"].values.ravel()
         told = int(np.isfinite(chance).sum())
         numbers = [f"{int((chance >= share).sum()) or 'none'} at {percent(share)} or more" for share in CHANCES]
-        years = f"{float(results.attrs['years']):g} years"
+        years = years_text(float(results.attrs["years"]))
         yield f"Chances in {years}, of the {told:,} with a rate: {', '.join(numbers)}."
 
 
@@ -201,9 +204,8 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
         ends = interval_text(lower or -np.inf, upper)
         interval = f"({percent} interval {ends})".replace(f"{percent} interval no", "no")
         measure = quantity_name(axis)
-        article = "an" if measure[:1].lower() in "aeiou" else "a"
         text = (
-            f"{verb} with a probability of 50 % at {article} {measure} of {three_digits(half / scale)}{unit} "
+            f"{verb} with a probability of 50 % at {with_article(measure)} of {three_digits(half / scale)}{unit} "
             f"{interval} {law}."
         )
     others = np.delete(here["half_level"].values.astype(float), at) / scale
@@ -242,7 +244,7 @@ def _rate_sentence(here: xr.Dataset, years: float) -> str:
     lower, upper = (float(one[f"rate_{end}"]) for end in ("lower", "upper"))
     interval = "whose interval has no width (see the notes)" if lower == upper else years_between(upper, lower)
     interval = and_model(interval, one, "rate", years_range)
-    chance = f"a probability of {chance_text(float(one['risk_probability']))} in {years:g} years"
+    chance = f"a probability of {chance_text(float(one['risk_probability']))} in {years_text(years)}"
     text = f"With the given hazard curve the mean return period is {in_years(rate)} years ({interval}), {chance}"
     if FITTED_RATE in one:
         fitted, *ends = (float(one[f"{FITTED_RATE}{end}"]) for end in ("", "_upper", "_lower"))
@@ -266,7 +268,7 @@ def _size_sentences(results: xr.Dataset) -> Iterator[str]:
     name = f"size_{along}"
     units = results[name].attrs["units"].replace("1", "")
     at, _ = reference_law(results)
-    target = f"{100.0 * float(results.attrs['size_probability']):.3g} % in {float(results.attrs['years']):g} years"
+    target = f"{100.0 * float(results.attrs['size_probability']):.3g} % in {years_text(float(results.attrs['years']))}"
     floors = list(enumerate(results["floor"].values)) if "floor" in results[name].dims else [(0, None)]
     for k, floor in floors:
         one = results.isel(model=at) if floor is None else results.isel(model=at, floor=k)
@@ -386,7 +388,9 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
     from ..kinds.performance import ranking_of  # noqa: PLC0415 - with the study files' tables, of which no other report needs any
 
     ranking = ranking_of(results)
-    ranking = ranking.isel(item=~doubtful_items(ranking))
+    doubtful = doubtful_items(ranking)
+    ranking = ranking.isel(item=~doubtful)
+    before = f"Apart from the pieces with the mark{MARK}, " if doubtful.any() else ""
     rows = ranking_rows(ranking, model, most=1)
     _, unit = objective_unit(ranking)
     for row in rows.rows:
@@ -397,7 +401,8 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
         common = common_modelling(ranking)
         sure += f"; for the ranks, {common}" if common else ""
         yield (
-            f"Anchoring “{found['item']}” ({floor_name(found['floor'])}) saves the most of the "
+            f"{before}{'a' if before else 'A'}nchoring “{found['item']}” ({floor_name(found['floor'])}) "
+            "saves the most of the "
             f"{ranking.attrs['objective_text']}: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
         )
 

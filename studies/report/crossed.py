@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...fragility.fitting.states import ALL, OVERTURNED, state_name
+from ...wording import counted
 from ..text.block_order import places
 from ..text.curve_notes import infinitive_of, verb_of
 from ..text.reached import within_levels
@@ -74,7 +75,8 @@ def crossed(
     why = f"because {whose} curves cross: {said[0]}"
     yield none_first, f"{which} {depends} on the level of shaking ({quantity_name(axis)}), {why}."
     if min(least) < chance:
-        yield False, f"With {motions:,} motions, differences of less than {chance} in 100 earthquakes may be chance."
+        less = f"differences of less than {chance} in 100 earthquakes" if chance < 100 else "all differences"
+        yield False, f"With {counted(motions, 'motion')}, {less} may be chance."
     if said[1:]:
         more = len(found) - MOST_CROSSINGS
         pairs = "pairs of curves cross" if more > 1 else "pair of curves crosses"

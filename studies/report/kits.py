@@ -21,6 +21,8 @@ from ...wording import (
     short_digits,
     two_digits,
     whole_percent,
+    with_article,
+    years_text,
 )
 from ..buildings.recommendations import NOTHING, TOO_LITTLE, WORSE, Piece
 from ..plan.gains import GAIN, comparable
@@ -218,7 +220,7 @@ def _same_but_held(block: Block, other: Block) -> bool:
 def _by_chance(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, int]) -> Iterator[str]:
     named = {(blocks[i].label, blocks[j].label) for i, j in pairs.items()}
     at, _ = reference_law(results)
-    years = f"{float(results.attrs['years']):g} years"
+    years = years_text(float(results.attrs["years"]))
     motions = counted(number_of_motions(results), "motion")
     for one in gains_of(results, [at]):
         if (one.block, one.other) not in named:
@@ -273,7 +275,8 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
         elif np.isfinite(float(here["half_level"])):
             own = f"{two_digits(float(here['half_level']) / scale)}{unit}"
             compared = (
-                f"{chance} in half of the motions at a {quantity_name(axis)} of {own}, compared with {level} for {of}"
+                f"{chance} in half of the motions at "
+                f"{with_article(quantity_name(axis))} of {own}, compared with {level} for {of}"
             )
             # (fitted medians are compared: their intervals are narrower than those of the levels themselves)
             if float(here["median_lower"]) > float(other["median_upper"]):

@@ -11,6 +11,7 @@ import xarray as xr
 from ... import fragility
 from ...labelled import spare_dask
 from ...units import SCHEMA
+from ...wording import with_article
 from ..store.folder import UNREADABLE, damaged
 from ..text.error import StudyError
 
@@ -57,7 +58,8 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
         except (KeyError, IndexError, ValueError, TypeError, AttributeError) as error:
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise StudyError(
-                f"{path}: does not hold what results of a {stored.attrs['kind']} study hold ({reason}): run its study "
+                f"{path}: does not hold what results of "
+                f"{with_article(stored.attrs['kind'])} study hold ({reason}): run its study "
                 "again"
             ) from error
 

@@ -24,6 +24,8 @@ from ...wording import (
     currency_of,
     interval_text,
     two_digits,
+    with_article,
+    years_text,
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
@@ -280,7 +282,8 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
             held = and_model(f"{least} to {most}", first.isel(level=at), "probability", whole_range, 100.0)
             level = f"{two_digits(float(results['level'][at]) / scale)}{unit}"
             yield (
-                f"Of 100 earthquakes with a {measure} of {level}, the {which} shaking that was run, about {few} "
+                "Of 100 earthquakes with "
+                f"{with_article(measure)} of {level}, the {which} shaking that was run, about {few} "
                 f"({held}) would {action_of(verb, name)}. The first range in brackets is a {sure} interval for the "
                 "limited number of motions."
             )
@@ -294,7 +297,7 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     either = str(first["block"].item()) in falling_both_ways(results)
     if "sample_median" in first:
         yield (
-            f"Of 100 earthquakes with a {measure} of {two_digits(half)}{unit}, about 50 would "
+            f"Of 100 earthquakes with {with_article(measure)} of {two_digits(half)}{unit}, about 50 would "
             f"{action_of(verb, name)}. {_over_properties(first, scale, unit)} The {sure} interval for the limited "
             f"number of motions is {interval_text(low or -math.inf, high, two_digits)}{unit}."
         )
@@ -302,7 +305,8 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     rare = _rare(first, results["level"].values, half * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         yield (
-            f"Of 100 earthquakes with a {measure} of {at_half}, about 50 would {action_of(verb, name)}. {which} in "
+            "Of 100 earthquakes with "
+            f"{with_article(measure)} of {at_half}, about 50 would {action_of(verb, name)}. {which} in "
             f"brackets is a {sure} interval for the limited number of motions."
         )
         return
@@ -311,13 +315,13 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     range_of_few = and_model(f"{least} to {most}", first.isel(level=rare), "probability", whole_range, 100.0)
     if either:
         yield (
-            f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({range_of_few}) would "
+            f"Of 100 earthquakes with {with_article(measure)} of {weak}, about {few} ({range_of_few}) would "
             f"{action_of(verb, name)}; it may fall the other way as well, and such falls are not counted. "
             f"{which} in brackets is a {sure} interval for the limited number of motions."
         )
         return
     yield (
-        f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({range_of_few}) would "
+        f"Of 100 earthquakes with {with_article(measure)} of {weak}, about {few} ({range_of_few}) would "
         f"{action_of(verb, name)}; at {at_half} about half of them would. {which}s in brackets are {sure} "
         "intervals for the limited number of motions."
     )
@@ -340,12 +344,15 @@ def _other_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) ->
     write: Callable[[float], str] = two_digits
     if "risk_probability" in every:
         values = every["risk_probability"].values
-        what = f"the chance that {name} {verb} within {float(results.attrs['years']):g} years is"
+        what = f"the chance that {name} {verb} within {years_text(float(results.attrs['years']))} is"
         write, unit = about_percent, ""
     else:
         scale, unit = display_unit(axis_of(results))
         values, unit = every["half_level"].values / scale, f" {unit}" if unit else ""
-        what = f"about half of the earthquakes would {action_of(verb, name)} at a {quantity_name(axis_of(results))} of"
+        what = (
+            f"about half of the earthquakes would {action_of(verb, name)} at "
+            f"{with_article(quantity_name(axis_of(results)))} of"
+        )
     others = np.delete(values, at)
     others = others[np.isfinite(others) & (others > 0.0)]
     text = _where_laws_disagree(float(values[at]), others, write)
@@ -429,7 +436,7 @@ def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held
     if not np.isfinite(chance):
         why = "too few of the runs show it" if FITTED_RATE in first else "there is no curve"
         return f"How often that happens cannot be said, because {why}."
-    said = f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}"
+    said = f"The chance that {name} {verb} within {years_text(years)} is about {about_percent(chance)}"
     if low == high:
         modelled = and_model("", first, "risk_probability")
         return f"{said} ({modelled})." if modelled else f"{said}."
@@ -631,7 +638,7 @@ def _strength(results: xr.Dataset) -> str:
     if str(results.attrs["im"]) == "scale":
         return "like these"
     name = quantity_name(level, str(results.attrs["im"]))
-    return f"as strong as a {name} of {level_text(float(results.attrs['at_level']), level)}"
+    return f"as strong as {with_article(name)} of {level_text(float(results.attrs['at_level']), level)}"
 
 
 def _claims(results: xr.Dataset) -> Iterator[str]:

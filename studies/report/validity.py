@@ -54,6 +54,7 @@ ODD = {
     "table": "a table may not be read as a spreadsheet program shows it",
     "block size": "the size of a piece looks wrong",
     "units": "a number looks like one of another unit",
+    "building": "a number of a building or a support looks like one of another unit",
     "level": "the highest level is stronger than any real shaking",
     "scenario": "the motions or their scenario lie outside what ground-motion data support",
     "vertical": "vertical components of records are used as horizontal shaking",

@@ -11,7 +11,16 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import OVERTURNED, state_name
-from ...wording import about_percent, chances_between, confidence_text, given_number, given_percent, two_digits
+from ...wording import (
+    about_percent,
+    chances_between,
+    confidence_text,
+    given_number,
+    given_percent,
+    two_digits,
+    with_article,
+    years_text,
+)
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
 from ..text.curve_notes import verb_of
 from ..text.rows import Rows
@@ -94,7 +103,8 @@ def break_sentences(results: xr.Dataset) -> list[str]:
             k, which = _telling(of_levels[0])
             shares, level = [float(each[k]) for each in of_levels], float(results["level"][k])
         scale, unit = display_unit(results["level"])
-        shaking = f"a {quantity_name(results['level'])} of {two_digits(level / scale)}{f' {unit}' if unit else ''}"
+        shaking = f"{with_article(quantity_name(results['level']))} of {two_digits(level / scale)}"
+        shaking += f" {unit}" if unit else ""
         often_broken = f"breaks in {share_text(*shares)} of the motions"
         of_name = f"The restraint of “{block_title(name)}” {often_broken} at {shaking}{which}."
         often = results["level"].values[one[BROKEN].values >= HALF]
@@ -114,9 +124,10 @@ def _strength_needed(one: xr.Dataset, attributes: Mapping[str, Any]) -> str:
     verb = verb_of(str(attributes.get("state", state_name(OVERTURNED))))
     scale, unit = display_unit(one["level"]) if "level" in one.coords else (1.0, "")
     when = (
-        f"in {float(attributes['years']):g} years"
+        f"in {years_text(float(attributes['years']))}"
         if "years" in attributes
-        else f"at a {quantity_name(one['level'])} of {two_digits(float(one['level'][0]) / scale)} {unit}".rstrip()
+        else "at "
+        f"{with_article(quantity_name(one['level']))} of {two_digits(float(one['level'][0]) / scale)} {unit}".rstrip()
     )
     keeps = f"the chance that “{block_title(str(one['block'].item()))}” {verb} {when}"
     most = f"to at most {given_percent(float(one[TARGET]))}"

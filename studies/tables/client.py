@@ -19,6 +19,7 @@ from ...wording import (
     estimate_text,
     interval_text,
     two_digits,
+    years_text,
 )
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_of
@@ -113,7 +114,7 @@ def _blocks(results: xr.Dataset) -> Rows:
         f"{level_name(here)} at which half of the motions {action_of(verb, 'it')}{unit}",
         *([f"90 % range over its uncertain properties{unit}"] if sampled else []),
     ]
-    years = f"{float(results.attrs['years']):g} years" if yearly else ""
+    years = years_text(float(results.attrs["years"])) if yearly else ""
     period = "return period, years (90 % range)" if "epistemic_rate" in here else "mean return period, years"
     headings += [period, f"chance in {years}"] if yearly else []
     headings += [f"{MODEL_RANGE} of this {'chance' if yearly else 'level'}"] if ranged else []

@@ -28,6 +28,7 @@ from ...wording import (
     two_digits,
     value_text,
     years_between,
+    years_text,
 )
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
@@ -110,7 +111,8 @@ def risk_table(results: xr.Dataset) -> Table:
     years = float(results.attrs["years"])
     percent = confidence_text(results)
     table = Table(
-        title=f"How often each {_verb(results)}, and with what probability in {years:g} years ({percent} intervals, "
+        title=f"How often each {_verb(results)}, and with what probability in {years_text(years)} "
+        f"({percent} intervals, "
         f"for the given hazard curve){_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,
@@ -120,7 +122,7 @@ def risk_table(results: xr.Dataset) -> Table:
     measure = f"{level_name(results)}{f', {unit}' if unit else ''}"
     both = "fraction_level" in results and LOW_SHARE in results["fraction"].values
     shares = f"{100.0 * LOW_SHARE:g} / 50 %" if both else "50 %"
-    columns = ("law", "once in, years", "in a year", f"in {years:g} years", f"{shares} at {measure}")
+    columns = ("law", "once in, years", "in a year", f"in {years_text(years)}", f"{shares} at {measure}")
     for heading in columns:
         table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
     floors = results["floor"].values.tolist() if "floor" in results["rate"].dims else [None]
@@ -136,10 +138,10 @@ def risk_table(results: xr.Dataset) -> Table:
                 low, high = one["rate_lower"].item(), one["rate_upper"].item()
                 chance, least, most = (one[f"risk_probability{end}"].item() for end in ("", "_lower", "_upper"))
                 # (a note says why)
-                years_text = "[italic]no width[/]" if low == high else years_between(high, low)
+                once = "[italic]no width[/]" if low == high else years_between(high, low)
                 chances = "[italic]no width[/]" if low == high else chances_between(least, most)
                 cells: tuple[str, ...] = (
-                    f"{in_years(rate)} ({years_text})",
+                    f"{in_years(rate)} ({once})",
                     chance_text(float(probability_in(np.float64(rate), 1.0))),
                     f"{chance_text(chance)} ({chances})".replace("\u00a0%)", ")"),
                     _at(one, scale),

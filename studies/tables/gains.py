@@ -12,7 +12,7 @@ import xarray as xr
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.risk.ratios import Ratio
 from ...fragility.runs.provenance import number_of_motions
-from ...wording import about_percent, confidence_text, counted, ratio_text
+from ...wording import about_percent, confidence_text, counted, ratio_text, years_text
 from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..text.curve_notes import verb_of
@@ -60,7 +60,7 @@ def gain_rows(results: xr.Dataset) -> Rows | None:
     if not found:
         return None
     years = float(results.attrs["years"])
-    headings = ("", "law", f"in {years:g} years", "compared with", f"in {years:g} years", "ratio", "")
+    headings = ("", "law", f"in {years_text(years)}", "compared with", f"in {years_text(years)}", "ratio", "")
     rows = []
     for one in found:
         name = f"{one.block}, {one.floor}" if one.floor else one.block
@@ -79,7 +79,7 @@ def gain_sentences(results: xr.Dataset) -> list[str]:
     """Return what walls and restraints change under the reference law, a sentence for each of the first blocks."""
     at, _ = reference_law(results)
     found = list(gains_of(results, [at]))
-    years = f"{float(results.attrs['years']):g} years" if found else ""
+    years = years_text(float(results.attrs["years"])) if found else ""
     motions = counted(number_of_motions(results), "motion")
     verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
     said = []

@@ -17,7 +17,7 @@ from ...aliases import Array
 from ...doubts import first_of
 from ...fragility.runs.provenance import blocks_of
 from ...models import Block
-from ...wording import two_digits, whole_percent
+from ...wording import two_digits, whole_percent, with_article
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, NAMES, OPEN, Claim, evidence_of
 from ..text.reached import within_levels
@@ -211,7 +211,8 @@ def sensitivity_sentences(results: xr.Dataset) -> Iterator[str]:
         over += "" if marks[i].tolist().count("") == marks.shape[1] else " and are possible for it"
         over += "" if own_e is None else f" (its own e_R is {own_e[i]:.3f})"
         yield (
-            f"“{block_title(block)}”: {over}, under {law}, half of the motions overturn it at a {measure} of "
+            f"“{block_title(block)}”: {over}, under {law}, half of the motions overturn it at "
+            f"{with_article(measure)} of "
             f"{two_digits(first / scale)}{unit} with {symbol} = {low:g} and of {two_digits(last / scale)}{unit} with "
             f"{symbol} = {high:g}: {apart}."
         )

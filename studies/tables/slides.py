@@ -11,7 +11,7 @@ import xarray as xr
 
 from ...fragility.adaptive.until import PROBABILITY
 from ...fragility.hazard.rates import probability_in
-from ...wording import about_percent, confidence_text, interval_text, two_digits
+from ...wording import about_percent, confidence_text, interval_text, two_digits, years_text
 from ..plan.adaptive_slides import SLIP_HALF
 from ..plan.estimates import middle_level
 from ..plan.slides import (
@@ -168,7 +168,7 @@ def trip_sentences(results: xr.Dataset) -> list[str]:
 def _when(results: xr.Dataset) -> str:
     """Return what chances are of: the years of a study with a hazard, else the level at which half of all fall."""
     if SLIP_RATE in results:
-        return f"in {float(results.attrs['years']):g} years"
+        return f"in {years_text(float(results.attrs['years']))}"
     level = results["level"]
     return f"at {level_text(float(level[middle_level(results['probability'])]), level)}"
 
@@ -223,7 +223,7 @@ def _edges(results: xr.Dataset) -> tuple[str, list[tuple[str, Chances]]]:
     names: tuple[str, ...] = (f"{FALL_OFF}_risk_probability", "risk_probability", f"{FALLS}_risk_probability")
     when = ""
     if names[0] in results:
-        when = f"in {float(results.attrs['years']):g} years"
+        when = f"in {years_text(float(results.attrs['years']))}"
     else:
         middle = middle_level(results["probability"])
         names = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")

@@ -14,6 +14,7 @@ from ...wording import (
     three_digits,
     whole_percent,
     years_between,
+    years_text,
 )
 from ..plan.estimates import middle_level
 from ..text.reached import fraction_text, level_texts
@@ -66,7 +67,7 @@ def rate_rows(results: xr.Dataset) -> Rows:
                 (label, in_years(rate), alike, in_years(one["sample_rate_mean"].item()), ends, chance_text(chance))
             )
     percent = confidence_text(results)
-    headings = ("", "all together", percent, "mean of samples", "90 % of samples", f"P in {years:g} years")
+    headings = ("", "all together", percent, "mean of samples", "90 % of samples", f"P in {years_text(years)}")
     rests_on = f"{percent} interval, for the given hazard curve"
     title = f"Mean return period of overturning, years (P: mean over the samples; {rests_on})"
     return Rows(title, headings, rows)

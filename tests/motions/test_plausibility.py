@@ -79,6 +79,25 @@ class TestRecords:
         ]
         assert record_doubts([*records(one), *records(two), *records(other)]) == []
 
+    @pytest.mark.parametrize(
+        ("frequencies", "words"),
+        [
+            ({"EQ1": (1.0, 1.0), "EQ2": (1.5, 2.0)}, "a floor motion has"),
+            ({"EQ1": (1.0, 1.0), "EQ2": (1.5, 1.5)}, "2 floor motions have"),
+            ({"EQ1": (1.0, 2.0), "EQ2": (1.5, 2.0)}, "a floor motion has"),
+            ({"EQ1": (1.0, 2.0), "EQ2": (1.5, 2.5)}, ""),
+        ],
+    )
+    def test_copies_of_floors(self, frequencies, words):
+        floors = [
+            recorded(wavelet(frequency=one), label=name).expand_dims(floor=[str(floor)], axis=1)
+            for name, of_floors in frequencies.items()
+            for floor, one in enumerate(of_floors)
+        ]
+        found = record_doubts([record for array in floors for record in records(array)])
+        assert [one.kind for one in found] == ["table"] * bool(words)
+        assert not words or found[0].sentence.startswith(f"{words} the samples of another (EQ")
+
     def test_duration(self):
         assert set(kinds(recorded(wavelet(n=45_100, dt=0.02), dt=0.02))) == {"duration"}
         assert kinds(recorded(wavelet(n=44_900, dt=0.02), dt=0.02)) == {}
@@ -129,8 +148,37 @@ class TestRecords:
         with noted() as said:
             mo.Building.flexural_shear(period, storeys=storeys)
         assert [(one.kind, f"{storeys} storeys with a period of {period:g} s" in one.sentence) for one in said] == [
-            ("units", True)
+            ("building", True)
         ] * doubted
+
+    @pytest.mark.parametrize(
+        ("make", "words"),
+        [
+            (lambda: mo.Building.flexural_shear(0.5, damping=0.5), "damping of a building: 0.5, usual are 0.002 to"),
+            (lambda: mo.Building.flexural_shear(0.5, storey_height=300.0), "storey height: 300 m, usual"),
+            (
+                lambda: mo.Building.isolated(mo.Isolator.linear(2.5, 0.1), 2e2, [2e2, 2e2], [2e8, 2e8]),
+                "a building of 2 storeys with a period of 0.0101",
+            ),
+            (lambda: mo.Support(0.1), "frequency of a bench: 0.1 Hz, usual are 0.8 to 1000 Hz: a period in s?"),
+            (lambda: mo.Support(5.0, 0.5), "damping of a bench: 0.5,"),
+            (lambda: mo.Isolator.linear(30.0, 0.1), "period of an isolator: 30 s, usual are 0.5 to 10 s"),
+            (lambda: mo.Isolator.linear(0.03, 0.1), "period of an isolator: 0.03 s"),
+            (lambda: mo.Isolator.linear(2.5, 0.9), "damping of an isolator: 0.9,"),
+            (lambda: mo.Isolator.bilinear(2.5, 0.5), "strength of an isolator: 0.5,"),
+            (lambda: mo.Isolator.bilinear(2.5, 0.05, 10.0), "displacement at which an isolator yields: 10 m"),
+            (lambda: mo.Isolator.pendulum(1.5, 0.05, clearance=200.0), "clearance of a platform: 200 m"),
+            (lambda: mo.Isolator.pendulum(1.5e-3, 0.05), "period of an isolator: 0.0777 s"),
+            (lambda: mo.Isolator.linear(2.5, 0.1), ""),
+            (lambda: mo.Isolator.pendulum(1.5, 0.05, clearance=0.2), ""),
+            (lambda: mo.Building.flexural_shear(0.5, damping=0.0, storey_height=[3.0] * 4 + [12.0]), ""),
+        ],
+    )
+    def test_buildings_and_supports_of_another_unit(self, make, words):
+        with noted() as said:
+            make()
+        assert [one.kind for one in said] == ["building"] * bool(words)
+        assert not words or said[0].sentence.startswith(words)
 
     def test_storeys_of_stiffnesses_in_another_unit(self):
         with noted() as said:  # (2π over √(k/m (3 - √5)/2): kN/m in place of N/m)

@@ -53,6 +53,11 @@ STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)
         ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 2e6)}, "a strength of 2e+06 N: kN"),
         ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, np.inf)}, ""),
         ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 267.0, slack=5.0)}, "a slack of 5000 mm: metres in"),
+        (
+            {"mass": 120.0, "restraint": tp.Restraint.strap(0.017)},
+            "a strap that acts 17 mm above the floor: a height in",
+        ),
+        ({"mass": 120.0, "restraint": tp.Restraint.cable(0.018, 267.0)}, "a cable that acts 18 mm above the floor"),
         ({"wall": tp.Wall(0.00002)}, "cabinet: 0.02 mm to a wall or an edge: metres in place of mm"),
         ({"wall": tp.Wall(0.02, front_gap=0.00003)}, "cabinet: 0.03 mm to a wall"),
         ({"edge": tp.Edge(None, 0.00005)}, "cabinet: 0.05 mm to a wall or an edge"),
@@ -71,6 +76,7 @@ def test_numbers_of_another_unit(scene, expected):
     found = block_doubts([tp.Block(0.4, 1.8, name="cabinet", **scene)])
     assert [(one.kind, expected in one.sentence) for one in found] == [("units", True)] * bool(expected)
     assert unit_doubts([("strap", STRAP)]) == []
+    assert [one.kind for one in unit_doubts([("kit", tp.Restraint.bracket(0.02, 500.0))])] == ["units"]
 
 
 @pytest.mark.parametrize(

@@ -151,6 +151,22 @@ def test_stiff_straps_of_light_blocks_do_not_depend_on_the_samples(stiffness):
     assert difference.max() < 1e-6  # (what a rounding becomes over some hundred bounces)
 
 
+@pytest.mark.parametrize(
+    ("restraint", "sides"),
+    [
+        (tp.Restraint.strap(1.7), (1.7, None)),
+        (tp.Restraint.cable(1.7, 500.0), (1.7, None)),
+        (tp.Restraint.bracket(1.7, 500.0), (1.7, 1.7)),
+        (tp.Restraint.pole(100.0, 500.0, 1e5, 0.3, 0.1), (0.3, 0.1)),
+        (tp.Restraint.tendon(1e5, width=0.4), (0.2, 0.2)),
+        (tp.Restraint.adhesive(500.0, 0.3), (0.3, 0.3)),
+        (tp.Restraint.adhesive(500.0, 0.3, 0.1), (0.3, 0.1)),
+    ],
+)
+def test_sides_of_the_class_methods(restraint, sides):
+    assert (restraint.front, restraint.back) == sides
+
+
 class TestRandom:
     @pytest.mark.parametrize("seed", range(4))
     def test_no_action_adds_energy(self, seed):

@@ -38,6 +38,21 @@ class TestFreeDecay:
         assert run.history[0, -1] == 0.0
         assert run.history[2, -1] == -1.0  # at rest
 
+    @pytest.mark.parametrize("offset", [0.0, 0.02])
+    def test_a_touching_wall_is_struck_after_the_impact_of_the_base(self, offset):
+        """As a wall that is 1 µm away: e v, where the block comes down with v; the peak behind is 0, not -0."""
+        found = []
+        for gap in (0.0, 1e-6):
+            block = tp.Block(0.3, 1.8, cm_offset=offset, wall=tp.Wall(gap))
+            run = released(tp.HousnerImpact().oscillator(block), 0.5 * block.alpha, 4.0, samples=4000)
+            found.append({name: run.results[OUTPUTS[name]] for name in OUTPUTS})
+        touching, near = found
+        assert touching["wall_impact_velocity"] == pytest.approx(near["wall_impact_velocity"], rel=1e-4)
+        if not offset:
+            e = tp.HousnerImpact().restitution(tp.Block(0.3, 1.8))
+            assert touching["wall_impact_velocity"] == pytest.approx(e * touching["impact_velocity"], rel=1e-12)
+        assert str(float(touching["peak_back"])) == "0.0"
+
     def test_gap(self):
         """v² -> e² v² at 0, and r² (v² - U) + U at the wall where v² > U = 2 x - x²: the recursion by hand."""
         at = 0.1

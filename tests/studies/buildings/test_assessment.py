@@ -15,6 +15,7 @@ import toppling as tp
 from toppling.fragility import wilson_interval
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.uncertainty.joint import Variability
+from toppling.models.friction import FixedFriction
 from toppling.motions import Building
 from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.anchoring import anchoring
@@ -456,6 +457,38 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.alone, [0.005, 0.0075], rtol=1e-12)
         np.testing.assert_allclose(ranked.left, [0.0075, 0.005, 0.0], atol=1e-17)
         assert ranked.anchored_item.values.tolist() == ["", "right", "left"]
+
+    def test_what_stands_on_a_piece_is_lost_with_it(self, monkeypatch):
+        """Four motions by hand: the vase falls by itself in 1 and 3, its pedestal in 1 and 2, the clock is fixed."""
+        slides = {"friction": FixedFriction(0.9)}
+        vase, clock = (
+            Contents(name, CASE, 0, value=value, **slides) for name, value in (("vase", 1e3), ("clock", 500))
+        )
+        rows = (
+            Contents("pedestal", SHELF, 0, value=100.0, **slides),
+            replace(vase, stands_on="pedestal"),
+            replace(clock, stands_on="pedestal", anchored=True),
+        )
+        flags = [[[1, 1, 0, 0]], [[1, 0, 1, 0]]]
+        inventory = Inventory(rows, "EUR")
+        found = known(monkeypatch, flags, inventory, [1.0], self.curve).isel(model=[0])
+        lost = 0.01 * np.array([0.5 * 100.0, 0.75 * 1000.0, 0.5 * 500.0])
+        np.testing.assert_allclose(found.item_annual_loss[0], lost, rtol=1e-12)
+        np.testing.assert_allclose(found.annual_loss.sel(place="building"), lost.sum(), rtol=1e-12)
+        assert found.loss.sel(place="building").values[0, 0].tolist() == [1600.0, 1600.0, 1000.0, 0.0]
+        assert found.number.sel(place="building").values[0, 0].tolist() == [2.0, 1.0, 1.0, 0.0]
+        ranked = anchoring(found).isel(model=0)
+        # (of the vase the pedestal saves what falls with it alone, motion 2, and the vase the rest, motion 3)
+        np.testing.assert_allclose(ranked.saving, 0.01 * np.array([50.0 + 250.0 + 250.0, 250.0]), rtol=1e-12)
+        np.testing.assert_allclose(ranked.alone, 0.01 * np.array([50.0 + 500.0 + 250.0, 500.0]), rtol=1e-12)
+        np.testing.assert_allclose(ranked.left, [10.5, 5.0, 0.0], atol=1e-12)
+        assert ranked.anchored_item.values.tolist() == ["", "pedestal", "vase"]
+        for label in ("pedestal", "vase"):
+            held = [replace(row, anchored=row.anchored or row.label == label) for row in rows]
+            free = [runs for row, runs in zip(rows, flags, strict=False) if row.label != label]
+            after = known(monkeypatch, free, replace(inventory, rows=tuple(held)), [1.0], self.curve)
+            saved = found.annual_loss - after.annual_loss
+            np.testing.assert_allclose(ranked.saving.sel(item=label), saved.values[0, 0], rtol=1e-12)
 
     def test_steps_where_nothing_alone_saves(self, monkeypatch):
         rows = tuple(replace(row, label=f"{row.label} {i}") for i in range(2) for row in self.rows[:1])

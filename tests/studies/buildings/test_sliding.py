@@ -17,6 +17,7 @@ from toppling.streams import stream
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, Slipping
+from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
 from toppling.studies.inventory.reading import InventoryError, read_inventory
@@ -355,7 +356,17 @@ class TestPedestals:
         assert_allclose(results["item_support_moves_rate"].values[1], weights @ moves, rtol=1e-9)
 
     def test_an_anchored_one_rests(self):
-        results = found(replace(BASE, anchored=True), BUST)
+        inventory = Inventory((replace(BASE, anchored=True), BUST), "EUR")
+        results = found(*inventory.rows)
+        assert (results["support_moves_probability"].values[1] == 0.0).all()
+        (said,) = [one for one in item_slide_notes(results, inventory) if "on pedestals are run" in one]
+        assert said.endswith(": of the falls of bust 0 % are in runs in which its pedestal slides or rocks itself")
+
+    def test_nothing_slides_on_an_anchored_one_without_friction(self):
+        base = replace(BASE, anchored=True, friction=None)
+        bust = replace(BUST, block=replace(BUST.block, edge=None), friction=None)
+        results, free = found(base, bust), found(replace(bust, stands_on=""))
+        assert_array_equal(*(one["overturned"].sel(item="bust") for one in (results, free)))
         assert (results["support_moves_probability"].values[1] == 0.0).all()
 
     @pytest.mark.parametrize(

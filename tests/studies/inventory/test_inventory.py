@@ -322,12 +322,59 @@ def test_short_lines_and_lines_left_out_are_named(tmp_path):
 def test_crowds_and_tiny_distances(tmp_path):
     heading = "catalogue,floor,persons_exposed,injury_probability,friction,trip_mm\n"
     with pytest.warns(ImplausibleInput, match=r"more than 50 persons where one piece falls \(bookcase-5-shelf: 9000\)"):
-        read(tmp_path, f"{heading}bookcase-5-shelf,1,9000,0.1,,\n")
+        read(tmp_path, f"{heading}bookcase-5-shelf,1,9000,0.0001,,\n")
     with pytest.raises(InventoryError, match="trip_mm"):
         read(tmp_path, f"{heading}bookcase-5-shelf,1,40,0.1,0.3,0.02\n")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert read(tmp_path, f"{heading}bookcase-5-shelf,1,50,0.1,0.3,20\n").rows[0].trip == 0.02
+        assert read(tmp_path, f"{heading}bookcase-5-shelf,1,50,0.02,0.3,20\n").rows[0].trip == 0.02
+
+
+ON = "friction,width_m,depth_m,count,stands_on"
+A = "0.5,0.4,,1,"
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "words"),
+    [
+        ("width_m,downtime_median_days", ["0.4,20000"], r"more than 5 years out of use, .* \(a: 20,000 days\)"),
+        ("width_m,downtime_median_days", ["0.4,1800"], ""),
+        ("width_m,value,anchoring_cost", ["0.4,1000,200000"], r"more than 100 times .* \(a: 200,000 for 1,000\)"),
+        ("width_m,cost_median,anchoring_cost", ["0.4,10,5000"], r"more than 100 times .* \(a: 5,000 for 10\)"),
+        ("width_m,value,anchoring_cost", ["0.4,1000,2000"], ""),
+        ("width_m,persons_exposed,injury_probability", ["0.4,10,0.5"], r"more than 1 person injured .* \(a: 5\)"),
+        (ON, [A, "0.5,0.35,,1,a"], ""),
+        (ON, [A, "0.5,0.5,,1,a"], r"pieces do not fit on what they stand on, .* \(b on a: wider\)"),
+        (ON, [A, "0.5,0.35,,7,a"], r"\(on a: 0.857 m² on 0.16 m²\)"),
+        (ON, ["0.5,0.4,3,1,", "0.5,0.35,,3,a"], ""),
+        (ON, [A, "0.5,0.35,,1,a", "0.5,0.35,,1,a"], r"\(on a: 0.245 m² on 0.16 m²\)"),
+    ],
+)
+def test_what_pieces_cost_mean_and_carry(tmp_path, columns, rows, words):
+    lines = [f"{name},0,1.0,{row}" for name, row in zip("abc", rows, strict=False)]
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        read(tmp_path, "\n".join([f"item,floor,height_m,{columns}", *lines, ""]))
+    found = [str(one.message) for one in said]
+    assert len(found) == bool(words), found
+    assert not words or re.search(words, found[0]), found
+
+
+@pytest.mark.parametrize(
+    ("name", "total"),
+    [
+        *((name, True) for name in ("Total", "TOTAL:", "Totals", "Sum", "Grand total", "Subtotal (3)", "Total pieces")),
+        *((name, True) for name in ("Gesamt", "Summe", "Zwischensumme", "Total général", "Totale", "合計", "Итого")),
+        *((name, False) for name in ("Total station", "Sumo statue", "Total 360 display", "Sommelier's rack")),
+    ],
+)
+def test_lines_of_totals_are_no_pieces(tmp_path, name, total):
+    text = f"item,width_m,height_m,floor,count\nshelf,0.35,2,0,3\n{name},0.35,2,0,3\n"
+    if not total:
+        assert len(read(tmp_path, text)) == 2
+        return
+    with pytest.raises(InventoryError, match=r"line 3, column 'item': must be a piece, got .* leave totals out"):
+        read(tmp_path, text)
 
 
 def test_studies_note_what_is_odd_in_their_tables(tmp_path):
@@ -797,3 +844,13 @@ class TestContents:
 def test_docs_name_every_column():
     for column in COLUMNS:
         assert re.search(rf"``{column}``", read_inventory.__doc__), column
+
+
+def test_lines_of_totals_are_no_blocks(tmp_path):
+    (tmp_path / "blocks.csv").write_text("name,width_m,height_m\nshelf,0.4,1.8\nTotal,0.4,1.8\n", encoding="utf-8")
+    motions = '[motions]\ngenerator = "clough-penzien"\nnumber = 2\nduration_s = 4\n'
+    levels = '[ida]\nim = "pga"\nlevels = { values = [0.1, 0.2], unit = "g" }\n'
+    top = 'title = "t"\nblocks_file = "blocks.csv"\n[[models]]\nlaw = "housner"\n'
+    (tmp_path / "study.toml").write_text(f"{top}{motions}{levels}", encoding="utf-8")
+    with pytest.raises(tp.studies.StudyError, match=r"line 3, column 'name': must be a piece, got 'Total'"):
+        tp.Study.from_toml(tmp_path / "study.toml")

@@ -55,6 +55,31 @@ def ground(level=None):
 BLOCK, LAW = tp.Block(0.15, 0.75, name="vase"), tp.EnergyConsistent()
 
 
+STOREYS = '[building]\nkind = "storeys"\nmasses_kg = [2e5, 2e5]\nstiffnesses_n_m = [2e8, 2e8]\n'
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ((BENCH.replace("9", "0.1"),), "frequency of a bench: 0.1 Hz"),
+        ((LINEAR.replace("2.0", "30"),), "period of an isolator: 30 s"),
+        ((BUILDING, "damping = 0.5\n"), "damping of a building: 0.5"),
+        ((STOREYS.replace("2e5", "200"),), "a building of 2 storeys with a period of 0.0101"),
+        ((STOREYS, "yield_coefficient = 0.2\nstorey_height_m = 300\n"), "storey height: 300 m"),
+        (
+            (STOREYS, '[building.isolation]\nkind = "linear"\nperiod_s = 0.4\ndamping = 0.1\nbase_mass_kg = 2e5\n'),
+            "period of an isolator: 0.4 s",
+        ),
+        ((BUILDING, BENCH), ""),
+    ],
+)
+def test_numbers_of_another_unit_are_questioned(tmp_path, parts, words):
+    analysis = STRIPES if "storeys" in parts[0] else IDA
+    made = study(tmp_path, *parts, analysis)
+    said = [one.sentence for one in made.doubts if one.kind == "building"]
+    assert [one.startswith(words) for one in said] == [True] * bool(words)
+
+
 @pytest.mark.parametrize(
     ("table", "support"),
     [(BENCH, Support(9.0)), (LINEAR, Isolator.linear(2.0, 0.15))],

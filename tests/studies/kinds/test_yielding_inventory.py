@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import toppling as tp
+from toppling.fragility import slide_runs
+from toppling.models.friction import LognormalFriction
 from toppling.motions import Building, CloughPenzien, Isolator, scale_to
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
@@ -242,3 +244,34 @@ def test_results_are_kept_and_other_strengths_are_other_studies(tmp_path):
 def test_what_does_not_go_together_has_one_sentence(tmp_path, changes, more, text):
     with pytest.raises(StudyError, match=text):
         study(tmp_path, *changes, more=more)
+
+
+PIECES = {"cabinet": (tp.Block(0.4, 1.8), 0, None), "vase": (tp.Block(0.02, 0.12), 2, 20)}
+"""Block, floor, and distance to an obstacle in mm."""
+
+
+@pytest.mark.parametrize("polarity", ["as recorded", "both"])
+def test_slides_and_trips_on_floors_that_do_not_scale(tmp_path, polarity):
+    """Chances that are neither 0 nor 1, of the runs of each piece on its own floor at each level, one by one."""
+    friction = LognormalFriction(0.15, 0.4)
+    more = (
+        f'polarity = "{polarity}"\n[friction]\nstatic = 0.15\ndispersion = 0.4\nkinetic_ratio = 0.9\nslips_m = [0.02]\n'
+    )
+    lines = [f"{name},{b.width},{b.height},{floor},{trip or ''}" for name, (b, floor, trip) in PIECES.items()]
+    things = "\n".join(["item,width_m,height_m,floor,trip_mm", *lines, ""])
+    result = study(tmp_path, more=more, things=things).run()
+    seen = set()
+    for k, level in enumerate(LEVELS):
+        moved = yielding().floor_motions(scale_to(ground(), level, "Sa(0.5)"))
+        for name, (block, floor, trip) in PIECES.items():
+            here = moved.sel(floor=floor, drop=True).drop_vars("own_level", errors="ignore")
+            runs = tp.ida(block, LAW, here, [1.0], "scale")
+            slid = slide_runs(runs, here, friction, 0.9, 20, trip=None if trip is None else 1e-3 * trip)
+            expected = {"slip": (slid["slide_peak"].values > 0.02).mean()}
+            if trip is not None:
+                expected["trip"] = slid["trips"].values.mean()
+            for what, chance in expected.items():
+                value = result[f"{what}_probability"].sel(item=name).values.ravel()[k]
+                assert value == pytest.approx(chance, rel=1e-12), (what, name, level)
+                seen |= {(what, bool(0.0 < chance < 1.0))}
+    assert {("slip", True), ("trip", True)} <= seen
