@@ -188,10 +188,12 @@ class Block:
             raise ValueError("a block with a restraint needs its mass (kg)")
         if self.restraint.front is None and self.restraint.back is None:
             raise ValueError(f"the {self.restraint.kind} acts on neither side: give a front or a back arm")
-        # (a sloping cable may have an arm up to the diagonal)
+        # (a sloping cable may have an arm up to the diagonal, and one that slopes upwards less than its height)
         highest = {"cable": math.hypot(self.width, self.height), "strap": self.height, "bracket": self.height}
         limit, arm = highest.get(self.restraint.kind), max(self.restraint.front or 0.0, self.restraint.back or 0.0)
         size, most = ("height", self.height) if limit else ("width", self.width)
+        if self.restraint.height is not None:
+            limit, arm = most, self.restraint.height
         if arm > (limit or most) * (1.0 + 1e-9):
             raise ValueError(f"the {self.restraint.kind} must act within the block's {size} of {most:g} m, got {arm:g}")
 

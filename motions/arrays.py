@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -216,9 +217,26 @@ DOWNWARD = "downward_acceleration"
 """Coordinate of runs with vertical shaking: the greatest downward acceleration of each motion."""
 BASELINES = ("baseline(", "highpass(", "bandpass(")
 """Corrections, as the attribute `processing` lists them, that remove offsets and drifts."""
+HIGHEST_HIGHPASS, LOWEST_LOWPASS = 1.0, 5.0
+"""Corners of filters, Hz: slower motions overturn blocks, and beyond records keep most of their PGA."""
 OWN_LEVEL = "own_level"
 """Coordinate of motions that belong to the level at which they were made: those of yielding floors and isolators."""
 _RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time", REVERSE_OF, OWN_LEVEL)
+
+
+def filter_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
+    """Return the doubt in filters of motions, by their ``processing``, that leave little of an earthquake."""
+    notes = " ".join(str(array.attrs.get("processing", "")) for array in arrays)
+    below = [low for low in map(float, re.findall(r"pass\(low=(\S+) Hz", notes)) if low > HIGHEST_HIGHPASS]
+    above = [high for high in map(float, re.findall(r"pass\(.{0,40}?high=(\S+) Hz", notes)) if high < LOWEST_LOWPASS]
+    found = []
+    for corners, what in (
+        (below, f"below {max(below, default=0.0):g} Hz, usual is up to {HIGHEST_HIGHPASS:g} Hz"),
+        (above, f"above {min(above, default=0.0):g} Hz, usual is from {LOWEST_LOWPASS:g} Hz"),
+    ):
+        if corners:
+            found.append(Doubt("units", f"a filter takes out what is {what}: a period in s in place of Hz?"))
+    return found
 
 
 def _records_of(array: xr.DataArray) -> list[Record]:

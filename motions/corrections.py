@@ -17,7 +17,8 @@ import xarray as xr
 
 from .. import checks
 from ..aliases import Array
-from .arrays import records
+from ..doubts import warn
+from .arrays import filter_doubts, records
 
 # Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to
 # 0.9 of the coarser step's Nyquist frequency.
@@ -286,6 +287,7 @@ def _filtered(
     values, dt = _values(motions)
     sections = scipy.signal.butter(poles, corners if len(corners) > 1 else corners[0], kind, fs=1.0 / dt, output="sos")
     note = f"{kind}({note}, order={poles}, zero_phase={zero_phase})"
+    warn(filter_doubts([motions.assign_attrs(processing=note)]))
     if not zero_phase:
         return _corrected(motions, note, lambda a: scipy.signal.sosfilt(sections, a))
     zeros = int(np.ceil(1.5 * poles / (corners[0] * dt)))

@@ -16,7 +16,7 @@ from ..aliases import Array
 from ..streams import stream
 from ..units import DIMENSIONLESS, RADIAN
 from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
-from .readers.directions import direction_of, of_file, said_of
+from .readers.directions import direction_of, of_file, of_the_ground, said_of
 from .readers.lines import RecordError
 from .readers.patterns import expand, is_pattern
 from .readers.read import read_file
@@ -306,10 +306,11 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
     """
     if isinstance(paths, str | os.PathLike):
         raise TypeError(f"paths must be several record files, got {str(paths)!r:.60}")
-    files: list[str | os.PathLike[str]] = []
-    for path in paths:
-        files += expand(os.fspath(path), Path(), "paths") if is_pattern(path) else [path]
-    return pair_up({Path(file): read_file(file) for file in files})
+    given = [os.fspath(path) for path in paths]
+    files: list[Path] = []
+    for path in given:
+        files += expand(path, Path(), "paths") if is_pattern(path) else [Path(path)]
+    return pair_up(of_the_ground({file: read_file(file) for file in files}, given))
 
 
 def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr.DataArray]) -> xr.DataArray:

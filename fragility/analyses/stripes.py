@@ -10,6 +10,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array, Flags, Progress
+from ...doubts import warn
 from ...models import Block, Model
 from ...motions.arrays import AS_GIVEN, RECORD, Record, other_coordinates, records
 from ...motions.intensity.measure import Measure
@@ -22,6 +23,7 @@ from ..runs.labels import measured
 from ..runs.provenance import STRIPES
 from ..runs.request import check_request
 from ..runs.scaling import Scaling, ground_of, increasing, intensity_measure, scaling
+from ..validity.plausibility import stripe_doubts
 from .analysis import Design, analyse, specimens_of
 
 if TYPE_CHECKING:
@@ -70,7 +72,8 @@ def stripes(
         As for `toppling.ida`.
     scale : bool
         True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
-        were selected, or simulated, for that level and scatter about it.
+        were selected, or simulated, for that level and scatter about it.  Motions that have another measure are warned
+        of (`toppling.doubts.ImplausibleInput`); studies refuse them.
     inconsistent : bool
         True takes selections that do not agree with the hazard; False (default) refuses them.
     ground : sequence of motions or of sequences of them, optional
@@ -120,14 +123,7 @@ def stripes(
     arrays, sets = _sets("motions", motions, values.size, polarity)
     below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)[1]
     plain = [record for own in sets for record in own]
-    # (motions that belong to their level, those of floors that yield, are taken as they are)
-    bound = sets if scale else [[one._replace(own_level=False) for one in own] for own in sets]
-    scalings = [
-        scaling([level], own, im, request.blocks, None if earth is None else ground_of(own, earth))
-        for level, own, earth in zip(values, bound, below, strict=True)
-    ]
-    if not scale:
-        scalings = [one._replace(factors=np.ones((1, 1, len(own)))) for one, own in zip(scalings, sets, strict=True)]
+    scalings = stripe_scalings(values, sets, im, request.blocks, below, scale)
     scaled = _joined(scalings)
     stripe = np.repeat(np.arange(1, values.size + 1), [len(own) for own in sets])
     names, given = [record.label for record in plain], [record.given for record in plain]
@@ -159,6 +155,27 @@ def stripes(
         other_coordinates(arrays),
     )
     return analyse(request, specimens_of(request), design)
+
+
+def stripe_scalings(
+    levels: Array,
+    sets: Sequence[Sequence[Record]],
+    im: str | Measure,
+    blocks: Sequence[Block],
+    below: Sequence[Sequence[Record] | None],
+    scale: bool,
+) -> list[Scaling]:
+    """Return the scaling of each stripe to its level; motions that are run as they are are doubted if far from it."""
+    found = []
+    for level, motions, earth in zip(levels, sets, below, strict=True):
+        # (motions that belong to their level, those of floors that yield, are taken as they are)
+        own = motions if scale else [motion._replace(own_level=False) for motion in motions]
+        found.append(scaling([level], own, im, blocks, None if earth is None else ground_of(own, earth)))
+    if scale:
+        return found
+    measured = [1.0 if one.measured is None else one.measured for one in found]
+    warn(stripe_doubts(found[0].name, zip(levels, measured, strict=True)))
+    return [one._replace(factors=np.ones((1, 1, len(own)))) for one, own in zip(found, sets, strict=True)]
 
 
 def _consistent(motions: Any, levels: Array, im: str | Measure, accepted: bool) -> Flags | None:

@@ -15,12 +15,15 @@ from ...models.block import WIDEST, likely_sizes
 from ...models.columns import BlockArray
 from ...models.scenes.restraint import Restraint
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from ...wording import counted, short_digits, two_digits
 
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
 UNITS = "units"
 """Kind of doubts about numbers that are likely of another unit."""
 MOST_DAMPED = 1.0
 """Damping ratio: FEMA 356 and the published laws have 0 to 0.64."""
+LEAST_RESTITUTION = 0.3
+"""Coefficient of restitution; tests of free rocking found 0.5 and more."""
 LEAST_STRENGTH, MOST_STRENGTH = 10.0, 1e6  # N
 LEAST_SLACK, MOST_SLACK = 1e-4, 0.5  # m
 LEAST_STRETCH, MOST_STRETCH = 5e-5, 0.3
@@ -37,6 +40,10 @@ LONGEST_PERIOD = 10.0  # s
 METRES = "metres in place of mm, or the other way round?"
 SLIDES_ON = 0.05
 """Share of a slip that comes after the end of the motion."""
+NEAR_LEVEL, OTHER_LEVEL = 1.1, 1.5
+"""Factor between a stripe and the mean of its unscaled motions: the bound of selections, and beyond chance."""
+FAR_FROM_LEVEL = 2.0
+"""Factor between a stripe and one of its unscaled motions."""
 LEAST_SLIP = 1e-4  # m
 IMPOSSIBLY_LARGE, IMPOSSIBLY_SMALL = 100.0, 0.001  # m
 NEVER = np.zeros(1, dtype=bool)
@@ -51,7 +58,9 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
     """Return the doubt in the sizes of blocks: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
     if isinstance(blocks, BlockArray):
         sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / np.tan(blocks.alpha)
-        return _size_doubts(sides, slenderness, lambda i: str(blocks.names[i]))
+        own = blocks.own.get("e", np.ones(0))
+        low = [(str(blocks.names[i]), float(own[i])) for i in np.flatnonzero(own < LEAST_RESTITUTION).tolist()]
+        return [*_size_doubts(sides, slenderness, lambda i: str(blocks.names[i])), *restitution_doubts(low)]
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
     # (a block without a name is called by its sizes)
@@ -132,12 +141,25 @@ def _sizes(sides: Array, name: str | None) -> str:
     return f"{f'{name}: ' if name else ''}{width:g} m × {height:g} m{f', or {likely}?' if likely else ''}"
 
 
+def restitution_doubts(given: Iterable[tuple[str, float | None]]) -> list[Doubt]:
+    """Return the doubt in coefficients of restitution that are given, each with the name of its law or piece."""
+    odd = [f"{name}: {e:g}" for name, e in given if e is not None and e < LEAST_RESTITUTION]
+    what = f"restitution below {LEAST_RESTITUTION:g} ({first_of(odd)}): e of blocks that rock is 0.5 to 1"
+    return [Doubt(UNITS, what)] if odd else []
+
+
+def stated_restitution_doubts(models: Iterable[Model]) -> list[Doubt]:
+    """Return the doubt in coefficients of restitution that laws state."""
+    return restitution_doubts((law.label, law.options.get("e")) for law in models)
+
+
 def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:
     """Return the doubts in damping ratios above 1, and in blocks that slide under a static friction of b/h or more.
 
     The latter only where no `mode` tells of it.
     """
-    found = []
+    models = list(models)
+    found = stated_restitution_doubts(models)
     for law in models:
         if law.options.get("zeta", 0.0) > MOST_DAMPED:
             found.append(Doubt(UNITS, f"{law.label}: no block is damped so: a ratio, 0.05 for 5 %?"))
@@ -195,3 +217,21 @@ def level_doubts(levels: Array, units: str) -> list[Doubt]:
         return []
     shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} m/s"
     return [Doubt("level", f"the highest level, {shown}, is beyond any shaking: {slip}", top > beyond)]
+
+
+def stripe_doubts(im: str, stripes: Iterable[tuple[float, float | Array]]) -> list[Doubt]:
+    """Return the doubt in unscaled motions: the level of each stripe, and the measure of its motions."""
+    found = []
+    for number, (level, measured) in enumerate(stripes, start=1):
+        ratios = np.asarray(measured) / level
+        mean, least, most = float(np.exp(np.log(ratios).mean())), float(ratios.min()), float(ratios.max())
+        off = max(mean, 1.0 / mean)
+        if off > NEAR_LEVEL or max(most, 1.0 / least) > FAR_FROM_LEVEL:
+            each = f"{two_digits(mean)} times as much in the mean, {two_digits(least)} to {two_digits(most)} times each"
+            found.append((off, f"stripe {number} of {short_digits(level)} in SI: they have {each}"))
+    if not found:
+        return []
+    what = f"stripes.scale = false: the {im} of the motions is not that of {counted(len(found), 'stripe')}"
+    cure = "write the level that they have, scale them, or run a cloud of them"
+    off, worst = max(found)
+    return [Doubt("level", f"{what} ({worst}): {cure}", off > OTHER_LEVEL)]

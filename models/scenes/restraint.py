@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ... import checks
@@ -35,6 +35,8 @@ class Restraint:
         Force of one of them at rest, N, >= 0, below the strength.
     count : int
         How many of them act side by side, with equal slack, >= 1.
+    height : float, optional
+        Where a cable is fixed to the block, m, at most the block's height: the arm of a sloping one is less.
 
     Raises
     ------
@@ -55,6 +57,7 @@ class Restraint:
     slack: float = 0.0
     preload: float = 0.0
     count: int = 1
+    height: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         checks.choice("kind", self.kind, KINDS)
@@ -125,7 +128,7 @@ class Restraint:
         arm = height * math.cos(slope) - width * math.sin(slope)
         if arm <= 0.0:
             raise ValueError(f"a cable at {height:g} m and an angle of {slope:g} rad pulls past the front corner")
-        return cls("cable", strength, stiffness, arm, None, slack, preload, count)
+        return cls("cable", strength, stiffness, arm, None, slack, preload, count, height)
 
     @classmethod
     def pole(

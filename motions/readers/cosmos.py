@@ -10,6 +10,7 @@ import numpy as np
 
 from ...aliases import Array
 from .components import Component, refuse_other_peak, without_offset
+from .directions import place_of_sensor
 from .lines import Lines, RecordError
 from .units import unit_factor
 
@@ -108,8 +109,11 @@ def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
                     acceleration,
                     dt,
                     station=_search(r"\bCode:\s{0,9}(\S{1,20})", text),
-                    component=_search(r"<SCNL>[^.\s]{1,9}\.([^.\s]{1,9})\.", text)
-                    or _search(r"Sta Chan?:?\s{0,9}(\S.{0,30}?)\s{0,9}\(", text),
+                    component=(
+                        _search(r"<SCNL>[^.\s]{1,9}\.([^.\s]{1,9})\.", text)
+                        or _search(r"Sta Chan?:?\s{0,9}(\S.{0,30}?)\s{0,9}\(", text)
+                    )
+                    + place_of_sensor(_search(r"\bLocation:(.{1,60})", text)),
                     event=re.sub(r"^\s*(?:Rcrd|Record) of\s+", "", text[1] if len(text) > 1 else ""),
                     magnitude=types.get(kind, math.nan),
                     magnitude_type=kind,

@@ -10,6 +10,7 @@ import re
 from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak
+from .directions import place_of_sensor
 from .lines import Lines
 from .units import unit_factor
 
@@ -91,6 +92,7 @@ def _channel(lines: Lines) -> Component:
     channel = re.search(
         r"Chan\s{1,9}(\d{1,3}):\s{0,9}(\S.{0,20}?)\s*(?:from)?\s*$", joined, re.MULTILINE | re.IGNORECASE
     )
+    place = " ".join(re.findall(r"(?:\bChan\s{1,9}\d{1,3}:|\bLocation:)(.{1,80})", joined, re.IGNORECASE))
     stated = _PEAK.search(joined)
     if stated is not None and (peak_factor := unit_factor(stated["unit"])) is not None:
         refuse_other_peak(lines.file, acceleration, stated["peak"], peak_factor, channel.group(0) if channel else "")
@@ -99,7 +101,7 @@ def _channel(lines: Lines) -> Component:
         acceleration,
         dt,
         station=f"CSMIP {number.group(1)}" if number else "",
-        component=f"chan {channel.group(1)} {channel.group(2)}" if channel else "",
+        component=f"chan {channel.group(1)} {channel.group(2)}{place_of_sensor(place)}" if channel else "",
         event=event.group(1) if event else "",
         magnitude=float(magnitude.group(2)) if magnitude else math.nan,
         magnitude_type=magnitude.group(1) if magnitude else "",

@@ -32,20 +32,39 @@ from .units import (
     unit_of,
 )
 
+_SAMPLING = r"(?:muestreo|campionamento|amostragem|[ée]chantillonnage)"
+"""Sampling in Spanish, Italian, Portuguese and French."""
 _STEP = re.compile(
-    rf"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{{0,5}} ?(?:interval|period|step|time))\s{{0,9}}"
-    rf"(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:]\s{{0,9}}{STEP}",
+    r"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{0,5} ?(?:interval|period|step|time)|"
+    rf"\b(?:interval\w{{1,2}}|p[ée]r[ií]od[oe]|pass?o?) d(?:[ei] |['’]){_SAMPLING}|\b(?:paso de tiempo|pas de temps|"
+    r"passo (?:temporale|de tempo)|zeitschritt|abtast(?:intervall|schritt|zeit|periode)|zaman ad[ıi]m[ıi]|"
+    r"[öo]rnekleme (?:aral\w+|periyodu)|шаг (?:по времени|дискретизации)|интервал дискретизации)|"
+    r"サンプリング間隔|サンプリング周期|時間刻み|時間間隔|[采採取][样樣]间?間?隔|时间间隔)"
+    rf"\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
     re.IGNORECASE,
 )
 _FREQUENCY = re.compile(
-    rf"\bsampl\w{{0,5}} ?(?:rate|freq\w{{0,6}})\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:]\s{{0,9}}{STEP}",
+    r"(?:\bsampl\w{0,5} ?(?:rate|freq\w{0,6})|\b(?:tasa|taxa|raz[óo]n|velocidad|fr[eé][cq]u?\w{3,6}|taux|tasso) "
+    rf"d(?:[ei] |['’]){_SAMPLING}|\babtast(?:rate|frequenz)|\b[öo]rnekleme (?:frekans\w*|h[ıi]z[ıi]|oran[ıi])|"
+    r"частота дискретизации|サンプリング(?:周波数|レート)|[采採取][样樣](?:频率|頻率|率))"
+    rf"\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
     re.IGNORECASE,
 )
-_CHANGED = re.compile(r"original|resampl|before|prototype", re.IGNORECASE)  # (beside a step)
-_THINNED = re.compile(r"(?<!before )decimat|down-?sampl|\bevery (?:\d|second|other)|time scale", re.IGNORECASE)
-_HERTZ = re.compile(r"\s*(?:hz|sps|1/s)?\s*(?:[,;]|$)", re.IGNORECASE)
+_STANDARD = re.compile(r", C1-C6(?P<unit> \(s\))?\s*:\s*/(?P<step>[\d.]+)(?:/(?P=step))*\s*$")  # (of Mexico)
+_CHANGED = re.compile(
+    r"original|ursprünglich|resampl|remuestr|ricampion|r[ée]-?[ée]chantillon|before|prototype", re.IGNORECASE
+)  # (beside a step)
+_THINNED = re.compile(
+    r"(?<!before )decimat|diezmad|dezimier|down-?sampl|\bevery (?:\d|second|other)|time scale", re.IGNORECASE
+)
+_HERTZ = re.compile(
+    r"\s*(?:hz|sps|1/s|(?:[^\W\d]|\.)+\s?(?:/|per |por |al |pro |par |a )\s?s\w*)?\s*(?:[,;]|$)", re.IGNORECASE
+)
 _COUNT = re.compile(
-    r"\b(?:npts|number of (?:data|points|samples)|no\. of (?:data|points|samples))\s*[=:]?\s*(\d{1,9})\b", re.IGNORECASE
+    r"\b(?:npts|(?:number|no\.) of (?:data|points|samples)|n[uú]m(?:ero|\.)(?: total)? d[ei] (?:muestras|datos|puntos|"
+    r"campioni|dati|punti|amostras)|nombre d(?:e points|e donn[ée]es|['’][ée]chantillons)|"
+    r"anzahl (?:der )?\w*(?:werte|punkte)|(?:veri|[öo]rnek) say[ıi]s[ıi])\s*[=:]?\s*(\d{1,9})\b",
+    re.IGNORECASE,
 )
 _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
 _TIME = re.compile(r"(?:t(?:ime|empo|emps|iempo)?|zeit)(?![a-z])|[^,;]+[\[(]\s*m?s(?:ec)?\s*[\])]\s*$", re.IGNORECASE)
@@ -355,7 +374,7 @@ def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | 
     found: list[tuple[int, float]] = []
     for number, text in header:
         for pattern in (_STEP, _FREQUENCY):
-            for match in pattern.finditer(text):
+            for match in pattern.finditer(_STANDARD.sub(r"\g<unit>: \g<step>", text)):
                 try:
                     found.append((number, _stated_step(lines, match, pattern is _FREQUENCY)))
                 except RecordError:

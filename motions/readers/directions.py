@@ -5,15 +5,26 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import compress
 from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
 
+from ...doubts import Doubt, first_names, warn
+from ...wording import counted
 from .lines import RecordError
 
-_VERTICAL = re.compile(
-    r"(?:u-?d|up|down|dwn|dn|vert(?:i[ck]\w*)?|ver|vrt|v\d?|z|u|zup|上下)(?:\s+(?:surface|borehole))?", re.IGNORECASE
+_VERTICAL = re.compile(r"u-?d|up|down|dwn|dn|vert(?:i[ck]\w*)?|ver|vrt|v\d?|z|u|zup|上下", re.IGNORECASE)
+BOREHOLE, STRUCTURE = " borehole", " structure"
+"""End of the direction of a component that is no motion of the ground's surface."""
+_PLACE = re.compile(rf"[-_ ]+(?:surface|downhole|{BOREHOLE[1:]}|{STRUCTURE[1:]})$", re.IGNORECASE)
+_AWAY = re.compile(rf"\b(?:borehole|downhole)\b|{STRUCTURE}$", re.IGNORECASE)
+_BELOW = re.compile(r"down-?hole|bore-?hole|\bdepth\b|\bdeep\b|-\s?\d+(?:\.\d+)?\s*(?:m|ft)\b", re.IGNORECASE)
+_ABOVE = re.compile(
+    r"\broof\b|\bpenthouse|\bdeck\b|\bcrest\b|\b(?:[2-9]|\d\d)(?:st|nd|rd|th) (?:floor|story|level)\b|"
+    r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b",
+    re.IGNORECASE,
 )
 _POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
@@ -53,11 +64,11 @@ class Direction(NamedTuple):
 
 def direction_of(text: str) -> tuple[bool, float] | None:
     """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN: unknown); None if none."""
-    word = _AROUND.sub("", _UNIT.sub("", _CHANNEL.sub("", text, count=1)).strip())
+    word = _AROUND.sub("", _PLACE.sub("", _UNIT.sub("", _CHANNEL.sub("", text, count=1)).strip()))
     code = _CODE.fullmatch(word.upper())
     if _VERTICAL.fullmatch(word) or (code and code[1] == "Z"):
         return True, math.nan
-    plain = code[1] if code else re.sub(r"\s+(?:surface|borehole)$", "", word).upper()
+    plain = code[1] if code else word.upper()
     if plain in _POINTS:
         return False, math.radians(_POINTS[plain])
     bearing = _BEARING.fullmatch(plain)
@@ -75,6 +86,11 @@ def said_of(motion: xr.DataArray) -> str:
     """Return the direction of one motion as its file gives it, '' where it gives none."""
     said = motion.coords.get("component")
     return str(said.values[0]) if said is not None and said.dims == ("motion",) else ""
+
+
+def place_of_sensor(text: str) -> str:
+    """Return the end of a direction from what a header says of a sensor's place, '' on the ground."""
+    return BOREHOLE if _BELOW.search(text) else STRUCTURE if _ABOVE.search(text) else ""
 
 
 def _of_title(motion: xr.DataArray) -> tuple[bool, float] | None:
@@ -135,6 +151,34 @@ def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, stems: Collectio
     return title is not None and title[0] and re.search(r"\d{3}$", path.stem) is None
 
 
+def of_the_ground(
+    read: Mapping[Path, Sequence[xr.DataArray]], patterns: Iterable[str], folder: Path = Path()
+) -> dict[Path, Sequence[xr.DataArray]]:
+    """Return what was read from files without components of boreholes and structures, which a note names.
+
+    A file that is named by itself and holds nothing else is kept, and everything if there is nothing else.
+    """
+    named = {folder / pattern for pattern in patterns}
+    found: dict[Path, Sequence[xr.DataArray]] = {}
+    out: list[str] = []
+    for path, arrays in read.items():
+        each = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
+        away = [_AWAY.search(said_of(motion)) is not None for motion in each]
+        if not any(away) or (path in named and all(away)):
+            found[path] = arrays
+            continue
+        out += [str(motion["motion"].values[0]) if len(each) > 1 else path.name for motion in compress(each, away)]
+        if not all(away):
+            found[path] = [motion for motion, far in zip(each, away, strict=True) if not far]
+    if out:
+        what = f"{counted(len(out), 'component')} of a borehole or structure ({first_names(out)})"
+        if not found:
+            warn([Doubt("table", f"{what}: taken as ground motion, since there is no other")])
+            return dict(read)
+        warn([Doubt("table", f"{what}: left out, a file of them alone is taken by its name", settled=True)])
+    return found
+
+
 def horizontal_motions(
     read: Mapping[Path, Sequence[xr.DataArray]],
     patterns: Iterable[str],
@@ -152,6 +196,7 @@ def horizontal_motions(
     RecordError
         Nothing is left.
     """
+    read = of_the_ground(read, patterns, folder)
     named = {folder / pattern for pattern in patterns}
     stems = [path.stem for path in read]
     found: list[xr.DataArray] = []

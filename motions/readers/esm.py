@@ -9,11 +9,14 @@ import math
 from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak
+from .directions import BOREHOLE
 from .lines import Lines, RecordError, known
 from .units import GAL, unit_factor
 
 _LAST_KEY, _OLDER_LAST_KEY = "USER5", "USER4"  # of DYNA 1.2 and 1.0
 _MOST_KEYS = 200
+BURIED = 5.0
+"""Depth of a sensor, m, below which it is in a borehole."""
 _NEEDED = ("SAMPLING_INTERVAL_S", "NDATA", "UNITS", "DATA_TYPE")
 
 
@@ -82,7 +85,7 @@ def esm_components(lines: Lines) -> list[Component]:
             acceleration,
             dt,
             station=".".join(filter(None, (header.get("NETWORK"), header.get("STATION_CODE"), header.get("LOCATION")))),
-            component=header.get("STREAM", ""),
+            component=header.get("STREAM", "") + BOREHOLE * (given("SENSOR_DEPTH_M") > BURIED),
             event=f"{header.get('EVENT_NAME', '')} {when}",
             magnitude=local if math.isnan(moment) else moment,
             magnitude_type="" if math.isnan(moment) and math.isnan(local) else "ML" if math.isnan(moment) else "Mw",

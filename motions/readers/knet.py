@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak, without_offset
+from .directions import BOREHOLE
 from .lines import Lines, known
 from .units import GAL, unit_factor
 
@@ -94,13 +95,15 @@ def knet_components(lines: Lines) -> list[Component]:
     acceleration, note = without_offset(values * factor)
     refuse_other_peak(lines.file, acceleration, header["Max"], GAL)
     magnitude = header["Mag."]
-    direction = header["Dir."]
+    direction = _DIRECTIONS.get(header["Dir."], header["Dir."])
+    if lines.file.suffix[3:] == "1" and not direction.endswith(BOREHOLE):  # (of the names NS1, EW1, UD1)
+        direction += BOREHOLE
     return [
         Component(
             acceleration,
             dt,
             station=header["Station Code"],
-            component=_DIRECTIONS.get(direction, direction),
+            component=direction,
             event=header["Origin Time"].replace("/", "-"),
             magnitude=known(magnitude),
             magnitude_type="M" if magnitude else "",

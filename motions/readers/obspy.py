@@ -19,7 +19,7 @@ import numpy as np
 
 from .components import Component, without_offset
 from .lines import MAX_SAMPLES, RecordError, beginning
-from .units import agreed, given_factor, unit_of
+from .units import Unit, agreed, given_factor, unit_of
 
 MAX_OBSPY_BYTES = 128 * 2**20
 _GROUP = "obspy.plugin.waveform"
@@ -67,9 +67,12 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         name, traces = _traces(file)
-    stated = {str(trace.stats.get("ascii", {}).get("unit", "")) for trace in traces}
-    units = [unit_of(text, 1) for text in stated]  # (of its first line)
-    agreed_on = agreed(file, (one for one in units if one.quantity))
+    units: list[Unit] = []
+    if any("ascii" in trace.stats for trace in traces):  # (SLIST and TSPAIR, whose headers end in the unit)
+        with file.open(encoding="utf-8", errors="replace") as text:
+            headers = [(number, line) for number, line in enumerate(text, start=1) if line.startswith("TIMESERIES")]
+        units = [unit_of(line.rpartition(",")[2].strip(), number) for number, line in headers]
+    agreed_on = agreed(file, (unit for unit in units if unit.quantity))
     if unit is None and agreed_on is not None:
         unit = agreed_on.text
     if unit is None:

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from ... import checks
+from ...doubts import Doubt, warn
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.parametric_measures import Sa
-from ..simulated.ground_motion_models import Scenario, expected_motions
+from ..simulated.ground_motion_models import Scenario, expected_motions, quiet
 from .target import FORMULAS, Mixture, Target
 
 MEASURES = (
@@ -116,14 +117,17 @@ def _of_one(scenario: Scenario, chosen: list[Measure], given: Measure, model: st
 def _duration(scenario: Scenario) -> tuple[float, float]:
     """Return the median of D5-95, s, and the standard deviation of its logarithm."""
     pygmm = importlib.import_module("pygmm")
-    model = pygmm.AfshariStewart2016(
-        pygmm.Scenario(
-            mag=scenario.magnitude,
-            dist_rup=1e-3 * scenario.distance,
-            v_s30=scenario.vs30,
-            mechanism={"strike-slip": "SS", "reverse": "RS"}[scenario.faulting],
-        )
+    given = pygmm.Scenario(
+        mag=scenario.magnitude,
+        dist_rup=1e-3 * scenario.distance,
+        v_s30=scenario.vs30,
+        mechanism={"strike-slip": "SS", "reverse": "RS"}[scenario.faulting],
     )
+    with quiet() as said:
+        model = pygmm.AfshariStewart2016(given)
+    if any(warning.category is UserWarning for warning in said):
+        data = "magnitudes to 7.9, distances to 200 km and V_S30 of 200 to 1,000 m/s (Afshari and Stewart 2016)"
+        warn([Doubt("scenario", f"durations (d5_95) of an earthquake lie outside the data of their model: {data}")])
     median, sigma = float(model.duration["D_5t95"]), float(model.std_err["D_5t95"])
     if not (math.isfinite(median) and median > 0.0):
         raise ValueError(f"the model of durations gives no duration for {scenario.text}")

@@ -109,7 +109,7 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
         dip=90.0,
         depth_tor=1e-3 * depth,
     )
-    with _quiet():
+    with quiet():
         computed = getattr(pygmm, name)(given)
     period = xr.Variable("period", np.array(at), {"units": SECOND, "long_name": "period"})
     sa = STANDARD_GRAVITY * np.asarray(computed.interp_spec_accels(at))
@@ -129,15 +129,15 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep pyGMM's own warnings silent: the ranges are those that are checked and documented here."""
+def quiet() -> Iterator[list[warnings.WarningMessage]]:
+    """Keep pyGMM's own warnings silent, and yield the list of them: ranges are checked and documented here."""
     with _one_at_a_time:  # (both settings are of the whole process)
         before = logging.root.manager.disable
         logging.disable(max(before, logging.WARNING))
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                yield
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                yield said
         finally:
             logging.disable(before)
 

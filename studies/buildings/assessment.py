@@ -237,6 +237,7 @@ def assess(
     Intervals: of probabilities Wilson's with one trial a motion; of means, and of everything in a year, from resampled
     motions (`fragility.means.mean_interval`), each with all its levels, floors and items; of quantiles from ranks.
     Where nothing overturns under any motion, annual values are 0 and their intervals NaN: the motions cannot tell.
+    Of places and pieces none has a higher upper end than the building, nor has a place a higher lower end.
     The intervals leave out the uncertainty of the hazard, the building and the blocks.
 
     Costs, downtimes and injuries given the motion: means of sums are exact (the mean of each distribution times the

@@ -27,7 +27,7 @@ from ...wording import given_percent
 from ..inventory.contents import Contents
 from ..plan.design_shaking import at_level
 from .modelling import Mixture, covering
-from .outcomes import JointFlags, JointOutcomes, Quantity
+from .outcomes import ANY, JointFlags, JointOutcomes, Quantity
 
 Variables = dict[str, xr.Variable]
 
@@ -300,6 +300,8 @@ def annual_variables(
         happens = precision.of_means(of_points.total(results.happens[event.name]))
         text = f"annual rate at which {event.text}"
         found |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
+    upper = found["item_rate_upper"]
+    found["item_rate_upper"] = upper.copy(data=_within(upper.values, found[f"{ANY}_rate_upper"].values[:, :1]))
     return found
 
 
@@ -460,14 +462,28 @@ def per_year(units: str) -> str:
 def with_interval(
     name: str, dims: tuple[str, ...], found: Any, units: str, long_name: str, precision: Precision
 ) -> Variables:
-    """Make a variable and the ends of its interval."""
+    """Make a variable and the ends of its interval.
+
+    Of places the first one is the building, which contains the others: none has a higher upper end, or lower end.
+    """
     value, lower, upper = found
+    if "place" in dims:
+        ends = np.moveaxis(np.stack([lower, upper]), 1 + dims.index("place"), 0)
+        most = np.fmax.reduce(ends[:, 0])
+        ends[0, 0] = np.where(most > ends[0, 0], most, ends[0, 0])
+        ends[:, 1] = _within(ends[:, 1], ends[0, 1])
+        lower, upper = np.moveaxis(ends, 0, 1 + dims.index("place"))
     percent = given_percent(precision.confidence)
     return {
         name: variable(dims, value, units, long_name),
         f"{name}_lower": variable(dims, lower, units, f"lower end of the {percent} interval: {long_name}"),
         f"{name}_upper": variable(dims, upper, units, f"upper end of the {percent} interval: {long_name}"),
     }
+
+
+def _within(upper: Array, whole: Array) -> Array:
+    """Return upper ends of parts, which are not above that of their whole."""
+    return np.where(upper > whole, whole, upper)
 
 
 def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str) -> xr.Variable:

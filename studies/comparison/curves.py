@@ -30,7 +30,7 @@ from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
-from ..text.reached import EDGE, highest_level
+from ..text.reached import EDGE, FLAT, highest_level, open_ends
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
 from .ratios import Found, Line, Quantity
 from .sides import Matched, Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
@@ -207,10 +207,10 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
             "" if math.isfinite(value.value) else side.status(where)
             for side, value, where in ((a, one, at), (b, other, to))
         ]
-        if quantity == MEDIAN:
-            far = [value.value > EDGE * highest_level(side.side.results) for side, value in ((a, one), (b, other))]
-            said = [NOT_REACHED if beyond else text for beyond, text in zip(far, said, strict=True)]
-            one, other = (NO_RANGE if beyond else value for beyond, value in zip(far, (one, other), strict=True))
+        (one, said[0]), (other, said[1]) = (
+            _reached(quantity, value, side.side.results, text)
+            for side, value, text in ((a, one, said[0]), (b, other, said[1]))
+        )
         runs = np.full(2, math.nan)
         if quantity == RATE:
             runs = np.array([a.value(OF_RUNS, at).value, b.value(OF_RUNS, to).value])
@@ -223,6 +223,19 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
             ratio = Range(*ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence, runs))
             found.append(Line(CHANCE, name, place, laws, each[0], each[1], ratio, verdict_of(ratio), *said))
     return found
+
+
+def _reached(quantity: str, value: Range, results: xr.Dataset, said: str) -> tuple[Range, str]:
+    """Return a number of a curve with open ends, or words in its place, where it lies beyond what was run."""
+    if quantity == MEDIAN:
+        if value.value > EDGE * highest_level(results):
+            return NO_RANGE, NOT_REACHED
+        return Range(value.value, *open_ends(value.lower, value.upper, results)), said
+    if quantity == DISPERSION:
+        if value.value > FLAT:
+            return NO_RANGE, f"above {FLAT:g}"
+        return value._replace(upper=math.inf if value.upper > FLAT else value.upper), said
+    return value, said
 
 
 def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> list[str]:

@@ -15,6 +15,8 @@ from .sides import PIECES, Matched, Side, same_motions
 
 MOST_SAID = 6
 """Most differences that are said of one table of the study file, and most names in a list."""
+ROUNDING = 1e-9
+"""Relative difference of two numbers that were written in different units."""
 UNCOMPARED = (*APART, "blocks", "blocks_file", "models")
 """Keys that do not change results, or that are compared by the labels and numbers in the results."""
 DRAWN = (
@@ -58,7 +60,9 @@ def differences_in_words(a: Side, b: Side, of_names: Matched, of_laws: Matched) 
     said += list(_numbers(a, b, of_names, of_laws, dim))
     said += list(_tables(a, b))
     grids = [side.results["level"].values for side in (a, b) if "level" in side.results.coords]
-    if len(grids) == 2 and not np.array_equal(grids[0], grids[1]):
+    if len(grids) == 2 and not (
+        grids[0].shape == grids[1].shape and np.allclose(grids[0], grids[1], rtol=ROUNDING, atol=0.0)
+    ):
         said.append(
             "levels: not the same, so that a part of each difference may come from the interpolation between them"
         )
@@ -123,9 +127,8 @@ def _numbers(a: Side, b: Side, found: Matched, laws: Matched, dim: str) -> Itera
         if apart:
             units = str(a.results[name].attrs.get("units", "1"))
             unit = "" if units == "1" else f" {units}"
-            each = [
-                f"{labels[i]} {_value(one[i])}{unit} in A, {_value(other[i])}{unit} in B" for i in apart[:MOST_SAID]
-            ]
+            shown = [(labels[i], *_values(one[i], other[i])) for i in apart[:MOST_SAID]]
+            each = [f"{label} {old}{unit} in A, {new}{unit} in B" for label, old, new in shown]
             yield f"{name.replace('_', ' ')}: {'; '.join(each)}{_more(len(apart))}"
 
 
@@ -162,8 +165,14 @@ def _surroundings(a: Side, b: Side) -> Iterator[str]:
 
 def _equal(one: object, other: object) -> bool:
     if isinstance(one, float | np.floating) and isinstance(other, float | np.floating):
-        return bool(one == other or (np.isnan(one) and np.isnan(other)))
+        return bool(np.isclose(one, other, rtol=ROUNDING, atol=0.0, equal_nan=True))
     return str(one) == str(other)
+
+
+def _values(one: object, other: object) -> tuple[str, str]:
+    """Return two values in words, with all digits where fewer are equal."""
+    short = _value(one), _value(other)
+    return short if short[0] != short[1] else (f"{one:.12g}", f"{other:.12g}")
 
 
 def _value(value: object) -> str:

@@ -17,6 +17,8 @@ MOST_ROWS = 60
 """Most rows of a table on a terminal: those whose ratios are furthest from 1."""
 
 
+MOST_RATIO = 1e4
+"""Ratio beyond which an end of its interval is open: no study has runs over such a range."""
 SIDES = ("A", "B", "B/A", "B against A")
 
 
@@ -76,7 +78,9 @@ def value_table(lines: Sequence[Line], quantities: Sequence[Quantity]) -> ValueT
 
 def _cells(line: Line, quantity: Quantity) -> tuple[str, str, str, str]:
     a, b = _cell(line.a, line.said_a, quantity), _cell(line.b, line.said_b, quantity)
-    ratio = "–" if math.isnan(line.ratio.value) else ratio_text(*line.ratio, digits=3)
+    value, low, high = line.ratio
+    low, high = 0.0 if low < 1.0 / MOST_RATIO else low, math.inf if high > MOST_RATIO else high
+    ratio = "–" if math.isnan(value) else ratio_text(value, low or -math.inf, high, digits=3)
     return a, b, ratio, line.verdict or "–"
 
 

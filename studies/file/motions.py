@@ -21,7 +21,7 @@ from ...motions.floors.yielding import MOST_DISPERSION
 from ...motions.intensity.peaks import peak_velocity
 from ...motions.matching.targets import EDITIONS
 from ...motions.pairs import RANDOM, correct_together, pair_up
-from ...motions.readers.directions import ON_PURPOSE, horizontal_motions
+from ...motions.readers.directions import ON_PURPOSE, horizontal_motions, of_the_ground
 from ...motions.readers.patterns import expand
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
@@ -754,13 +754,13 @@ class MotionsTable(Table):
             for path in expand(self.records, folder):
                 read[path] = (_read_one if self.component is None else shaking.read_all)(path, self.dt_s, self.unit)
                 refuse_samples(sum(array.size for arrays in read.values() for array in arrays), "records")
+            patterns = [self.records] if isinstance(self.records, str) else self.records
             if self.component in (None, VERTICAL):
                 if self.vertical:
                     raise ValueError("motions.vertical needs motions.component, which joins those of a recording")
-                patterns = [self.records] if isinstance(self.records, str) else self.records
                 chosen = horizontal_motions(read, patterns, folder, self.component == VERTICAL, ON_PURPOSE)
                 return [self._processed(array, str(array["source"].values[0])) for array in chosen]
-            for pair in pair_up(read):
+            for pair in pair_up(of_the_ground(read, patterns, folder)):
                 # (a window is common to the components, which stay simultaneous)
                 done = correct_together(pair, partial(self._processed, what=str(pair["motion"].values[0])))
                 if self.vertical and VERTICAL not in done["component"].values:

@@ -12,7 +12,7 @@ from typing import Any
 
 from ... import checks
 from ...doubts import Doubt, first_of
-from ...fragility.validity.plausibility import UNITS, block_doubts
+from ...fragility.validity.plausibility import UNITS, block_doubts, restitution_doubts
 from ...models import Block
 from ...models.block import describe_scene
 from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
@@ -383,6 +383,7 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
         "pieces do not fit on what they stand on, as if square where no depth is given": _crowded(rows),
     }
     found = block_doubts([replace(row.block, name=row.label) for row in rows])
+    found += restitution_doubts((row.label, row.e) for row in rows)
     return [*found, *(Doubt(UNITS, f"{what} ({first_of(named)})") for what, named in odd.items() if named)]
 
 

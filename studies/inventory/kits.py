@@ -98,7 +98,7 @@ class Kit:
             raise ValueError(f"kit {self.name!r} needs the mass of the piece (mass_kg)")
         own = self.restraint
         if own.kind in AT_A_HEIGHT and height is not None:
-            own = replace(own, front=height, back=None if own.back is None else height)
+            own = replace(own, front=height, back=None if own.back is None else height, height=height)
         return replace(block, restraint=own)
 
     def on(self, row: Contents) -> Contents:

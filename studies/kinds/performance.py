@@ -23,7 +23,7 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import PieceDraws, Variability
 from ...fragility.validity.notes import squat_notes
-from ...fragility.validity.plausibility import level_doubts, period_doubts, unit_doubts
+from ...fragility.validity.plausibility import level_doubts, period_doubts, stated_restitution_doubts, unit_doubts
 from ...fragility.validity.scenes import scene_notes
 from ...models import Law
 from ...models.oscillator import Oscillator
@@ -512,7 +512,7 @@ class PerformanceStudy(Study):
         hazards = [] if self.hazard is None else [self.hazard, *branches]
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
-        pieces = row_doubts(self.inventory.rows)
+        pieces = [*stated_restitution_doubts(self.models), *row_doubts(self.inventory.rows)]
         kits = unit_doubts((kit.name, kit.restraint) for kit in self.kits)
         return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *levels, *said, *others]
 

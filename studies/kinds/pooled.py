@@ -21,7 +21,7 @@ from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.progress import part_of
 from ...fragility.validity.notes import squat_notes
-from ...fragility.validity.plausibility import block_doubts
+from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...models import Block, Law
 from ...models.columns import BlockArray
 from ...units import DIMENSIONLESS
@@ -126,7 +126,8 @@ class PooledStudy(BlockStudy, Study):
 
     @property
     def doubts(self) -> list[Doubt]:
-        return [*self.of_tables, *block_doubts(self.region), *self.design.doubts, *self.risk_doubts]
+        of_laws = stated_restitution_doubts(self.models)
+        return [*self.of_tables, *block_doubts(self.region), *of_laws, *self.design.doubts, *self.risk_doubts]
 
     @property
     def _read(self) -> list[Any]:

@@ -28,7 +28,7 @@ from ...fragility.numerics import slabs
 from ...fragility.runs.plan import OUTPUT_TYPES, SECONDS_PER_PLANE_SAMPLE, SECONDS_PER_SAMPLE
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
 from ...fragility.validity.notes import squat_notes
-from ...fragility.validity.plausibility import block_doubts
+from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_notes
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
@@ -57,6 +57,8 @@ from ..text.error import StudyError
 if TYPE_CHECKING:
     from distributed import Client
 
+OF_TABLES = ("table", "building", "level", "scenario")
+"""Kinds of the doubts that reading a study raises and its motions do not."""
 MOST_VARIED = 2000
 """Most blocks of a study that runs many samples or values of each block."""
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
@@ -83,7 +85,8 @@ class Study(ABC):
     """A study, ready to run.
 
     `Study.from_toml` makes the kind of study that the file asks for; `configuration` is the file's content as plain
-    values; `of_tables`: the doubts in tables of other files, and in buildings and supports.
+    values; `of_tables`: the doubts in tables of other files, in buildings and supports, and in stripes that are not
+    scaled.
     """
 
     title: str
@@ -119,7 +122,7 @@ class Study(ABC):
                 import_module(f".{content.kind}", __package__)
                 study = Study._kinds[content.kind].of(content, file.parent)
             # (those of motions are among the study's own)
-            tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in ("table", "building")))
+            tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
             study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
             for one in study.doubts:
@@ -553,7 +556,8 @@ class BlockStudy:
 
     @property
     def doubts(self) -> list[Doubt]:
-        return [*self.of_tables, *block_doubts(self.blocks), *self.design.doubts, *self.risk_doubts]
+        of_laws = stated_restitution_doubts(self.models)
+        return [*self.of_tables, *block_doubts(self.blocks), *of_laws, *self.design.doubts, *self.risk_doubts]
 
     @property
     def risk_doubts(self) -> list[Doubt]:

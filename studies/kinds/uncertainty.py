@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Progress
+from ...doubts import Doubt
 from ...fragility import (
     RandomInputs,
     morris_indices,
@@ -30,6 +31,7 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import OF_THE_WIDTH
+from ...fragility.validity.plausibility import restitution_doubts
 from ...models import Block, Law
 from ...models.block import describe_scene
 from ...models.friction import Friction
@@ -129,6 +131,12 @@ class UncertaintyStudy(BlockStudy, Study):
         if study.risk is not None:
             study.risk.check(design, content.motions.floors_file is not None)
         return study
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        drawn = self.inputs.distributions.get("e")
+        median = [] if drawn is None else [("the median of e", drawn.quantile(np.array([0.5])).item())]
+        return [*super().doubts, *restitution_doubts(median)]
 
     @property
     def words(self) -> str:

@@ -23,6 +23,7 @@ from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
 from ...fragility.analyses.adaptive import adaptive
 from ...fragility.analyses.region_runs import CHECKED_SHARE, checked_runs
+from ...fragility.analyses.stripes import stripe_scalings
 from ...fragility.fitting.states import OVERTURNED, State
 from ...fragility.runs.axes import axes_of
 from ...fragility.runs.request import check_request
@@ -466,12 +467,9 @@ class Stripes(OfRuns):
         return f"{super().words} in {counted(self.at.size, 'stripe')}"
 
     def check(self, blocks: Sequence[Block]) -> None:
-        for i, (level, motions) in enumerate(zip(self.at, self.motions, strict=True)):
-            plain = records(motions)
-            if not self.scale:  # (floors that belong to their level are not scaled to it)
-                plain = [one._replace(own_level=False) for one in plain]
-            below = ground_of(plain, records(self.ground[i])) if self.ground else None
-            scaling([level], plain, self.im, blocks, below)
+        sets = [records(motions) for motions in self.motions]
+        below = [records(motions) for motions in self.ground] if self.ground else [None] * len(sets)
+        stripe_scalings(self.at, sets, self.im, blocks, below, self.scale)
 
     def _analysed(
         self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any

@@ -11,7 +11,7 @@ import xarray as xr
 
 from ...doubts import Doubt
 from ...motions import Generator, over_model, records
-from ...motions.arrays import Record
+from ...motions.arrays import Record, filter_doubts
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts, vertical_doubts
@@ -53,7 +53,7 @@ class Reading(NamedTuple):
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
-        doubts = (*vertical_doubts(arrays), *record_doubts(plain), *missed)
+        doubts = (*vertical_doubts(arrays), *record_doubts(plain), *filter_doubts(arrays), *missed)
         found = cls(doubts, lines)
         return found if any("floor" in array.dims for array in arrays) else found._varied(plain)
 

@@ -36,6 +36,7 @@ from ..text.curve_notes import (
     verb_of,
 )
 from ..text.level_advice import other_levels
+from ..text.reached import levels_run
 
 if TYPE_CHECKING:
     from .designs import Design
@@ -186,7 +187,8 @@ class Risk:
         both = next(
             (words for key, words in ends.items() if key in study), ("the weakest motion", "the strongest motion")
         )
-        first, last = (LevelEnd(end, other_levels(study, k > 0)) for k, end in enumerate(both))
+        run = levels_run(curves)[0], float(np.max(highest))
+        first, last = (LevelEnd(end, other_levels(study, k > 0, run)) for k, end in enumerate(both))
         said = [] if self.along is None else family_notes(curves, self.along)
         settled = _at_level(without_replicates(curves), highest)
         known = float(self.hazard.levels[0]), float(self.hazard.levels[-1])

@@ -34,7 +34,7 @@ from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_sh
 from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
 from ..text.precision import asked_of, is_missed, reached_by
-from ..text.reached import within_levels
+from ..text.reached import levels_run, within_levels
 from ..text.words import reference_law
 
 GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checked"
@@ -55,7 +55,7 @@ ODD = {
     "block size": "the size of a piece looks wrong",
     "units": "a number looks like one of another unit",
     "building": "a number of a building or a support looks like one of another unit",
-    "level": "the highest level is stronger than any real shaking",
+    "level": "levels are stronger than any real shaking, or not the levels of motions that are not scaled",
     "scenario": "the motions or their scenario lie outside what ground-motion data support",
     "vertical": "vertical components of records are used as horizontal shaking",
     "offset": "the mean of a record is not zero",
@@ -692,7 +692,7 @@ def _run_levels(results: xr.Dataset) -> Check:
         rests = possible_change(results).where(np.isfinite(shares[side]))
         low, high = (float(one.transpose(*shares[side].dims).values[_at_worst(shares[side])]) for one in bounds)
         within = f" Unless the curve decreases there, the rate is {low:.2f} to {high:.2f} times the one given."
-    advice = other_levels(json.loads(str(results.attrs["study"])), side == "above")
+    advice = other_levels(json.loads(str(results.attrs["study"])), side == "above", levels_run(results))
     return Check(
         RUN_LEVELS,
         INVALID if mostly(rests) else CARE,

@@ -20,6 +20,7 @@ from ... import motions as shaking
 from ...doubts import noted
 from ...fragility import ida
 from ...fragility.validity.notes import block_notes, not_modelled
+from ...fragility.validity.plausibility import stated_restitution_doubts
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
     REASONS,
@@ -35,7 +36,7 @@ from ...fragility.validity.slab_screen import FACTORS
 from ...models import Block, Law, simulate
 from ...models.block import describe_scene
 from ...models.laws import describe_law
-from ...motions.arrays import records
+from ...motions.arrays import filter_doubts, records
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
@@ -156,7 +157,12 @@ class Simulation:
     @property
     def notes(self) -> list[str]:
         """The reservations that a user should know before trusting the run, one sentence each."""
-        doubts = [*record_doubts(records(self.motion)), *matching_doubts([self.motion])]
+        doubts = [
+            *stated_restitution_doubts([self.model]),
+            *record_doubts(records(self.motion)),
+            *filter_doubts([self.motion]),
+        ]
+        doubts += matching_doubts([self.motion])
         found = [*block_notes([self.block]), *(one.sentence for one in doubts)]
         if self.screened is not None:
             verdict = int(self.screened["verdict"].max())

@@ -120,11 +120,19 @@ def changes(before: Any, now: Any, key: str = "") -> Iterator[tuple[str, str, st
         for i, (old, new) in enumerate(zip(before, now, strict=True), start=1):
             yield from changes(old, new, f"{key}[{i}]")
     elif before != now:
-        yield key, _short(before), _short(now)
+        texts = _text(before), _text(now)
+        first = next(
+            (i for i, pair in enumerate(zip(*texts, strict=False)) if pair[0] != pair[1]), min(map(len, texts))
+        )
+        yield key, _short(texts[0], first), _short(texts[1], first)
 
 
-def _short(value: Any) -> str:
-    if value is None:
-        return "not given"
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= 40 else f"{text[:37]}..."
+def _text(value: Any) -> str:
+    return "not given" if value is None else json.dumps(value, ensure_ascii=False)
+
+
+def _short(text: str, first: int) -> str:
+    """Return at most 40 characters of a text, its first difference from another one among them."""
+    start = first - 10 if first > 30 else 0
+    head, tail = "..." * bool(start), text[start:]
+    return f"{head}{tail}" if len(head + tail) <= 40 else f"{head}{tail[:34]}..."

@@ -26,7 +26,6 @@ from ...wording import (
     percent,
     three_digits,
     two_digits,
-    value_text,
     years_between,
     years_text,
 )
@@ -34,7 +33,7 @@ from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import infinitive_of, reached_of, verb_of
 from ..text.level_advice import other_levels
-from ..text.reached import fraction_text, level_texts, within_levels
+from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, within_levels
 from ..text.rows import Rows
 from ..text.words import axis_of, display_unit, floor_name, level_name, measure_at
 from .values import Cell, ValueTable, known, with_units
@@ -58,7 +57,8 @@ def hints(results: xr.Dataset) -> list[str]:
     state = str(results.attrs.get("state", OVERTURNING))
     did = "fell" if state == OVERTURNING else reached_of(state)
     study = json.loads(str(results.attrs["study"]))
-    cures = {"higher": other_levels(study, True), "lower": other_levels(study, False)}
+    run = levels_run(results)
+    cures = {"higher": other_levels(study, True, run), "lower": other_levels(study, False, run)}
     lines = []
     for one in dict.fromkeys(status.tolist()):
         if one in ADVICE:
@@ -97,8 +97,7 @@ def fragility_table(results: xr.Dataset) -> Table:
             if bool(one["converged"]):
                 cells: tuple[str, ...] = (*level_texts(one, "half_level", scale), "", "")
                 if "dispersion" in one:
-                    beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
-                    cells = (*cells[:2], three_digits(beta), interval_text(narrow, wide))
+                    cells = (*cells[:2], *dispersion_texts(one))
                 cells += tuple(fraction_text(one, p, scale) for p in fractions)
             else:
                 cells = ("", f"[italic]{one['status'].item()}[/]", "", "", *("" for _ in fractions))
@@ -245,9 +244,8 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
             cells = []
             for j in range(here.sizes["model"]):
                 one = here.isel(model=j, measure=i)
-                beta, low, high = (float(one[f"amplitude_dispersion{end}"]) for end in ("", "_lower", "_upper"))
                 near = "" if bool(one["distinguishable"]) else "≈ "
-                cells.append(near + value_text(beta, low, high))
+                cells.append("{}{} ({})".format(near, *dispersion_texts(one, "amplitude_dispersion")))
             # (the dispersion is of the root of the measure that grows with the amplitude)
             label, long_name = (str(here[name].values[i]) for name in ("measure", "measure_long_name"))
             rows.append((measure_at(label, long_name, float(here["power"].values[i])), *cells))

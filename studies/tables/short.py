@@ -23,7 +23,7 @@ from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.one_side import FORCED
 from ..text.precision import FITTED_RATE
-from ..text.reached import BELOW, level_texts
+from ..text.reached import BELOW, dispersion_texts, level_texts
 from ..text.rows import Rows
 from ..text.spread import (
     MODEL_RANGE,
@@ -66,7 +66,7 @@ def _blocks(results: xr.Dataset) -> Rows:
         one = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
         own, others = one.isel(model=at), np.delete(one["half_level"].values / scale, at)
         level, interval = level_texts(own, "half_level", scale)
-        beta = three_digits(float(own["dispersion"])) if "dispersion" in own else "–"
+        beta = dispersion_texts(own)[0] if "dispersion" in own else "–"
         text = f"{level} ({interval})" if level not in (NOT_REACHED, BELOW) else level
         found = others[np.isfinite(others)]
         ends = [three_digits(float(end)) for end in (found.min(), found.max())] if found.size else []

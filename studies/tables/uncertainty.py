@@ -11,13 +11,12 @@ from ...wording import (
     given_percent,
     in_years,
     interval_text,
-    three_digits,
     whole_percent,
     years_between,
     years_text,
 )
 from ..plan.estimates import middle_level
-from ..text.reached import fraction_text, level_texts
+from ..text.reached import dispersion_texts, fraction_text, level_texts
 from ..text.rows import Rows
 from ..text.spread import sample_range
 from ..text.words import display_unit, input_name
@@ -33,7 +32,7 @@ def median_rows(results: xr.Dataset) -> Rows:
         for model in results["model"].values:
             one = results.sel(block=block, model=model)
             low, high = (end / scale for end in sample_range(one))
-            cells = [*level_texts(one, "half_level", scale), three_digits(one["dispersion"].item())]
+            cells = [*level_texts(one, "half_level", scale), dispersion_texts(one)[0]]
             cells += [fraction_text(one, p, scale) for p in fractions]
             if not bool(one["converged"]):
                 cells = [str(one["status"].item()), *("" for _ in cells[1:])]

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
+from ...units import UNITS
+from .reached import EDGE
 
-def other_levels(study: Mapping[str, Any], higher: bool) -> str:
+EVERY = 0.0, math.inf
+
+
+def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float] = EVERY) -> str:
     """Return what to change in a study file so that the shaking reaches higher, or begins lower.
 
     Parameters
@@ -15,6 +21,8 @@ def other_levels(study: Mapping[str, Any], higher: bool) -> str:
         The study file as plain values.
     higher : bool
         Whether higher levels are wanted, else lower ones.
+    run : tuple of float
+        The lowest and the highest level that was run (SI): selected stripes beyond them were left out.
 
     Examples
     --------
@@ -24,6 +32,8 @@ def other_levels(study: Mapping[str, Any], higher: bool) -> str:
     'add higher levels to ida.levels.values'
     >>> other_levels({"stripes": {}}, False)
     'add a stripe below the lowest'
+    >>> other_levels({"stripes": {"select": {}, "unit": "g", "at": [{"level": 0.1}, {"level": 1.0}]}}, True, (1.0, 1.0))
+    'select the stripes that were left out from more motions, or with a wider stripes.select.factor'
     """
     if "ida" in study:
         if isinstance(study["ida"]["levels"], str):  # (adaptive levels look as far as they must)
@@ -32,5 +42,10 @@ def other_levels(study: Mapping[str, Any], higher: bool) -> str:
             return f"add {'higher' if higher else 'lower'} levels to ida.levels.values"
         return "raise ida.levels.to" if higher else "lower ida.levels.from"
     if "stripes" in study:
+        stripes = study["stripes"]
+        if "select" in stripes:
+            lowest, highest = (stripes["at"][end]["level"] * UNITS[stripes["unit"]][0] for end in (0, -1))
+            if highest > run[1] * EDGE if higher else lowest < run[0] / EDGE:
+                return "select the stripes that were left out from more motions, or with a wider stripes.select.factor"
         return f"add a stripe {'above the highest' if higher else 'below the lowest'}"
     return f"take {'stronger' if higher else 'weaker'} motions"

@@ -14,15 +14,43 @@ from .words import NOT_REACHED, axis_of
 
 BELOW = "below all levels"
 """In place of a level below the lowest one that was run."""
+ENDS = "", "_lower", "_upper"
+FLAT = 10.0
+"""Dispersion beyond which a curve is flat: one standard deviation is a factor of 22,000 in the level."""
 EDGE = 1.0 + 1e-9
 """A median this many times the highest level still counts as reached: it differs from it by rounding alone."""
 
 
-def highest_level(results: xr.Dataset) -> float:
-    """Return the strongest shaking that was run (SI); infinite where results hold no levels, as published curves."""
+def levels_run(results: xr.Dataset) -> tuple[float, float]:
+    """Return the weakest and the strongest shaking run (SI); 0 and infinite where there are no levels (published)."""
     if "level" not in results.coords and "intensity" not in results.coords:
-        return np.inf
-    return float(axis_of(results).max())
+        return 0.0, np.inf
+    return float(axis_of(results).min()), float(axis_of(results).max())
+
+
+def highest_level(results: xr.Dataset) -> float:
+    """Return the strongest shaking that was run (SI), as `levels_run`."""
+    return levels_run(results)[1]
+
+
+def open_ends(low: float, high: float, results: xr.Dataset) -> tuple[float, float]:
+    """Return the ends of an interval of a fitted level, infinite where they lie beyond all levels that were run."""
+    least, most = levels_run(results)
+    return -np.inf if low < least / EDGE else low, np.inf if high > EDGE * most else high
+
+
+def dispersion_texts(one: xr.Dataset, name: str = "dispersion") -> tuple[str, str]:
+    """Return a dispersion, and its interval; in words where the curve is flat over all shaking.
+
+    Examples
+    --------
+    >>> one = xr.Dataset({"dispersion": 0.4, "dispersion_lower": 0.3, "dispersion_upper": 7.6e17})
+    >>> dispersion_texts(one)
+    ('0.400', 'above 0.300')
+    """
+    value, low, high = (float(one[f"{name}{end}"]) if f"{name}{end}" in one else np.nan for end in ENDS)
+    text = f"above {FLAT:g}" if value > FLAT else three_digits(value)
+    return text, interval_text(low, np.inf if high > FLAT else high)
 
 
 def level_texts(one: xr.Dataset, name: str, scale: float) -> tuple[str, str]:
@@ -34,7 +62,7 @@ def level_texts(one: xr.Dataset, name: str, scale: float) -> tuple[str, str]:
     >>> level_texts(one, "half_level", 1.0)
     ('2.00', 'below 3.00')
     """
-    value, low, high = (one[f"{name}{end}"].item() / scale for end in ("", "_lower", "_upper"))
+    value, low, high = (one[f"{name}{end}"].item() / scale for end in ENDS)
     text = BELOW if value == 0.0 else NOT_REACHED if value == np.inf else three_digits(value)
     return text, interval_text(low or -np.inf, high)
 

@@ -1,12 +1,14 @@
 """Stripes and clouds beside the incremental analysis; outputs on request; damage states."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.doubts import ImplausibleInput
 from toppling.fragility import reached
 from toppling.models.runs import OUTPUTS, trace
 
@@ -56,6 +58,26 @@ class TestStripes:
         cloud = tp.cloud(BLOCKS, MODELS, sets[:1])
         np.testing.assert_array_equal(runs.peak_rotation.values[:, :, :5], cloud.peak_rotation.values)
         assert runs.intensity.values.tolist() == [1.0] * 5 + [3.0] * 5
+
+    @pytest.mark.parametrize(
+        ("im", "levels", "said"),
+        [
+            ("pga", [0.5, 3.0], "stripe 2 of 3 in SI: they have 0.50 times as much in the mean, 0.50 to 0.50"),
+            ("pga", [1.7], "stripe 1 of 1.7 in SI: they have 0.29 times as much"),
+            ("scale", [1.0, 2.0], "the scale of the motions is not that of 1 stripe .stripe 2 of 2 in SI"),
+            # PGA over g tan(alpha) of a block of 0.4 x 1.6 m is 1.5 / 9.80665 * 4 = 0.61
+            ("pga_normalised", [0.204, 0.5], "stripe 2 of 0.5 in SI: they have 1.2 times"),
+        ],
+    )
+    def test_levels_that_unscaled_motions_do_not_have(self, im, levels, said):
+        """Sines of 0.5 and 1.5 m/s2; the scale of what is not scaled is 1."""
+        sine = np.sin(2.0 * np.pi * np.arange(201) / 100.0)
+        sets = [tp.motions.from_array(peak * sine, 0.01) for peak in (0.5, 1.5)][: len(levels)]
+        options = {"scale": False, "screen": False}
+        with pytest.warns(ImplausibleInput, match=said):
+            tp.stripes(tp.Block(0.4, 1.6), tp.HousnerImpact(), sets, levels, im, **options)
+        with warnings.catch_warnings(action="error"):
+            tp.stripes(tp.Block(0.4, 1.6), tp.HousnerImpact(), sets, [0.5, 1.5][: len(levels)], **options)
 
     def test_floors_are_told_apart(self):
         building = tp.motions.Building.flexural_shear(period=0.5, storeys=2)

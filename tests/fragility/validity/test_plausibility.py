@@ -95,6 +95,14 @@ def test_damping_in_per_cent():
         tp.ida(CABINET, laws[1], SHAKES, [1.0])
 
 
+def test_restitution_that_no_block_has():
+    laws = [tp.HousnerImpact(e=0.09), tp.HousnerImpact(e=0.5), tp.HousnerImpact()]
+    (doubt,) = law_doubts([CABINET], laws, [])
+    assert doubt.sentence == "restitution below 0.3 (housner e=0.09: 0.09): e of blocks that rock is 0.5 to 1"
+    region = BlockArray(width=[0.4] * 3, height=[1.8] * 3, e=[0.9, 0.08, 0.9], delta=[0.05] * 3, names=["a", "b", "c"])
+    assert ["b: 0.08" in doubt.sentence for doubt in block_doubts(region)] == [True]
+
+
 # (what was written, what was meant, by hand)
 @pytest.mark.parametrize(
     ("width", "height", "meant"),

@@ -223,6 +223,9 @@ class TestRefusals:
                 (tp.Restraint.strap(1.7), "height of 1", "1.7"),
                 (tp.Restraint.bracket(17.0, 500.0), "height of 1", "17"),
                 (tp.Restraint.cable(1.7, 500.0), "height of 1", "1.7"),
+                # (their arms are 0.58 and 0.93 m)
+                (tp.Restraint.cable(1.2, 500.0, angle=0.9, width=0.2), "height of 1", "1.2"),
+                (tp.Restraint.cable(1.1, 500.0, angle=0.5, width=0.07), "height of 1", "1.1"),
                 (tp.Restraint.adhesive(500.0, 0.45), "width of 0.4", "0.45"),
                 (tp.Restraint.pole(100.0, 500.0, 1e5, 0.2, 2.0), "width of 0.4", "2"),
             )

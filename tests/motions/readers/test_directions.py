@@ -1,16 +1,21 @@
 """Vertical components among records: left out, wherever a file says that it is one, and taken on purpose."""
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 import record_files as files
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.doubts import ImplausibleInput
 from toppling.motions import RecordError
 from toppling.motions.readers.directions import LEFT_OUT, direction_of, horizontal_motions
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 
+COUNTS = 61 * np.arange(-100, 100)
 SHAKE = np.sin(0.3 * np.arange(60)) * np.sin(np.pi * np.arange(60) / 60.0) ** 2
 
 
@@ -64,6 +69,43 @@ def test_what_other_formats_say(tmp_path):
     found = kept(tmp_path)
     assert list(found[0].attrs[LEFT_OUT]) == ["a.UD", "b UD (g)"]
     assert [array["component"].values.tolist() for array in found] == [["E-W"], ["EW (g)"]]
+
+
+COSMOS = files.cosmos([[("acceleration", 40.0 * SHAKE)], [("acceleration", 20.0 * SHAKE)]])
+ROWS = "".join(f"{0.01 * i:.2f},{a},{a * a}\n" for i, a in enumerate(SHAKE))
+CSMIP = files.csmip([SHAKE, SHAKE])
+
+
+@pytest.mark.parametrize(
+    ("written", "out"),
+    [
+        ({"A05.NS1": files.knet(COUNTS, direction="1"), "A05.NS2": files.knet(COUNTS, direction="4")}, "A05.NS1"),
+        ({"A05.EW1": files.knet(COUNTS), "A05.EW2": files.knet(COUNTS)}, "A05.EW1"),
+        (
+            {"a.asc": files.esm(SHAKE), "hole.asc": files.esm(SHAKE).replace("LOC", "SENSOR_DEPTH_M: 37.5\nLOC")},
+            "hole.asc",
+        ),
+        ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: Downhole -30 m")}, "180 deg borehole"),
+        ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 5th Floor: NE corner")}, "180 deg structure"),
+        ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 1st Floor: NE corner")}, ""),
+        ({"b.csv": f"time (s),NS surface (g),NS borehole (g)\n{ROWS}"}, "NS borehole (g)"),
+        ({"a.v2": re.sub(r"(2:  H2 +\n)\n", r"\1Location: Roof, south\n", CSMIP)}, "chan 2 H2 structure"),
+    ],
+)
+def test_sensors_that_are_not_on_the_ground(tmp_path, written, out, monkeypatch):
+    """Boreholes and floors of buildings are left out beside the ground, with a note of which."""
+    for name, text in written.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = mo.read_all("*")
+    assert sum(array.sizes["motion"] for array in found) == (1 if out else 2)
+    assert [out in str(one.message) and "left out" in str(one.message) for one in said] == [True] * bool(out)
+    if len(written) == 2:  # (by itself, or where there is no other)
+        assert mo.read(out)["component"].values[0].endswith("borehole")
+        with pytest.warns(ImplausibleInput, match="taken as ground motion, since there is no other"):
+            assert mo.read_all(f"*{out[1:]}")[0].sizes["motion"] == 1
 
 
 @pytest.mark.parametrize(

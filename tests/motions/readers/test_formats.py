@@ -408,6 +408,15 @@ class TestObspy:
         refused(path, "states its unit .G., so unit must not be 'gal'", unit="gal")
         path.write_text(text.replace("Counts", "M/S"), encoding="utf-8")
         refused(path, "line 1 gives a velocity")
+        lines = text.replace("Counts", "M/S**2").split("\n")
+        second = [i for i, line in enumerate(lines) if line.startswith("TIMESERIES")][1]
+        for written, said in (
+            ("M/S", rf"line {second + 1} gives a velocity"),
+            ("G", rf"line 1 says .M/S.*line {second + 1} 'G'"),
+        ):
+            changed = [*lines[:second], lines[second].replace("M/S**2", written), *lines[second + 1 :]]
+            path.write_text("\n".join(changed), encoding="utf-8")
+            refused(path, said)
 
     def test_gse(self, tmp_path):
         path, _ = self.stream(tmp_path, "GSE2")

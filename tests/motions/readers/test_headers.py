@@ -145,6 +145,44 @@ def test_steps_and_rates_in_words(tmp_path, heading, step):
 
 
 @pytest.mark.parametrize(
+    "heading",
+    [
+        "# Tasa de muestreo: 100 muestras/s",
+        "# Frecuencia de muestreo (Hz): 100",
+        "# Intervalo de muestreo: 0.01 s",
+        "# Frequenza di campionamento: 100 Hz",
+        "# Passo di campionamento: 0.01 s",
+        "# Fréquence d'échantillonnage = 100 Hz",
+        "# Pas de temps : 0.01",
+        "# Taxa de amostragem: 100 amostras por segundo",
+        "# Abtastrate: 100 Hz",
+        "# Abtastintervall (ms): 10",
+        "# Zeitschritt = 0.01 s",
+        "# Örnekleme frekansı: 100 Hz",
+        "# ornekleme araligi: 0.01",
+        "# サンプリング周波数：100 Hz",
+        "# 採樣率: 100",
+        "# частота дискретизации: 100 Hz",
+        "# sampling rate: 100 samples/s",
+        "# sampling rate: 100 samples per second",
+        " INTERVALO DE MUESTREO, C1-C6 (s)    : /.01/.01/.01",
+    ],
+)
+def test_steps_of_other_languages(tmp_path, heading):
+    """A step of 0.01 s is read, and one that the study contradicts is refused, as in English."""
+    assert float(read(tmp_path, f"{heading}\nacc (g)\n{COLUMN}")["dt"][0]) == pytest.approx(0.01, rel=1e-12)
+    with pytest.raises(RecordError, match=r"its header says dt = 0.01 s, so dt must not be 0.005"):
+        read(tmp_path, f"{heading}\nacc (g)\n{COLUMN}", dt=0.005)
+
+
+@pytest.mark.parametrize("words", ["Número de muestras", "numero di punti", "Anzahl der Messwerte", "Veri sayısı:"])
+def test_numbers_of_samples_of_other_languages(tmp_path, words):
+    read(tmp_path, f"# {words} 12\nacc (g)\n{COLUMN}", dt=0.01)
+    with pytest.raises(RecordError, match="line 1 declares 13 samples, it holds 12"):
+        read(tmp_path, f"# {words} 13\nacc (g)\n{COLUMN}", dt=0.01)
+
+
+@pytest.mark.parametrize(
     ("heading", "factor"),
     [
         ("# bandpass (0.1-25 Hz)\ntime (s),acceleration (g)", G),

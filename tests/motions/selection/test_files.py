@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from toppling import motions
+from toppling.doubts import ImplausibleInput
 from toppling.motions.selection.files import TargetError, read_target
 from toppling.motions.selection.ruptures import read_disaggregation
 from toppling.units import STANDARD_GRAVITY as G
@@ -231,6 +232,11 @@ class TestDisaggregations:
 class TestExpected:
     def test_one_earthquake(self):
         """The numbers of an independent computation with the same models."""
+        with pytest.warns(
+            ImplausibleInput, match="durations .* outside the data of their model: magnitudes to 7.9"
+        ) as said:
+            motions.expected_target(motions.Scenario(8.0, 20e3, 400.0), "Sa(1.0)", ["Sa(0.5)", "d5_95"])
+        assert [one.category for one in said if issubclass(one.category, UserWarning)] == [ImplausibleInput]
         names = ["Sa(0.1)", "Sa(0.5)", "Sa(1.0)", "pgv", "d5_95"]
         found = motions.expected_target(motions.Scenario(6.5, 20e3, 400.0), "Sa(1.0)", names)
         known = [0.294692134 * G, 0.2774773026 * G, 0.1450798388 * G, 0.1486829403, 12.22547952]

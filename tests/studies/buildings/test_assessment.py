@@ -697,3 +697,19 @@ class TestTablesAndFigures:
             levels_figure(found, "value")
         with pytest.raises(ValueError, match="needs an assessment with a hazard curve"):
             exceedance_figure(found.drop_vars("loss_rate"))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_no_part_has_ends_above_those_of_the_building(seed):
+    """Under six motions no piece falls on some floors, or every piece does: bounds of another kind than elsewhere."""
+    items = Inventory((Contents("shelf", SHELF, 1, 20), Contents("case", CASE, 2, 2), Contents("files", FILES, 4, 3)))
+    years = assess(items, LAW, shaking(6, seed), [0.8, 2.0, 3.0, 4.0, 6.0], "pga", FRAME, CURVE)
+    for name in ("number_mean", "number_rate", "any_rate", "any_probability", "annual_number"):
+        for end in ("_lower", "_upper"):
+            building = years[name + end].sel(place="building")
+            assert not (years[name + end] > building).any(), name + end
+    whole = years["any_rate_upper"].sel(place="building")
+    assert not (years["item_rate_upper"] > whole).any()
+    for name in ("number_mean", "any_rate", "item_rate"):
+        assert not (years[name] > years[f"{name}_upper"]).any()
+        assert not (years[name] < years[f"{name}_lower"]).any()

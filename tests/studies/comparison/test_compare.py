@@ -13,6 +13,8 @@ from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.cli import main
 from toppling.studies.comparison import curves, figures, pieces, sides
 from toppling.studies.comparison.compare import compare
+from toppling.studies.comparison.inputs import differences_in_words
+from toppling.studies.store.differences import changes
 from toppling.studies.store.outputs import RECORD
 from toppling.studies.text.error import StudyError
 
@@ -72,6 +74,7 @@ def folder(tmp_path_factory):
         "site": curves_study("Another site", k0=2 * K0),
         "motions": curves_study("Other motions", seed=2),
         "deeper": curves_study("Deeper", blocks=BLOCKS.replace("0.35", "0.45") + BLOCKS.replace("narrow", "new")),
+        "nearly": curves_study("Nearly", blocks=BLOCKS.replace("0.35", "0.35001") + WIDE),
         "free": BUILDING.format(title="Free", motions=MOTIONS.format(seed=1), inventory="free.csv", k0=K0),
         "held": BUILDING.format(title="Anchored", motions=MOTIONS.format(seed=1), inventory="held.csv", k0=2 * K0),
     }
@@ -220,6 +223,18 @@ class TestCurves:
         said = compare(folder / "base", folder / "site", tmp_path).head
         assert "  hazard: k0 0.002 in A, 0.004 in B" in said
         assert not any("seed" in line for line in said)
+
+
+def test_values_are_told_apart(folder):
+    """Numbers of equal leading digits, and long values that differ at their end."""
+    with sides.two_sides(folder / "base", folder / "nearly", False) as (a, b):
+        said = differences_in_words(a, b, sides.matched_names(a, b, "block", "block"), sides.matched_laws(a, b, None))
+    assert "width: narrow 0.35 m in A, 0.35001 m in B" in said
+    assert not any(line.startswith(("height", "levels")) for line in said)
+    (one, other) = ({"outputs": ["overturned", "peak_rotation", "uplifted", last]} for last in ("top", "last"))
+    assert list(changes(one, other)) == [("outputs[4]", '"top"', '"last"')]
+    files = ({"file": f"records/of/a/long/name/of/a/folder/{name}.csv"} for name in ("first", "second"))
+    assert list(changes(*files)) == [("file", '.../a/folder/first.csv"', '.../a/folder/second.csv"')]
 
 
 class TestMediansAboveTheLevels:

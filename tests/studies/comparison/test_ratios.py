@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from toppling.fragility.risk.ratios import ratio_of
+from toppling.studies.buildings.recommendations import Range
 from toppling.studies.comparison.answers import answer, reading
 from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity
+from toppling.studies.comparison.tables import rows_of
 from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, verdict_of
 
 
@@ -21,6 +23,23 @@ def test_a_few_motions_decide_nothing(motions, verdict):
     assert ratio.value == pytest.approx(1.1)
     assert verdict_of(ratio) == verdict
     assert math.isnan(ratio.lower) == (verdict == "")
+
+
+@pytest.mark.parametrize(
+    ("ends", "shown"),
+    [
+        ((0.8, 7.6e17), "2.00 (above 0.800)"),
+        ((1e-9, 3.0), "2.00 (below 3.00)"),
+        ((1e-9, 7.6e17), "2.00 (not known)"),
+        ((1.5, 3.0), "2.00 (1.50–3.00)"),
+    ],
+)
+def test_ends_of_ratios_beyond_any_runs_are_open(ends, shown):
+    sides = Range(9.80665, -math.inf, 19.6133), Range(9.80665, 4.903325, math.inf)
+    median = Quantity("median", "Fitted median", "g", 9.80665, "m s-2")
+    own = Line("median", "rack", "", ("housner", "housner"), *sides, Range(2.0, *ends), OPEN)
+    (row,) = rows_of([own], median, "95 %").rows
+    assert row[1:4] == ("1.00 (below 2.00)", "1.00 (above 0.500)", shown)
 
 
 def line(name, verdict, law="housner"):

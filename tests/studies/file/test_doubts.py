@@ -9,6 +9,7 @@ from shared_cases import SHARED, needs_shared
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.doubts import ImplausibleInput
 from toppling.motions.readers.directions import BY_ITSELF, ON_PURPOSE
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
@@ -255,6 +256,29 @@ class TestCorrections:
         wanted = expected(mo.read(tmp_path / "shake.csv"))
         np.testing.assert_array_equal(found.values, wanted.values)
         assert list(study.reading.processing) == [wanted.attrs["processing"]]
+
+    @pytest.mark.parametrize(
+        ("keys", "said"),
+        [
+            ("highpass_hz = 10", "takes out what is below 10 Hz, usual is up to 1 Hz: a period in s in place of Hz"),
+            ("lowpass_hz = 0.5", "takes out what is above 0.5 Hz, usual is from 5 Hz"),
+            ("highpass_hz = 0.1\nlowpass_hz = 4.0", "above 4 Hz"),
+            ("highpass_hz = 1.0\nlowpass_hz = 5.0", ""),
+        ],
+    )
+    def test_corners_that_leave_no_earthquake(self, tmp_path, keys, said):
+        found = [note for note in tp.Study.from_toml(write(tmp_path, offset=0.0, keys=keys)).notes if "filter" in note]
+        assert [said in note for note in found] == [True] * bool(said)
+        if said:
+            with pytest.warns(ImplausibleInput, match="a filter takes out"):
+                mo.highpass(mo.read(tmp_path / "shake.csv"), 10.0)
+
+    @pytest.mark.parametrize("key", ["e = 0.09", "e = 0.9"])
+    def test_restitution(self, tmp_path, key):
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8").replace("e = 0.9", key)
+        path.write_text(text, encoding="utf-8")
+        assert any("restitution below 0.3" in note for note in tp.Study.from_toml(path).notes) == ("09" in key)
 
     @pytest.mark.parametrize(
         ("keys", "message"),

@@ -1,5 +1,6 @@
 """Stripes whose motions are selected: what a study file asks for, what its results say, and what is refused."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies.command.starters import write_starter
 from toppling.studies.file.schema import read_study_file
+from toppling.studies.tables.fragility import hints
+from toppling.studies.text.level_advice import other_levels
+from toppling.studies.text.reached import levels_run
 
 EXAMPLES = Path(tp.__file__).parent / "studies/examples"
 STUDY = """title = "selected"
@@ -69,6 +73,12 @@ def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
     assert results["selection_consistent"].values.tolist() == [True]
     assert results.sizes["motion"] == 10
     assert "in 1 of 1" in results.attrs["notes"]
+    # (a stripe above the highest is there: it was left out; below, another one helps)
+    asked = json.loads(results.attrs["study"])
+    assert other_levels(asked, True, levels_run(results)).startswith("select the stripes that were left out from more")
+    assert other_levels(asked, False, levels_run(results)) == "add a stripe below the lowest"
+    blank = results.assign(status=results["status"].copy(data=[["no overturning"]]))
+    assert ["select the stripes that were left out" in line for line in hints(blank)] == [True]
     for name, one in results.variables.items():
         assert {"units", "long_name"} <= set(one.attrs), name
 

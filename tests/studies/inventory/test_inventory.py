@@ -323,6 +323,8 @@ def test_crowds_and_tiny_distances(tmp_path):
     heading = "catalogue,floor,persons_exposed,injury_probability,friction,trip_mm\n"
     with pytest.warns(ImplausibleInput, match=r"more than 50 persons where one piece falls \(bookcase-5-shelf: 9000\)"):
         read(tmp_path, f"{heading}bookcase-5-shelf,1,9000,0.0001,,\n")
+    with pytest.warns(ImplausibleInput, match=r"restitution below 0.3 \(bookcase-5-shelf: 0.09\)"):
+        read(tmp_path, "catalogue,floor,e\nbookcase-5-shelf,1,0.09\n")
     with pytest.raises(InventoryError, match="trip_mm"):
         read(tmp_path, f"{heading}bookcase-5-shelf,1,40,0.1,0.3,0.02\n")
     with warnings.catch_warnings():

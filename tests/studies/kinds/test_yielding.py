@@ -87,7 +87,10 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
 
 def test_motions_as_they_are_and_other_buildings_beside(tmp_path):
     scaled = study(tmp_path).run()
-    plain = study(tmp_path, ('unit = "m/s2"', 'unit = "m/s2"\nscale = false')).run()
+    unscaled = ('unit = "m/s2"', 'unit = "m/s2"\nscale = false')
+    with pytest.raises(StudyError, match=r"stripes.scale = false: the Sa\(0.5\) of .* not that of 2 stripes"):
+        study(tmp_path, unscaled)
+    plain = study(tmp_path, unscaled, ("title", 'accept = ["level"]\ntitle')).run()
     assert not np.array_equal(plain["peak_rotation"], scaled["peak_rotation"])
     both = (
         ("[building]", '[[buildings]]\nname = "old"'),

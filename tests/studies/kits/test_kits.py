@@ -419,6 +419,8 @@ class TestFits:
     def test_refuses(self):
         with pytest.raises(ValueError, match=r"kit 'tall' is fixed at 1\.75 m"):
             TALL.held(tp.Block(0.3, 1.5, mass=50.0))
+        level = Kit("cable", tp.Restraint.cable(1.4, 500.0), height=1.4)  # (of a line with an anchor of its own height)
+        assert level.held(tp.Block(0.3, 1.0, mass=50.0), 0.9).restraint.front == 0.9
         with pytest.raises(ValueError, match="kit 'strap' needs the mass of the piece"):
             STRAP.held(tp.Block(0.3, 1.5))
         with pytest.raises(ValueError, match="cost must be"):

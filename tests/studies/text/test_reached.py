@@ -14,7 +14,7 @@ from toppling.studies.show import tables
 from toppling.studies.tables.client import client_rows
 from toppling.studies.tables.short import short_rows
 from toppling.studies.text.block_order import places
-from toppling.studies.text.reached import highest_level, within_levels
+from toppling.studies.text.reached import dispersion_texts, highest_level, open_ends, within_levels
 from toppling.studies.text.words import level_name, measure_at, measure_name
 
 STUDY = """
@@ -57,6 +57,30 @@ def results(tmp_path_factory):
     found["status"] = found["status"].astype(object)
     found["status"][chest], found["converged"][chest] = "ok", True
     return found
+
+
+@pytest.mark.parametrize(
+    ("ends", "shown"),
+    [
+        ((0.8, 5.0), (0.8, 5.0)),
+        ((0.02, 5.0), (-np.inf, 5.0)),
+        ((0.8, 7.6e17), (0.8, np.inf)),
+        ((0.0, np.inf), (-np.inf, np.inf)),
+    ],
+)
+def test_ends_beyond_what_was_run_are_open(ends, shown):
+    """The runs of a cloud reached 0.1 to 7 m/s2."""
+    cloud = xr.Dataset(coords={"intensity": ("motion", [0.1, 2.0, 7.0])})
+    assert open_ends(*ends, cloud) == shown
+
+
+def test_flat_curves(results):
+    flat = results.isel(block=0, model=0).copy(deep=True)
+    assert dispersion_texts(flat)[0] == f"{flat['dispersion'].item():.3f}"
+    flat["dispersion"][()], flat["dispersion_upper"][()] = 4.57e15, 7.6e17
+    assert dispersion_texts(flat)[0] == "above 10"
+    flat["dispersion"][()], flat["dispersion_lower"][()] = 0.5, 0.2
+    assert dispersion_texts(flat) == ("0.500", "above 0.200")
 
 
 class TestWithinLevels:
