@@ -108,6 +108,17 @@ def test_sensors_that_are_not_on_the_ground(tmp_path, written, out, monkeypatch)
             assert mo.read_all(f"*{out[1:]}")[0].sizes["motion"] == 1
 
 
+def test_pairs_of_the_ground(tmp_path):
+    for number, along in enumerate(("NS1", "EW1", "NS2", "EW2"), start=1):
+        direction = str(number if number < 3 else number + 1)
+        (tmp_path / f"A05.{along}").write_text(files.knet(COUNTS, direction=direction), encoding="utf-8")
+    with pytest.warns(
+        ImplausibleInput, match=r"2 components of a borehole or structure \(A05.EW1, A05.NS1\): left out"
+    ):
+        (pair,) = mo.read_pairs([str(tmp_path / "A05.*")])
+    assert pair.sizes["motion"] == 1
+
+
 @pytest.mark.parametrize(
     ("names", "out"),
     [

@@ -232,16 +232,18 @@ class TestDisaggregations:
 class TestExpected:
     def test_one_earthquake(self):
         """The numbers of an independent computation with the same models."""
-        with pytest.warns(
-            ImplausibleInput, match="durations .* outside the data of their model: magnitudes to 7.9"
-        ) as said:
-            motions.expected_target(motions.Scenario(8.0, 20e3, 400.0), "Sa(1.0)", ["Sa(0.5)", "d5_95"])
-        assert [one.category for one in said if issubclass(one.category, UserWarning)] == [ImplausibleInput]
         names = ["Sa(0.1)", "Sa(0.5)", "Sa(1.0)", "pgv", "d5_95"]
         found = motions.expected_target(motions.Scenario(6.5, 20e3, 400.0), "Sa(1.0)", names)
         known = [0.294692134 * G, 0.2774773026 * G, 0.1450798388 * G, 0.1486829403, 12.22547952]
         np.testing.assert_allclose(found.medians, known, rtol=2e-6)
         np.testing.assert_allclose(found.sigmas, [0.7088335489, 0.639513096, 0.6924081166, 0.651475249, 0.4301162634])
+
+    @pytest.mark.parametrize("scenario", [(8.0, 20e3, 400.0), (6.5, 250e3, 400.0), (6.5, 20e3, 180.0)])
+    def test_durations_outside_the_data_of_their_model(self, scenario):
+        """One sentence, and none of pyGMM's own."""
+        with pytest.warns(ImplausibleInput, match="durations .* outside the data of their model: magnitudes") as said:
+            motions.expected_target(motions.Scenario(*scenario), "Sa(1.0)", ["Sa(0.5)", "d5_95"])
+        assert [one.category for one in said if issubclass(one.category, UserWarning)] == [ImplausibleInput]
 
     def test_a_disaggregation(self):
         two = [motions.Scenario(6.5, 20e3, 400.0), motions.Scenario(7.0, 10e3, 760.0, "reverse")]

@@ -273,12 +273,18 @@ class TestCorrections:
             with pytest.warns(ImplausibleInput, match="a filter takes out"):
                 mo.highpass(mo.read(tmp_path / "shake.csv"), 10.0)
 
-    @pytest.mark.parametrize("key", ["e = 0.09", "e = 0.9"])
-    def test_restitution(self, tmp_path, key):
+    @pytest.mark.parametrize("e", ["0.09", "0.9"])
+    def test_restitution(self, tmp_path, capsys, e):
+        """Of a law, of an uncertain input, and of one run."""
         path = write(tmp_path, offset=0.0)
-        text = path.read_text(encoding="utf-8").replace("e = 0.9", key)
-        path.write_text(text, encoding="utf-8")
-        assert any("restitution below 0.3" in note for note in tp.Study.from_toml(path).notes) == ("09" in key)
+        text = path.read_text(encoding="utf-8")
+        drawn = f'[uncertainty]\nsamples = 4\n[uncertainty.inputs]\ne = {{ distribution = "uniform", lower = {e}, upper'
+        for changed in (text.replace("e = 0.9", f"e = {e}"), f"{text}{drawn} = {float(e) + 0.01} }}\n"):
+            path.write_text(changed, encoding="utf-8")
+            assert any("restitution below 0.3" in note for note in tp.Study.from_toml(path).notes) == (e == "0.09")
+        shake = str(tmp_path / "shake.csv")
+        assert main(["simulate", "bookcase-5-shelf", shake, "--law", "housner", "--e", e, "--out", str(tmp_path)]) == 0
+        assert ("restitution below 0.3" in " ".join(capsys.readouterr().out.split())) == (e == "0.09")
 
     @pytest.mark.parametrize(
         ("keys", "message"),
