@@ -274,8 +274,9 @@ def _studentised(values: Array, counts: Array, confidence: float, strata: tuple[
     drawn = _means(relative, counts)
     variance, variances = np.zeros_like(centre), np.zeros_like(drawn)
     for stratum in strata:
-        deviation = relative[:, stratum] - relative[:, stratum].mean(axis=1, keepdims=True)
-        often = counts[:, stratum]
+        # (sums of arrays in another order of memory have other last digits)
+        own, often = np.ascontiguousarray(relative[:, stratum]), np.ascontiguousarray(counts[:, stratum])
+        deviation = own - own.mean(axis=1, keepdims=True)
         variance += np.sum(deviation**2, axis=1, keepdims=True)
         variances += np.einsum("sn,rn->sr", deviation**2, often)
         variances -= np.einsum("sn,rn->sr", deviation, often) ** 2 / stratum.size
