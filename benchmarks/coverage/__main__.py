@@ -23,7 +23,7 @@ is its output ({kind}). Each row has at least {studies} studies, so a share of 9
 the correlation between the normal scores of two runs under one motion; it is 1 if each motion has one capacity.
 - *True value below* and *above* are shares of intervals that lie entirely above or below the true value (nominal \
 2.5 %).
-- *Length* is the mean stated error over the true one.
+- *Length* is the mean length over that of a normal interval with the true standard deviation.
 - For goodness of fit, *true value above* is the share of correct curves that the test rejects at 5 %.
 """
 

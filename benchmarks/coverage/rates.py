@@ -22,7 +22,11 @@ CONFIDENCE = 0.95
 NORMAL = 1.959964
 SLOPES = (1.5, 2.5, 4.0)
 TABULATED = "curved hazard"
-DESIGNS: dict[str, Callable[[Truth, int, int, int], xr.Dataset]] = {"ida": ida, "stripes": stripes, "cloud": cloud}
+DESIGNS: dict[str, Callable[[Truth, int, int, int], xr.Dataset]] = {
+    "20 common levels": ida,
+    "5 stripes": stripes,
+    "cloud": cloud,
+}
 
 
 def hazards() -> dict[str, HazardCurve]:
@@ -41,8 +45,8 @@ def rows(full: bool) -> Iterator[Row]:
     for motions in (10, 20, 40, 80, 400) if full else (10, 20, 80):
         for shape in SHAPES:
             for correlation in correlations:
-                yield from of_design("ida", replace(shape, correlation=correlation), motions, studies)
-            yield from of_design("stripes", shape, motions, studies)
+                yield from of_design("20 common levels", replace(shape, correlation=correlation), motions, studies)
+            yield from of_design("5 stripes", shape, motions, studies)
         yield from _of_means(motions, studies)
         yield from _of_ratios(motions, studies)
     for motions in (40, 80, 400) if full else (80,):
@@ -67,7 +71,7 @@ def of_design(design: str, truth: Truth, motions: int, studies: int, seed: int =
             np.concatenate([one[f"rate{end}"].values for one in found]) for end in ("", "_lower", "_upper")
         )
         length = _length(np.log(rate), np.log(lower), np.log(upper))
-        of = f"{truth.name}, within motions {truth.correlation:g}" if design == "ida" else truth.name
+        of = f"{truth.name}, within motions {truth.correlation:g}" if DESIGNS[design] is ida else truth.name
         yield row_of(f"annual rate, {design}, {name}", of, motions, (lower, upper), true_rate(truth, hazard), length)
 
 
