@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...aliases import Array
 from ...fragility import HazardCurve, annual_rate, fit_fragility
-from ...fragility.curves.means import mean_interval
+from ...fragility.curves.means import mean_interval, resampled_means
 from ...fragility.risk.ratios import ratio_of
 from ...streams import stream
 from ..sequential.truths import MEDIAN, Truth
@@ -137,3 +137,13 @@ def _of_ratios(motions: int, studies: int) -> Iterator[Row]:
         true = true_rate(strong, hazard) / true_rate(weak, hazard)
         length = _length(np.log(of), np.log(lower), np.log(upper))
         yield row_of(f"ratio of annual rates, {TABULATED}", shape.name, motions, (lower, upper), true, length)
+        # totals of falls at the levels, as inventories are compared
+        weights = -np.diff(hazard.rate_at(LEVELS), append=0.0)
+        falls = drawn["overturned"].transpose("block", "study", "motion", "level").values @ weights
+        samples = resampled_means(falls)
+        means = falls.mean(axis=-1)
+        found = [ratio_of(means[0, i], means[1, i], samples[0, i], samples[1, i], CONFIDENCE) for i in range(studies)]
+        of, lower, upper = np.array(found).T
+        a, b = (float(truth.probability(np.log(LEVELS)) @ weights) for truth in (weak, strong))
+        length = _length(np.log(of), np.log(lower), np.log(upper))
+        yield row_of("ratio of totals of inventories", shape.name, motions, (lower, upper), b / a, length)
