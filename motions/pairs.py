@@ -69,7 +69,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
     >>> from toppling import motions
     >>> east, north = (motions.CloughPenzien(duration=5.0).sample(1, seed=i) for i in (1, 2))
     >>> dict(motions.join(east, north).sizes)
-    {'motion': 1, 'component': 2, 'time': 1001}
+    {'motion': 1, 'component': 2, 'time': 5246}
     """
     given = {"h1": h1, "h2": h2, **({} if vertical is None else {"v": vertical})}
     first: list[Record] = []
@@ -199,7 +199,7 @@ def both_axes(
     >>> pairs = motions.CloughPenzien(duration=5.0).sample_pairs(3)
     >>> (turned,) = motions.both_axes(pairs, "random")
     >>> str(turned["shakes"].values), dict(turned.sizes)
-    ('both axes', {'motion': 3, 'component': 2, 'time': 1001})
+    ('both axes', {'motion': 3, 'component': 2, 'time': 5246})
     """
     return _along_blocks(pairs, azimuth, seed, first, vertical, BOTH_AXES)
 

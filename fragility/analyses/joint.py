@@ -99,7 +99,7 @@ def joint_falls(
     >>> import toppling as tp
     >>> shelves = BlockArray([0.4, 0.41, 0.42, 0.43], [1.8, 1.8, 1.9, 1.9])
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(40, seed=1)
-    >>> found = joint_falls(shelves, tp.HousnerImpact(), shakes, [4.0])
+    >>> found = joint_falls(shelves, tp.HousnerImpact(), shakes, [4.5])
     >>> bool((found["fallen_sd"] > 1.5 * found["fallen_sd_independent"]).item())
     True
     """

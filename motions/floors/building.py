@@ -401,7 +401,7 @@ class Building:
         >>> from toppling import motions
         >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
         >>> dict(Building.flexural_shear(0.8, storeys=4).floor_motions(ground, floors=[2, 4]).sizes)
-        {'motion': 2, 'floor': 2, 'time': 501}
+        {'motion': 2, 'floor': 2, 'time': 2624}
         """
         chosen = self._chosen(floors)
         cut = _up_to("parts", parts, MOST_PARTS)

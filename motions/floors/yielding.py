@@ -157,7 +157,7 @@ class YieldingBuilding:
         >>> weak = motions.Building.from_storeys([1e5, 1e5], [4e7, 4e7], yield_coefficient=0.1)
         >>> found = weak.floor_motions(ground, factor=2.0)
         >>> dict(found.sizes), bool((found["ductility"] > 1.0).all())
-        ({'motion': 2, 'floor': 3, 'time': 501}, True)
+        ({'motion': 2, 'floor': 3, 'time': 2624}, True)
         """
         scale = checks.number("factor", factor, above=0.0)
         chosen = self._chosen(floors)

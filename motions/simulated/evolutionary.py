@@ -18,17 +18,16 @@ from ...units import STANDARD_GRAVITY
 from ..arrays import records
 from ..intensity.dataset import measure
 from ..kernels.drifting_filters import drifting_ground
-from ..scaling import parabolic_baseline
 from .envelopes import Envelope, RiseStrongDecay
-from .filters import filtered, high_pass
-from .generator import LARGEST, Generator, Streams, ensemble, normals, steps_of
-from .kanai_tajimi import BASELINES
+from .filters import filtered, high_pass, settling
+from .generator import LARGEST, Streams, ensemble, normals, steps_of
+from .kanai_tajimi import BASELINES, FilteredNoise
 
 PSD_INSTANTS = 101  # of the drift, over which a density is averaged
 
 
 @dataclass(frozen=True)
-class EvolutionaryKanaiTajimi(Generator):
+class EvolutionaryKanaiTajimi(FilteredNoise):
     """Gaussian white noise times an envelope, through a soil layer whose frequency drifts during the shaking.
 
     Parameters
@@ -45,7 +44,8 @@ class EvolutionaryKanaiTajimi(Generator):
     -----
     x'' + 2 xi_g omega_g(t) x' + omega_g(t)² x = w(t), acceleration 2 xi_g omega_g x' + omega_g² x: the frequency is
     constant within a time step (its value in the middle), and each step is solved exactly for noise that is linear
-    between samples.  With a single frequency the motions equal those of `KanaiTajimi`, value by value.
+    between samples.  With a single frequency the motions equal those of `KanaiTajimi`, value by value.  They end moving
+    as those do.
 
     References
     ----------
@@ -58,8 +58,6 @@ class EvolutionaryKanaiTajimi(Generator):
     >>> round(float(abs(generator.sample(20)).max("time").mean()), 6)
     3.0
     """
-
-    own_amplitude: ClassVar[bool] = False
 
     omega_g: float | Sequence[float] = (8.0 * math.pi, 3.0 * math.pi)
     omega_g_times: Sequence[float] | None = None
@@ -174,19 +172,19 @@ class EvolutionaryKanaiTajimi(Generator):
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of `seed`; see `KanaiTajimi.sample`."""
-        steps = steps_of(self.duration, self.dt)
-        time = np.arange(steps + 1, dtype=np.float64) * self.dt
-        amplitude = math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time)
+        steps, rest = self._steps()
+        time = np.arange(steps + rest + 1, dtype=np.float64) * self.dt
+        amplitude = math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time[: steps + 1])
         propagators = _propagators(self.frequency(time[:-1] + 0.5 * self.dt), self.xi_g, self.dt)
         ground = self.frequency(time)
         read = np.stack([ground**2, 2.0 * self.xi_g * ground], axis=1)
 
         def make(streams: Streams) -> Array:
-            motions: Array = drifting_ground(normals(streams, steps + 1) * amplitude, *propagators, read)
-            motions = self._post_filter(motions)
-            return parabolic_baseline(motions, self.dt) if self.baseline == "parabolic" else motions
+            noise = np.pad(normals(streams, steps + 1) * amplitude, ((0, 0), (0, rest)))
+            motions: Array = drifting_ground(noise, *propagators, read)
+            return self._finished(self._post_filter(motions))
 
-        return ensemble(self, n, seed, first, steps, self.dt, make)
+        return ensemble(self, n, seed, first, steps + rest, self.dt, make)
 
     def _post_filter(self, motions: Array) -> Array:
         return motions
@@ -196,12 +194,13 @@ class EvolutionaryKanaiTajimi(Generator):
 class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
     """Evolutionary Kanai-Tajimi motions through the constant high-pass of `CloughPenzien`.
 
-    Parameters as in `EvolutionaryKanaiTajimi`, and omega_f (rad/s) and xi_f as in `CloughPenzien`.
+    Parameters as in `EvolutionaryKanaiTajimi`, and omega_f (rad/s) and xi_f as in `CloughPenzien`, whose motions end
+    alike.
 
     Examples
     --------
     >>> EvolutionaryCloughPenzien(omega_g=(25.0, 8.0), duration=10.0, dt=0.01).sample(2, seed=1).shape
-    (2, 1001)
+    (2, 3124)
     """
 
     omega_f: float = 0.25 * math.pi
@@ -212,6 +211,11 @@ class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
         super().__post_init__()
         for name in ("omega_f", "xi_f"):
             checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+
+    @property
+    def rest(self) -> float:
+        slowest = max(settling(self.omega_f, self.xi_f), settling(float(np.min(self.omega_g)), self.xi_g))
+        return slowest if self.baseline == "none" else 0.0
 
     _further_parameters: ClassVar[tuple[str, ...]] = ("omega_f", "xi_f")
 

@@ -5,11 +5,16 @@ A filter is the pair of polynomials in s of its transfer function, highest power
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import scipy
 
 from ...aliases import Array
 from ..kernels.constant_filters import second_order
+
+SETTLING = 10.0
+"""Time constants in which a filter dies out: (1 + 10) exp(-10) = 5e-4 of its displacement remains at most."""
 
 
 def soil_layer(omega: float, xi: float) -> tuple[list[float], list[float]]:
@@ -24,6 +29,11 @@ def soil_layer(omega: float, xi: float) -> tuple[list[float], list[float]]:
 def high_pass(omega: float, xi: float) -> tuple[list[float], list[float]]:
     """Return the high-pass s²/(s² + 2 xi omega s + omega²) of corner omega (rad/s) and damping ratio xi."""
     return [1.0, 0.0, 0.0], [1.0, 2.0 * xi * omega, omega**2]
+
+
+def settling(omega: float, xi: float = 1.0) -> float:
+    """Return the time in which a filter of circular frequency omega (rad/s) and damping ratio xi dies out, s."""
+    return SETTLING / omega * (xi + math.sqrt(xi * xi - 1.0) if xi > 1.0 else 1.0 / xi)
 
 
 def filtered(values: Array, numerator: list[float], denominator: list[float], dt: float) -> Array:

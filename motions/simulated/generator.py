@@ -45,6 +45,11 @@ class Generator(ABC):
         return None
 
     @property
+    def ends_moving(self) -> bool:
+        """True if the velocity does not return to 0, so that PGV and PGD depend on the duration."""
+        return False
+
+    @property
     def outside(self) -> str:
         """What of the scenario lies outside of the data behind the generator's equations; empty where nothing does."""
         return ""

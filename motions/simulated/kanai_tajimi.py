@@ -11,9 +11,10 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ..intensity.peaks import velocity
 from ..scaling import parabolic_baseline
 from .envelopes import Envelope, RiseStrongDecay
-from .filters import filtered, high_pass, soil_layer
+from .filters import filtered, high_pass, settling, soil_layer
 from .generator import LARGEST, Generator, Streams, ensemble, normals, steps_of
 
 BASELINES = ("parabolic", "none")
@@ -21,8 +22,45 @@ WIDEST = 2.0  # dispersion of a parameter, beyond which most motions are of no g
 FARTHEST = 5.0  # standard deviations above the median for which a parameter must be in its range
 
 
+class FilteredNoise(Generator):
+    """Generator of white noise with an envelope through the filter of a soil layer, and a high-pass if any."""
+
+    own_amplitude: ClassVar[bool] = False
+
+    duration: float
+    dt: float
+    baseline: str
+
+    @property
+    def length(self) -> float:
+        """Length of the motions, s: the duration, and the time to rest after it."""
+        return self.duration + self.rest
+
+    @property
+    def rest(self) -> float:
+        """Time in which the filters bring the ground to rest after the noise, s; 0 without a high-pass."""
+        return 0.0
+
+    @property
+    def ends_moving(self) -> bool:
+        return self.rest == 0.0
+
+    def _steps(self) -> tuple[int, int]:
+        """Return the number of steps of the noise, and of the rest."""
+        return steps_of(self.duration, self.dt), math.ceil(self.rest / self.dt)
+
+    def _finished(self, motions: Array) -> Array:
+        """Return motions (motion, time) after the baseline correction, or at rest."""
+        if self.baseline == "parabolic":
+            return parabolic_baseline(motions, self.dt)
+        rest = self._steps()[1]
+        if rest:  # (what is left is taken out evenly; the trapezoidal rule counts half of the first step)
+            motions[:, -rest:] -= velocity(motions, self.dt)[:, -1:] / ((rest - 0.5) * self.dt)
+        return motions
+
+
 @dataclass(frozen=True)
-class KanaiTajimi(Generator):
+class KanaiTajimi(FilteredNoise):
     """Gaussian white noise times an envelope, through the Kanai-Tajimi filter of a soil layer.
 
     Parameters
@@ -34,7 +72,7 @@ class KanaiTajimi(Generator):
     s0 : float
         Two-sided power spectral density of the white noise, m²/s³ per rad/s, > 0.
     duration, dt : float
-        Length and time step, s.
+        Length of the noise and time step, s.
     envelope : Envelope
         Intensity of the white noise as a function of time.
     baseline : {"parabolic", "none"}
@@ -48,6 +86,10 @@ class KanaiTajimi(Generator):
     H(s) = (2 xi_g omega_g s + omega_g²)/(s² + 2 xi_g omega_g s + omega_g²), solved exactly for white noise that is
     linear between samples N(0, 2 pi s0/dt) (first-order hold).  Stationary variance pi s0 omega_g (1 + 4 xi_g²)/(2
     xi_g) as dt -> 0.  The peak of filtered white noise depends on dt.
+
+    The motions end with the noise, and they end moving: |H(0)| = 1, so that the velocity is a random walk, of which the
+    baseline correction leaves some 0.25 PGV at the end.  PGV and PGD depend on the duration and on that correction;
+    studies refuse them as measures of these motions.  The motions of `CloughPenzien` end at rest.
 
     The motions of one spectrum differ far less than earthquakes do: PGV/PGA has a dispersion of 0.2 instead of some
     0.5, and fragility curves come out too steep.  Dispersions of 0.5 and 0.6 make it 0.35: these are, rounded up, of
@@ -66,8 +108,6 @@ class KanaiTajimi(Generator):
     >>> KanaiTajimi(duration=10.0, dt=0.01).sample(3, seed=1).shape
     (3, 1001)
     """
-
-    own_amplitude: ClassVar[bool] = False
 
     omega_g: float = 5.0 * math.pi
     xi_g: float = 0.6
@@ -110,18 +150,20 @@ class KanaiTajimi(Generator):
         xarray.DataArray
             ``acceleration`` (motion, time), m s-2, not normalised (see `scale_to_mean`).
         """
-        return ensemble(self, n, seed, first, steps_of(self.duration, self.dt), self.dt, self._make)
+        return ensemble(self, n, seed, first, sum(self._steps()), self.dt, self._make)
 
     def _make(self, streams: Streams) -> Array:
-        time = np.arange(steps_of(self.duration, self.dt) + 1, dtype=np.float64) * self.dt
+        steps, rest = self._steps()
+        time = np.arange(steps + 1, dtype=np.float64) * self.dt
         noise = normals(streams, time.size)
         noise *= math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time)
+        noise = np.pad(noise, ((0, 0), (0, rest)))
         if self.omega_g_dispersion or self.xi_g_dispersion:
             for row, random in zip(noise, streams, strict=True):
                 row[:] = self._drawn(random)._filtered(row[None])
         else:
             noise = self._filtered(noise)
-        return parabolic_baseline(noise, self.dt) if self.baseline == "parabolic" else noise
+        return self._finished(noise)
 
     def _drawn(self, random: np.random.Generator) -> Self:
         """Return the generator with parameters of one motion, drawn from its stream."""
@@ -151,6 +193,13 @@ class CloughPenzien(KanaiTajimi):
     omega_f, xi_f : float
         Circular frequency (rad/s) and damping ratio of the high-pass s²/(s² + 2 xi_f omega_f s + omega_f²), > 0.
 
+    Notes
+    -----
+    The noise lasts for `duration`.  Ten time constants of the slower filter follow (21 s with the defaults): their gain
+    is 0 at frequency 0, so that their own response brings the ground to rest.  What is left of the velocity, less than
+    1e-3 PGV, and about 0.01 PGV if the noise starts at full intensity (`Stationary`), is taken out evenly there.
+    A motion with a parabolic baseline ends moving with the noise, as those of `KanaiTajimi`.
+
     References
     ----------
     Clough, R. W. and Penzien, J. (1993). Dynamics of Structures, 2nd ed. McGraw-Hill.
@@ -164,6 +213,11 @@ class CloughPenzien(KanaiTajimi):
         super().__post_init__()
         for name in ("omega_f", "xi_f"):
             checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+
+    @property
+    def rest(self) -> float:
+        slowest = max(settling(self.omega_f, self.xi_f), settling(self.omega_g, self.xi_g))
+        return slowest if self.baseline == "none" else 0.0
 
     def _sections(self) -> list[tuple[list[float], list[float]]]:
         return [*super()._sections(), high_pass(self.omega_f, self.xi_f)]

@@ -17,7 +17,7 @@ from .generator import Streams, counts, steps_of
 from .modulation import modulation
 from .pulses import velocity_pulse
 from .scenario import UNITS, Parameters
-from .site_based import ALL_ENERGY, MOST_TRIES, ScenarioGenerator, fits, settling, site_based_motions
+from .site_based import MOST_TRIES, ScenarioGenerator, end_of, fits, site_based_motions
 
 WITH_PULSE = ("always", "probability", "never")
 PULSE_UNITS = {
@@ -60,7 +60,8 @@ class NearFault(ScenarioGenerator):
     energy) and a gamma modulating function in place of the paper's piecewise function.  Pulse: the pulse of
     `MavroeidisPapageorgiou` without residual displacement; V_p, T_p, gamma, nu and the time of the pulse are drawn
     together with the background's parameters (the time has a correlation of 0.79 with the middle of the background),
-    and the pulse is added after the high-pass.  Draws are repeated as in `SiteBasedScenario`.
+    and the pulse is added after the high-pass.  Draws are repeated as in `SiteBasedScenario`, and
+    motions end at rest as those of `SiteBased`.
 
     Examples
     --------
@@ -104,7 +105,7 @@ class NearFault(ScenarioGenerator):
     def _needed_by(self, pulse: bool, errors: float) -> float:
         scores = self.equations.at(np.full(11 if pulse else 6, errors), pulse)[None]
         own = background_parameters(scores)
-        end = float(modulation(own.d5_95, own.t_mid, MIDDLE).time_of(ALL_ENERGY)[0]) + settling(self.corner)
+        end = end_of(modulation(own.d5_95, own.t_mid, MIDDLE), self.corner)
         if not pulse:
             return end
         _, period, gamma, _, time = (float(value[0]) for value in pulse_parameters(scores))

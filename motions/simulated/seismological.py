@@ -73,7 +73,8 @@ class Seismological(Generator):
     R0), R0 = 1 km; Z = R0/R to 40 km, then (R0/40 km) sqrt(40 km/R).  Duration T = 1/f0 + path duration.  White noise
     under a window is transformed, divided by the root of its mean square amplitude, multiplied by A and transformed
     back, so that the root mean square amplitude over motions is A.  The source filter acts in both directions of time;
-    therefore 1.5/f0 without shaking is left before and after.  Without a low-cut filter the displacement has the long
+    therefore 1.5/f0 without shaking is left before and after, and motions end
+    at rest: with less than 1e-3 of PGV.  Without a low-cut filter the displacement has the long
     periods of the source.
 
     References

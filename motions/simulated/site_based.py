@@ -18,7 +18,7 @@ from ...aliases import Array, Flags, Index
 from ...streams import stream
 from ...units import STANDARD_GRAVITY
 from ..kernels.drifting_filters import drifting_noise
-from .filters import filtered, high_pass
+from .filters import filtered, high_pass, settling
 from .fitting import fit_site_based
 from .generator import Generator, Streams, counts, ensemble, normals, steps_of
 from .ground_motion_models import Scenario
@@ -26,7 +26,6 @@ from .modulation import Modulation, modulation, ratio_limits
 from .scenario import PUBLISHED_CONSTANT, UNITS, Parameters, SiteBasedEquations, corner_frequency
 
 LEAST_OMEGA = 0.6 * math.pi  # 0.3 Hz
-SETTLING = 10.0  # the high-pass has 10/omega_c to die out: 5e-4 of its displacement remains
 ALL_ENERGY = 0.995  # fraction of the energy that must have arrived before the high-pass dies out
 MOST_TRIES = 1000
 DEFAULT_CORNER = 0.15  # `corner_frequency` of magnitude 6.5
@@ -60,7 +59,8 @@ class SiteBased(Generator):
     variance by the discrete sum itself, so that the law of x converges as dt -> 0.  q² is a gamma density times 2 g
     Ia/pi.  omega(t) = omega_mid + omega_slope (t - t_mid), limited to 0.3 Hz and half the Nyquist frequency.  The
     motion is z'' of z'' + 2 w z' + w² z = x with w = 2 pi f_c.  The shaking is cut off 10/w before the end (at least
-    99.5 % of the energy has arrived), so that velocity and displacement end at zero.
+    99.5 % of the energy has arrived), so that motions end at rest: with less than
+    1e-3 of PGV.
 
     References
     ----------
@@ -96,7 +96,7 @@ class SiteBased(Generator):
                 f"d5_95/t_mid must be {low:.3g} to {high:.3g} for a gamma modulating function, got "
                 f"{self.d5_95:g}/{self.t_mid:g} = {self.d5_95 / self.t_mid:.3g}"
             )
-        least = _end_of(self._modulation(), self.f_c)
+        least = end_of(self._modulation(), self.f_c)
         if self.duration is not None and checks.number("duration", self.duration, above=0.0, unit="s") < least:
             raise ValueError(
                 f"duration must be at least {least:.1f} s (99.5 % of the energy, then the high-pass dies out), got "
@@ -107,7 +107,7 @@ class SiteBased(Generator):
     @property
     def length(self) -> float:
         """Length of the motions, s."""
-        return math.ceil(_end_of(self._modulation(), self.f_c)) if self.duration is None else self.duration
+        return math.ceil(end_of(self._modulation(), self.f_c)) if self.duration is None else self.duration
 
     @classmethod
     def fit(cls, motion: xr.DataArray, f_c: float = DEFAULT_CORNER) -> SiteBased:
@@ -288,7 +288,7 @@ class SiteBasedScenario(ScenarioGenerator):
 
     def _needed(self, errors: float) -> float:
         own = self.equations.at(np.full(6, errors))
-        return _end_of(modulation(np.array([own.d5_95]), np.array([own.t_mid])), self.corner)
+        return end_of(modulation(np.array([own.d5_95]), np.array([own.t_mid])), self.corner)
 
     def parameters(self, n: int, seed: int = 0, first: int = 0) -> xr.Dataset:
         """Return the drawn parameters of motions `first` … `first + n - 1` and the number of repeated draws."""
@@ -321,22 +321,18 @@ class SiteBasedScenario(ScenarioGenerator):
 def fits(own: Parameters, middle: float, f_c: float, length: float) -> Flags:
     """Return True for motions (motion,) that have a modulating function and end within `length` s."""
     times = modulation(own.d5_95, own.t_mid, middle)
-    end = times.time_of(ALL_ENERGY) + settling(f_c)
+    end = times.time_of(ALL_ENERGY) + settling(2.0 * math.pi * f_c)
     return np.asarray(end <= length)  # False for NaN, without a modulating function
 
 
-def settling(f_c: float) -> float:
-    """Return the time in which the high-pass dies out, s."""
-    return SETTLING / (2.0 * math.pi * f_c)
-
-
-def _end_of(times: Modulation, f_c: float) -> float:
-    return float(times.time_of(ALL_ENERGY)[0]) + settling(f_c)
+def end_of(times: Modulation, f_c: float) -> float:
+    """Return the time at which one motion is at rest, s."""
+    return float(times.time_of(ALL_ENERGY)[0]) + settling(2.0 * math.pi * f_c)
 
 
 def site_based_motions(streams: Streams, own: Parameters, middle: float, f_c: float, dt: float, steps: int) -> Array:
     """Return motions (motion, steps + 1), m/s², of parameters (motion,) that fit; `t_mid` is at energy `middle`."""
-    live = steps + 1 - math.ceil(settling(f_c) / dt)
+    live = steps + 1 - math.ceil(settling(2.0 * math.pi * f_c) / dt)
     time = np.arange(live, dtype=np.float64) * dt
     omega = own.omega_mid[:, None] + own.omega_slope[:, None] * (time - own.t_mid[:, None])
     np.clip(omega, LEAST_OMEGA, 0.5 * math.pi / dt, out=omega)

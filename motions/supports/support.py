@@ -50,7 +50,7 @@ class Support:
     >>> floor = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
     >>> bench = Support(frequency=12.0, damping=0.03)
     >>> dict(bench.motions(floor).sizes)
-    {'motion': 2, 'time': 501}
+    {'motion': 2, 'time': 2624}
     >>> round(bench.transmissibility(10.0), 8)
     3.23380606
     """

@@ -422,7 +422,9 @@ class MotionsTable(Table):
     duration_s: Annotated[
         float | None,
         KeyInfo("30; 20 for `spectrum-compatible`; else what the motions need", above=0.0),
-        Field(description="Length of a simulated motion, s."),
+        Field(
+            description="Length of a simulated motion, s; `clough-penzien` motions then come to rest, 21 s by default."
+        ),
     ] = None
     dt_s: Annotated[
         float | None,
@@ -806,6 +808,15 @@ class MotionsTable(Table):
             except ValueError as error:
                 raise ValueError(f"motions.{keys}: {what}: {error}") from None
         return record
+
+    def refuse_moving(self, folder: Path, im: str) -> None:
+        """Raise a ValueError if a measure of velocity or displacement is of motions that end moving."""
+        made = self.made_by(folder)
+        if made is not None and made.ends_moving and ("pgv" in im or "pgd" in im):
+            raise ValueError(
+                f"motions: generator {self.generator!r} ends moving, so that {im} depends on the duration; take "
+                "'clough-penzien' with baseline = 'none', or im = 'pga'"
+            )
 
     def made_by(self, folder: Path) -> shaking.Generator | None:
         """Return the generator of the motions; None of pulses and of what is read."""

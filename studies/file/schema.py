@@ -618,6 +618,7 @@ class StudyFile(Table):
     def _ground(self, motions: MotionsTable, folder: Path) -> tuple[list[xr.DataArray], Reading]:
         """Return the motions of a table as they are made or read, and what is to be said of them."""
         refuse_samples(motions.samples(folder) * (1 + sum(self._floor_counts())), "motions on all floors")
+        motions.refuse_moving(folder, (self.performance or self.analysis).im)
         ground = motions.build(folder)
         return ground, Reading.of(ground, motions.made_by(folder))
 

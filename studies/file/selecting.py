@@ -257,6 +257,8 @@ def selected(
         if key not in pools:
             with named(i):
                 pools[key] = select.pool(table, folder)
+                for candidates in (table, *(select.also or [])):
+                    candidates.refuse_moving(folder, levels.im)
             doubts += select.outside_data(table, folder)
         try:
             chosen, said = select.chosen(pools[key], stripe, levels, level, folder)

@@ -188,6 +188,7 @@ class PerformanceStudy(Study):
             im, levels = SCALE, np.ones(1)
         else:
             im, levels = asked.im, levels_asked.build(asked.im)
+            content.motions.refuse_moving(folder, im)
         hazard = None if content.hazard is None else content.hazard.build(im, folder)
         at = None
         if hazard is None:
@@ -749,6 +750,7 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
     """Make the motions of a branch; ValueError where they do not reach the study's levels as they are."""
     table, asked = content.motions, content.performance
     assert asked is not None  # (the table makes it this kind of study)
+    table.refuse_moving(folder, study.im)
     histories = read_histories(table, asked, folder)
     if histories is not None:
         histories = in_si(histories, study.im, study.levels)

@@ -47,7 +47,7 @@ class TestGenerators:
 
         expected = 2.0 * quad(density, 0.0, 2000.0, limit=500)[0]
         generator = mo.CloughPenzien(omega_g, xi_g, s0, 60.0, 0.002, mo.Stationary(), omega_f=omega_f, xi_f=xi_f)
-        settled = generator.sample(60, seed=2).values[:, 10000:]
+        settled = generator.sample(60, seed=2).values[:, 10000:30000]
         assert settled.var() == pytest.approx(expected, rel=0.04)
 
     def test_filter_is_exact_for_linear_segments(self):

@@ -181,7 +181,7 @@ class TestWhatIsSent:
 
     def work(self, n=300):
         block = tp.Block(0.4, 1.8)
-        shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.005).sample(n, seed=0)
+        shakes = tp.motions.KanaiTajimi(duration=10.0, dt=0.005).sample(n, seed=0)
         oscillators = tuple(tp.DiscreteDamping(e=0.9, delta=d).oscillator(block) for d in np.linspace(0.01, 0.1, 60))
         return Work(oscillators, tuple(records(shakes)), np.ones((1, 100, n)))
 
@@ -262,7 +262,7 @@ def test_plan_of_many_blocks_and_of_much_work():
 def test_the_last_chunks_fall_in_size():
     """However many threads there are, they end at about the same time: list scheduling, against equal chunks."""
     one = tp.HousnerImpact(geometry="linear").oscillator(tp.Block(0.4, 1.8))
-    shake = records(tp.motions.CloughPenzien(duration=30.0, dt=0.01).sample(1, seed=0))[0]
+    shake = records(tp.motions.KanaiTajimi(duration=30.0, dt=0.01).sample(1, seed=0))[0]
     work = Work((one,) * 50, (shake,) * 4000, np.ones((1, 20, 4000)))  # 60 s by the planning figures
     sizes = [chunk.stop - chunk.first for chunk in plan_chunks(work)]
     assert sum(sizes) == 4000

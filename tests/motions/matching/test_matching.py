@@ -174,7 +174,7 @@ class TestKernel:
             engine.peaks(motion, 0.01, omega, 0.05, value, when)
             exact = omega**2 * peak_displacements(motion, 0.01, 2.0 * math.pi / omega, 0.05)
             np.testing.assert_allclose(np.abs(value), exact, rtol=5e-3)
-            assert np.all((when >= 0.0) & (when <= 10.0))
+            assert np.all((when >= 0.0) & (when <= 0.01 * motion.size))
 
     def test_a_step_delivers_what_is_asked(self):
         """Responses at fixed times are linear in the acceleration: rows times change is the wanted change."""
@@ -277,7 +277,7 @@ class TestMatch:
     def test_records_keep_their_velocity(self):
         records = mo.CloughPenzien(duration=20.0, dt=0.01).sample(8, seed=4)
         with pytest.warns(
-            mo.TargetMissed, match=r"^1 of 8 motions misses the target spectrum \(Clou.* mean misfit 1\d %\)"
+            mo.TargetMissed, match=r"^1 of 8 motions misses the target spectrum \(Clou.* mean misfit 9\.\d %\)"
         ):
             matched = mo.match(records, PLATEAU)
         np.testing.assert_array_equal(matched.target_met, matched.misfit_mean <= 0.03)

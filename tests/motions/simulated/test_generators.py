@@ -12,11 +12,11 @@ import sys
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import signal, stats
 from scipy.integrate import quad, solve_ivp
 
 from toppling import motions as mo
-from toppling.motions.intensity.peaks import displacement, velocity
+from toppling.motions.intensity.peaks import displacement, peak_velocity, velocity
 from toppling.motions.kernels.drifting_filters import drifting_noise
 from toppling.motions.simulated import directivity, scenario
 from toppling.motions.simulated import generator as generator_module
@@ -106,6 +106,80 @@ def test_motions_end_at_rest(generator):
     a = generator.sample(40, seed=2).values
     for integral, share in ((velocity(a, generator.dt), 5e-3), (displacement(a, generator.dt), 2e-2)):
         assert np.all(np.abs(integral[:, -1]) < share * np.abs(integral).max(axis=1))
+
+
+ENVELOPES = [mo.Stationary(), mo.RiseStrongDecay(1.0, 5.0, 0.3), mo.Gamma(), mo.DoubleExponential()]
+
+
+class TestRest:
+    """Filtered noise after the noise: a high-pass brings the ground to rest."""
+
+    @pytest.mark.parametrize("kind", [mo.CloughPenzien, mo.EvolutionaryCloughPenzien])
+    @pytest.mark.parametrize("envelope", ENVELOPES, ids=lambda envelope: type(envelope).__name__)
+    @pytest.mark.parametrize("dt", [0.01, 0.013, 0.02])
+    def test_velocity_ends_at_zero_and_the_noise_stays(self, kind, envelope, dt, monkeypatch):
+        generator = kind(duration=6.0, dt=dt, envelope=envelope)
+        assert not generator.ends_moving
+        a = generator.sample(8, seed=5).values
+        assert a.shape[1] == round(6.0 / dt) + math.ceil(10.0 / (0.6 * 0.25 * math.pi * dt)) + 1
+        v = velocity(a, dt)
+        assert np.all(np.abs(v[:, -1]) < 1e-12 * np.abs(v).max(axis=1))
+        monkeypatch.setattr(kind, "rest", 0.0)
+        cut = generator.sample(8, seed=5).values
+        np.testing.assert_array_equal(a[:, : cut.shape[1]], cut)
+        assert np.median(np.abs(velocity(cut, dt)[:, -1]) / np.abs(v).max(axis=1)) > 0.05
+
+    @pytest.mark.parametrize(
+        ("options", "length"),
+        [
+            ({"omega_f": 1.5}, 10.0 / 0.9),
+            ({"omega_f": 1.5, "xi_f": 1.0}, 10.0 / 1.5),
+            ({"xi_f": 2.0, "omega_f": 2.0}, 10.0 / (2.0 * (2.0 - math.sqrt(3.0)))),
+            ({"omega_f": 20.0}, 10.0 / (3.0 * math.pi)),  # (the ground is the slower filter)
+            ({"omega_g_dispersion": 0.5, "xi_g_dispersion": 0.6}, 10.0 / (0.15 * math.pi)),
+        ],
+        ids=str,
+    )
+    def test_peak_velocity_is_that_of_a_longer_end(self, options, length):
+        """Noise that stops at full intensity, against the exact filters of scipy with six times the rest."""
+        dt, n = 0.01, 401
+        generator = mo.CloughPenzien(duration=4.0, dt=dt, envelope=mo.RiseStrongDecay(1.0, 5.0), **options)
+        assert generator.length == pytest.approx(4.0 + length, rel=1e-12)
+        grew = 0
+        for i, a in enumerate(generator.sample(20, seed=3).values):
+            random = stream(3, i)
+            noise = random.standard_normal(n) * math.sqrt(2.0 * math.pi * 0.01 / dt)
+            noise *= np.minimum(np.arange(n) * dt, 1.0) ** 2
+            own = [(5.0 * math.pi, 0.6), (generator.omega_f, generator.xi_f)]
+            if generator.omega_g_dispersion:
+                draws = random.standard_normal(2)
+                own[0] = 5.0 * math.pi * math.exp(0.5 * draws[0]), 0.6 * math.exp(0.6 * draws[1])
+            long = np.concatenate([noise, np.zeros(round(6.0 * length / dt))])
+            for (w, xi), high in zip(own, (False, True), strict=True):
+                numerator = [1.0, 0.0, 0.0] if high else [2.0 * xi * w, w * w]
+                b, c, _ = signal.cont2discrete((numerator, [1.0, 2.0 * xi * w, w * w]), dt, method="foh")
+                long = signal.lfilter(b.ravel(), c, long)
+            np.testing.assert_allclose(a[:n], long[:n], atol=1e-8)
+            assert abs(velocity(long, dt)[-1]) < 2e-4 * peak_velocity(long, dt)
+            assert peak_velocity(a, dt) == pytest.approx(peak_velocity(long, dt), rel=5e-4)
+            grew += peak_velocity(a, dt) > peak_velocity(np.ascontiguousarray(a[:n]), dt)
+        assert grew or generator.omega_f >= 2.0  # (a fast high-pass leaves little)
+
+    @pytest.mark.parametrize(
+        "generator",
+        [
+            mo.KanaiTajimi(duration=6.0),
+            mo.KanaiTajimi(duration=6.0, baseline="none"),
+            mo.CloughPenzien(duration=6.0, baseline="parabolic"),
+            EVOLUTIONARY,
+        ],
+        ids=repr,
+    )
+    def test_motions_without_a_high_pass_of_their_own_end_moving(self, generator):
+        assert generator.ends_moving
+        assert generator.length == generator.duration
+        v = np.abs(velocity(generator.sample(20, seed=1).values, generator.dt))
+        assert np.median(v[:, -1] / v.max(axis=1)) > 0.1
 
 
 class TestDriftingFilter:

@@ -38,7 +38,7 @@ PAIRS = motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlat
 TURNED = motions.both_axes(PAIRS, "random", 5)
 FRAME = motions.Building.flexural_shear(0.6, storeys=2)
 LAW = tp.HousnerImpact()
-LEVELS = np.array([0.13, 0.17, 0.3]) * G
+LEVELS = np.array([0.12, 0.18, 0.3]) * G
 CABINET = tp.Block(0.30, 1.40, name="cabinet", depth=0.40)
 SHELF = tp.Block(0.28, 1.30, name="shelf", depth=0.28)
 WALLED = tp.Block(0.30, 1.50, name="walled", depth=0.40, wall=tp.Wall(0.01))
@@ -353,7 +353,7 @@ storeys = 2
 [performance]
 inventory = "inventory.csv"
 im = "RotD50(pga)"
-levels = { values = [0.13, 0.17, 0.3], unit = "g" }
+levels = { values = [0.12, 0.18, 0.3], unit = "g" }
 replicates = 100
 [hazard]
 levels = [0.05, 0.15, 0.3, 0.6]

@@ -46,7 +46,7 @@ geometry = "linear"
 [motions]
 generator = "clough-penzien"
 number = 3
-seed = 1
+seed = 5
 dt_s = 0.02
 duration_s = 6
 

@@ -92,7 +92,7 @@ class TestBranches:
         weights = branches("motions", motions=0.6, other=0.4)
         found = study(tmp_path, BLOCK, LAWS, motions(1), few, IDA, HAZARD, FIT, weights).run()
         said = [one for one in found.attrs["notes"].splitlines() if one.startswith("under the motions 'other': ")]
-        assert any("data are separated for 2 of 2 curves" in one for one in said)
+        assert any("data are separated for 1 of 2 curves" in one for one in said)
 
     def test_slips_are_not_spread_and_that_is_said(self, found, tmp_path):
         weights = branches("motions", motions=0.6, other=0.4)

@@ -489,7 +489,6 @@ def test_slips_are_those_of_their_own_analyses(slipping, finished):
     chances = LognormalFriction(0.3, 0.3).below([0.2 / 0.9, 0.3 / 0.9])
     np.testing.assert_allclose(results["slides_instead"], chances)
     assert (results["slip_half_level"][:, 0] < results["slip_half_level"][:, 1]).all()
-    assert "motions end while a block slides" in results.attrs["notes"]
 
 
 def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
@@ -525,7 +524,7 @@ def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
 
 def test_slips_that_missed_their_precision_are_named(study):
     """Those within what was asked that stopped before a second look are not: their intervals hold."""
-    coarse = STUDY.replace("number = 200", "number = 40")
+    coarse = STUDY.replace("number = 200", "number = 48")
     for tolerance, missed in (("0.02", 4), ("0.3", 0)):
         results = study(coarse.replace("median = 0.15", f"median = {tolerance}") + FRICTION).run()
         stopped = results["slip_stopped_because"].values.ravel().tolist()

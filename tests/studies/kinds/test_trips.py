@@ -24,7 +24,7 @@ height_m = 1.2
 [[models]]
 law = "housner"
 [motions]
-generator = "clough-penzien"
+generator = "kanai-tajimi"
 number = 12
 duration_s = 12
 dt_s = 0.01

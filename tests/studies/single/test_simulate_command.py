@@ -192,7 +192,7 @@ class TestCommand:
 
         monkeypatch.setattr(Scene, "frame", interrupt)
         monkeypatch.setattr(movies, "ffmpeg", lambda: "ffmpeg")  # (without one there is a note more)
-        said = run(capsys, "bookcase-5-shelf", "clough-penzien", *SHORT, "--animate", "--out", tmp_path, code=130)
+        said = run(capsys, "bookcase-5-shelf", "kanai-tajimi", *SHORT, "--animate", "--out", tmp_path, code=130)
         assert said == "toppling: interrupted: animation.gif is not written, the history is\n"
         assert sorted(one.name for one in tmp_path.iterdir()) == ["history.csv", "history.png"]
 
