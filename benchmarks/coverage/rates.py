@@ -47,6 +47,7 @@ def rows(full: bool) -> Iterator[Row]:
             for correlation in correlations:
                 yield from of_design("20 common levels", replace(shape, correlation=correlation), motions, studies)
             yield from of_design("5 stripes", shape, motions, studies)
+            yield from of_design("20 common levels", shape, motions, studies, form="isotonic")
         yield from _of_means(motions, studies)
         yield from _of_ratios(motions, studies)
     for motions in (40, 80, 400) if full else (80,):
@@ -54,25 +55,28 @@ def rows(full: bool) -> Iterator[Row]:
             yield from of_design("cloud", shape, motions, studies)
 
 
-def of_design(design: str, truth: Truth, motions: int, studies: int, seed: int = 1) -> Iterator[Row]:
+def of_design(
+    design: str, truth: Truth, motions: int, studies: int, seed: int = 1, form: str | None = None
+) -> Iterator[Row]:
     """Yield the rows of annual rates under all hazard curves for studies of one design."""
     drawn = DESIGNS[design](truth, studies, motions, seed)
     # (studies that are fitted together share their bootstrap draws; those of a cloud have intensities of their own)
     size = 1 if design == "cloud" else 50
     each = [
-        fit_fragility(drawn.isel(study=slice(first, first + size)), keep_replicates=True, seed=first)
+        fit_fragility(drawn.isel(study=slice(first, first + size)), form=form, keep_replicates=True, seed=first)
         for first in range(0, studies, size)
     ]
     for name, hazard in hazards().items():
         if truth.probability is SKEWED_LEFT.probability and name == "slope 4":
             continue  # (its rate has no bound)
-        found = [annual_rate(curves, hazard) for curves in each]
+        found = [annual_rate(curves, hazard, outside="most") for curves in each]
         rate, lower, upper = (
             np.concatenate([one[f"rate{end}"].values for one in found]) for end in ("", "_lower", "_upper")
         )
         length = _length(np.log(rate), np.log(lower), np.log(upper))
         of = f"{truth.name}, within motions {truth.correlation:g}" if DESIGNS[design] is ida else truth.name
-        yield row_of(f"annual rate, {design}, {name}", of, motions, (lower, upper), true_rate(truth, hazard), length)
+        what = "annual rate" if form is None else f"annual rate of {form} curves"
+        yield row_of(f"{what}, {design}, {name}", of, motions, (lower, upper), true_rate(truth, hazard), length)
 
 
 def true_rate(truth: Truth, hazard: HazardCurve) -> float:

@@ -10,9 +10,8 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Array
-from ..curves.curve import LEAST, CurveArrays, LognormalCurves, TabulatedCurves, curve_arrays, form_name
+from ..curves.curve import LEAST, CurveArrays, LognormalCurves, TabulatedCurves, curve_arrays
 from ..fitting.labels import OBSERVED
-from ..fitting.links import LOGNORMAL
 from ..hazard.pieces import Pieces
 from .convolution import rates_of
 from .modelling import MODELLING
@@ -32,7 +31,7 @@ def studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
     Parameters
     ----------
     curves : xarray.Dataset
-        Lognormal curves with replicates; samples of other forms, which have no one dispersion, remain as they are.
+        Lognormal curves with replicates.
     rates, samples : ndarray, shapes (curve, hazard) and (curve, replicate, hazard)
         Rates of the curves and of their replicates.
 
@@ -45,8 +44,6 @@ def studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
     ----------
     Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapman and Hall, chapters 12 and 22.
     """
-    if form_name(curves) != LOGNORMAL:
-        return samples
     own = _of_motions(curves, False).dispersion.reshape(-1, 1)
     sampled = _of_motions(curves, True).dispersion.reshape(own.size, samples.shape[1])
     # (a step has no error to be scaled by)

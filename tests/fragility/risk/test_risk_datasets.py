@@ -116,6 +116,10 @@ class TestUncertainty:
         # the integral is linear in P
         assert risk["rate_sample"].values.mean() == pytest.approx(risk["rate"].item(), rel=1e-13, abs=0.0)
         assert risk["rate_sample"].values[0] < risk["rate_sample"].values[1]
+        # (both samples, and their mirror images in ln(rate))
+        drawn, rate = risk["rate_sample"].values, risk["rate"].item()
+        expected = [min(drawn[0], rate**2 / drawn[1]), max(drawn[1], rate**2 / drawn[0])]
+        np.testing.assert_allclose([risk["rate_lower"], risk["rate_upper"]], expected, rtol=1e-13)
 
     def test_fifty_curves_of_a_thousand_replicates_in_a_second(self):
         """Exactly as one by one; the bound is generous to a slow machine."""
