@@ -41,7 +41,7 @@ ROWS = (
     Contents("low", tp.Block(0.3, 1.2, mass=40.0), 0, 1, e=0.9),
 )
 INVENTORY = Inventory(ROWS, "EUR")
-MOTIONS = tp.motions.pad(tp.motions.CloughPenzien(duration=8.0, dt=0.01, s0=0.05).sample(20, seed=2), 0.0, 6.0)
+MOTIONS = tp.motions.pad(tp.motions.CloughPenzien(duration=8.0, dt=0.01, s0=0.05).sample(30, seed=2), 0.0, 6.0)
 FRAME = Building.flexural_shear(0.4, storeys=3)
 LEVELS = np.geomspace(0.8, 12.0, 7)
 CURVE = HazardCurve(np.geomspace(0.2, 20.0, 12).tolist(), (0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8).tolist(), "pga")
