@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
+UNKNOWN = "not known"
 MOST_DIGITS = 6
 """Most digits of a ratio whose interval comes close to 1."""
 
@@ -253,7 +254,7 @@ def in_years(rate: float) -> str:
     >>> in_years(1.0 / 2137.0), in_years(0.3), in_years(0.0)
     ('2,140', '3.33', '∞')
     """
-    return three_digits(1.0 / rate) if rate > 0.0 else "∞"
+    return about_years(rate, three_digits)
 
 
 def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
@@ -264,7 +265,7 @@ def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
     >>> about_years(1.0 / 2137.0), about_years(0.0), about_years(1.0 / 2137.0, one_digit)
     ('2,100', '∞', '2,000')
     """
-    return write(1.0 / rate) if rate > 0.0 else "∞"
+    return UNKNOWN if math.isnan(rate) else write(1.0 / rate) if rate > 0.0 else "∞"
 
 
 def years_between(often: float, seldom: float) -> str:

@@ -235,8 +235,8 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         yield "exceedance", exceedance_figure(results, quantities[-1])
     if "downtime_rate" in results:
         yield "downtime_exceedance", exceedance_figure(results, "downtime")
-    if "branch" in results.dims:
-        yield "branches", spread_figure(rates_of_building(results))
+    if "branch" in results.dims and bool(((rates := rates_of_building(results))["epistemic_rate"] > 0.0).any()):
+        yield "branches", spread_figure(rates)
     yield "anchoring", anchoring_figure(results)
 
 

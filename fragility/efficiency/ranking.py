@@ -129,8 +129,8 @@ def rank_measures(
     that of the levels.
 
     Intervals are percentiles over bootstrap samples of motions (both runs of one that is run both ways are drawn
-    together); those of `excess` are paired.  There is no correction
-    for multiple comparisons: of many equal measures some are told apart by chance.
+    together), and contain their estimate; those of `excess` are paired.  There is no correction for multiple
+    comparisons: of many equal measures some are told apart by chance.
 
     First overturnings depend on the levels, and no refinement settles them: closer levels find earlier ones.  The
     intervals of dispersions include that: from four levels on, bootstrap samples draw the levels, too, and keep the
@@ -388,14 +388,19 @@ def _texts(values: Iterable[Any], long_name: str) -> Column:
 
 
 def _with_interval(name: str, values: Array, confidence: float, long_name: str) -> dict[str, Column]:
-    """An estimate (first along the last axis) and its percentile interval over the samples that have a value."""
-    samples = values[..., 1:]
+    """An estimate (first along the last axis) and its percentile interval over the samples that have a value.
+
+    Samples of few motions are biased, those of dispersions to low values: the interval also contains the estimate.
+    """
+    estimate, samples = values[..., 0], values[..., 1:]
     ends = percentile_interval(samples, confidence)
-    lower, upper = (np.where(ends.used > 1, end, np.nan) for end in ends[:2])
+    known = (ends.used > 1) & ~np.isnan(estimate)
+    lower = np.where(known, np.minimum(ends.lower, estimate), np.nan)
+    upper = np.where(known, np.maximum(ends.upper, estimate), np.nan)
     of = f"end of the {given_percent(confidence)} bootstrap interval: {long_name}"
     return {
         # (a copy: a view would hold all samples)
-        name: _column(values[..., 0].copy(), long_name),
+        name: _column(estimate.copy(), long_name),
         f"{name}_lower": _column(lower, f"lower {of}"),
         f"{name}_upper": _column(upper, f"upper {of}"),
     }

@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ...units import DIMENSIONLESS, PER_YEAR, UNITS
-from ..curves.curve import ISOTONIC, UPLIFT
+from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import INCOMPLETE, OK
 from .datasets import curve_dataset, curve_set
@@ -31,6 +31,7 @@ from .rows import (
     LIMIT_STATE,
     MAX_CURVES,
     OVERTURNING,
+    PARAMETERS,
     PLACES,
     CurveParameters,
     CurveRow,
@@ -43,8 +44,8 @@ from .rows import (
 
 MAX_COLUMNS = 100
 _IN_LEVELS = ("median", "uplift_median", "level", *(name for name, (unit, _) in CURVE_NUMBERS.items() if unit == LEVEL))
-_NUMBERS = (*CurveParameters._fields, *CURVE_NUMBERS, "level", "probability")
-_TEXTS = ("measure", "measured_at", "state", "status", *CURVE_WORDS)
+_NUMBERS = (*PARAMETERS, *CURVE_NUMBERS, "level", "probability")
+_TEXTS = ("measure", "measured_at", "state", "form", "status", *CURVE_WORDS)
 _SPELLED = {"m s-2": "m/s2", "m s-1": "m/s", PER_YEAR: "1/year"}
 
 
@@ -76,11 +77,11 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
 
     Notes
     -----
-    Columns: id, the labels, measure, measured_at (floor or ground), state where it is not overturning, then median,
-    dispersion and the other columns, SI, the unit in brackets; or level and probability, a row for each level.  A
-    spreadsheet takes a cell that begins with = + - @ for a formula: such labels begin with an apostrophe here, which
-    `read_curve_csv` takes off, and what could begin another cell or line is written as a backslash, x and two
-    hexadecimal digits.
+    Columns: id, the labels, measure, measured_at (floor or ground), state where it is not overturning, form where it is
+    log-logistic or weibull, then median, dispersion and the other columns, SI, the unit in brackets; or level and
+    probability, a row for each level.  A spreadsheet takes a cell that begins with = + - @ for a formula: such labels
+    begin with an apostrophe here, which `read_curve_csv` takes off, and what could begin another cell or line is
+    written as a backslash, x and two hexadecimal digits.
 
     Examples
     --------
@@ -97,16 +98,17 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     found = curve_set(curves, TABLE_MARKS, ids)
     accompanying = [name for name in CURVE_NUMBERS if any(name in curve.numbers for curve in found.curves)]
     words = [name for name in CURVE_WORDS if any(name in curve.words for curve in found.curves)]
-    parameters = {LOGNORMAL: CurveParameters._fields[:2], UPLIFT: CurveParameters._fields, ISOTONIC: ()}[found.form]
+    parameters = {UPLIFT: PARAMETERS, ISOTONIC: ()}.get(found.form, PARAMETERS[:2])
     of_curves = ("level", "probability") if found.form == ISOTONIC else parameters
     state = [found.state] if found.state != OVERTURNING and LIMIT_STATE not in found.dims else []
-    heading = ["id", *found.dims, "measure", "measured_at", *(["state"] if state else [])]
+    form = [found.form] if found.form in LINKED else []
+    heading = ["id", *found.dims, "measure", "measured_at", *(["state"] if state else []), *(["form"] if form else [])]
     heading += [_with_unit(name, found.units) for name in (*of_curves, *accompanying)]
     lines = io.StringIO()
     table = csv.writer(lines, lineterminator="\n")
     table.writerow(map(guarded, [*heading, "status", *words]))
     for name, curve in zip(found.ids, found.curves, strict=True):
-        first = [guarded(text) for text in (name, *curve.labels, found.im, PLACES[found.ground], *state)]
+        first = [guarded(text) for text in (name, *curve.labels, found.im, PLACES[found.ground], *state, *form)]
         last = [*(_written(curve.numbers.get(key, math.nan)) for key in accompanying), guarded(curve.status)]
         last += [guarded(curve.words.get(key, "")) for key in words]
         for numbers in _rows(curve, parameters, found):
@@ -163,11 +165,17 @@ def read_curve_csv(path: str | os.PathLike[str], im: str | None = None) -> xr.Da
         if "level" in columns.units
         else _of_parameters(file, columns, chosen, label)
     )
-    states = {row.get("state") or OVERTURNING for row in chosen}
-    if len(states) > 1:
-        raise ExchangeError(f"{file}: state must be the same for all curves of {label}: make it a label, limit_state")
-    made = made._replace(ground=ground, title=f"Fragility curves of {file.name}", state=states.pop())
+    state = _alike(file, chosen, "state", OVERTURNING, label, ": make it a label, limit_state")
+    made = made._replace(ground=ground, title=f"Fragility curves of {file.name}", state=state)
     return curve_dataset(made, file.name)
+
+
+def _alike(file: Path, rows: Sequence[Mapping[str, str]], name: str, default: str, im: str, remedy: str = "") -> str:
+    """Return the text that all rows have in a column; ExchangeError where they differ."""
+    texts = {row.get(name) or default for row in rows}
+    if len(texts) > 1:
+        raise ExchangeError(f"{file}: {name} must be the same for all curves of {im}{remedy}")
+    return texts.pop()
 
 
 class _Columns(NamedTuple):
@@ -261,12 +269,15 @@ def _of_parameters(file: Path, columns: _Columns, rows: Sequence[Mapping[str, st
         raise ExchangeError(f"{file}: holds {len(rows):,} curves, allowed are {MAX_CURVES:,}")
     units, factors = _units(file, columns, im)
     ids, labels, dims = _named(file, columns, rows)
+    form = _alike(file, rows, "form", UPLIFT if "uplift_median" in factors else LOGNORMAL, im)
+    if form not in (LOGNORMAL, UPLIFT, *LINKED) or (form == UPLIFT) != ("uplift_median" in factors):
+        raise ExchangeError(f"{file}: form must be lognormal, {' or '.join(LINKED)}, got {form!r:.30}")
     curves = []
     for i, (row, label) in enumerate(zip(rows, labels, strict=True), start=2):
         numbers = _numbers(file, row, factors, f"row {i}")
-        parameters = CurveParameters(**{name: numbers.pop(name) for name in CurveParameters._fields if name in numbers})
+        own = {name: numbers.pop(name) for name in PARAMETERS if name in numbers}
+        parameters = CurveParameters(**own, link=form if form in LINKED else LOGNORMAL)
         curves.append(CurveRow(label, parameters, row.get("status") or OK, None, numbers, _words(row)))
-    form = UPLIFT if "uplift_median" in factors else LOGNORMAL
     return CurveSet(im, units, False, dims, ids, tuple(curves), form)
 
 

@@ -16,7 +16,7 @@ from ...aliases import Array
 from ...motions.arrays import floor_coordinates
 from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ...units import DIMENSIONLESS, UNITS, provenance
-from ..curves.curve import ISOTONIC, UPLIFT
+from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import ABSENT, OK
 from ..runs.provenance import levels_of_the_ground
@@ -29,6 +29,7 @@ from .rows import (
     LEVEL,
     LIMIT_STATE,
     OVERTURNING,
+    PARAMETERS,
     CurveParameters,
     CurveRow,
     CurveSet,
@@ -37,7 +38,6 @@ from .rows import (
 )
 
 MAX_NUMBERS = 5_000_000
-PARAMETERS = CurveParameters._fields
 # Variables that are put on block alone where their values depend on the block alone.
 OF_THE_BLOCK = ("width", "height", "directional")
 
@@ -74,7 +74,8 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
         if len(columns) < len(names):
             raise ValueError(f"{' and '.join(names)} of curves must be numbers on {dims}")
         parameters = [
-            CurveParameters(*numbers) for numbers in zip(*(columns[name].tolist() for name in names), strict=True)
+            CurveParameters(**dict(zip(names, numbers, strict=True)), link=form if form in LINKED else LOGNORMAL)
+            for numbers in zip(*(columns[name].tolist() for name in names), strict=True)
         ]
     accompanying = {name: column for name in CURVE_NUMBERS if (column := _column(curves, name, dims)) is not None}
     words = {name: texts for name in CURVE_WORDS if (texts := _texts(curves, name, dims)) is not None}
@@ -176,7 +177,8 @@ def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[in
     else:
         parameters = [CurveParameters() if row is None else row.parameters for row in rows]
         add("median", [one.median for one in parameters], found.units, f"median {found.long_name}")
-        text = "lognormal standard deviation of the fragility curve"
+        kind = "standard deviation of ln(capacity)" if found.form in LINKED else "lognormal standard deviation"
+        text = f"{kind} of the fragility curve"
         add("dispersion", [one.dispersion for one in parameters], DIMENSIONLESS, text)
         if found.form == UPLIFT:
             add("uplift_median", [one.uplift_median for one in parameters], found.units, "median level of uplift")
@@ -243,7 +245,7 @@ def _form(curves: xr.Dataset) -> str:
         stated = UPLIFT if "uplift_median" in curves else LOGNORMAL
     if stated not in FORMS:
         raise ValueError(f"form of curves must be one of {', '.join(FORMS)}, got {stated!r:.60}")
-    needed = {LOGNORMAL: PARAMETERS[:2], UPLIFT: PARAMETERS, ISOTONIC: ("probability",)}[str(stated)]
+    needed = {UPLIFT: PARAMETERS, ISOTONIC: ("probability",)}.get(str(stated), PARAMETERS[:2])
     if not all(name in curves for name in needed):
         held = ", ".join(map(str, curves.data_vars)) or "nothing"
         raise ValueError(f"{stated} curves must hold {' and '.join(needed)}, got {held:.200}")

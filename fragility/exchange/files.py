@@ -6,10 +6,9 @@ import math
 import os
 from pathlib import Path
 
+from ...limits import CURVE_BYTES
 from ...wording import system_reason
 from ...writing import write_bytes
-
-MAX_BYTES = 32 * 2**20
 
 
 class ExchangeError(ValueError):
@@ -37,13 +36,13 @@ def read_bytes(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
         if not file.is_file():
             raise ExchangeError(f"{file}: no such file" if not file.exists() else f"{file}: not a file")
         with file.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
+            content = stream.read(CURVE_BYTES + 1)
     except (OSError, ValueError) as error:
         if isinstance(error, ExchangeError):
             raise
         raise ExchangeError(f"{file}: cannot be read ({system_reason(error)})") from None
-    if len(content) > MAX_BYTES:
-        raise ExchangeError(f"{file}: larger than {MAX_BYTES // 2**20} MiB, no set of curves is")
+    if len(content) > CURVE_BYTES:
+        raise ExchangeError(f"{file}: larger than {CURVE_BYTES // 2**20} MiB, no set of curves is")
     if not content.strip():
         raise ExchangeError(f"{file}: empty")
     return file, content

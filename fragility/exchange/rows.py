@@ -19,9 +19,10 @@ from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, long_name_at
 from ...units import DIMENSIONLESS, METRE, PER_YEAR
-from ..curves.curve import ISOTONIC, UPLIFT
+from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import INCOMPLETE, OK
+from ..fitting.uplift import LOWEST
 from ..runs.scaling import SCALE, BlockMeasure, intensity_measure
 from .files import ExchangeError
 
@@ -29,7 +30,7 @@ Entries = TypeVar("Entries")
 PLACES = (FLOOR, GROUND)
 """Places of a measure, by whether it is of the ground."""
 
-FORMS = (LOGNORMAL, UPLIFT, ISOTONIC)
+FORMS = (LOGNORMAL, UPLIFT, *LINKED, ISOTONIC)
 LIMIT_STATE = "limit_state"
 OVERTURNING = "overturning"
 
@@ -78,7 +79,7 @@ CURVE_WORDS = {"weights": "shares of the damage states that the limit state stan
 
 
 class CurveParameters(NamedTuple):
-    """Parameters of a curve (SI), NaN where it has none: P(x) = Phi(ln(x/median)/dispersion).
+    """Parameters of a curve (SI), NaN where it has none: P(x) = F(ln(x/median)/dispersion), F by its `link`.
 
     Where both parameters of uplift are given, P has the further factor Phi(ln(x/uplift_median)/uplift_dispersion), a
     step at uplift_median if uplift_dispersion is 0.
@@ -88,11 +89,13 @@ class CurveParameters(NamedTuple):
     dispersion: float = math.nan
     uplift_median: float = math.nan
     uplift_dispersion: float = math.nan
+    link: str = LOGNORMAL
 
     @property
     def uplifting(self) -> bool:
-        """True where the probability of uplift is a factor."""
-        return not (math.isnan(self.uplift_median) and math.isnan(self.uplift_dispersion))
+        """True where the probability of uplift is a factor, which is 1 at every level if all runs uplift."""
+        certain = self.uplift_median == LOWEST and self.uplift_dispersion == 0.0
+        return not certain and not (math.isnan(self.uplift_median) and math.isnan(self.uplift_dispersion))
 
     @property
     def problem(self) -> str | None:
@@ -108,6 +111,10 @@ class CurveParameters(NamedTuple):
         if not 0.0 <= self.uplift_dispersion <= MAX_DISPERSION:
             return f"uplift_dispersion must be >= 0 and <= {MAX_DISPERSION:g}, got {self.uplift_dispersion:g}"
         return None
+
+
+PARAMETERS = CurveParameters._fields[:-1]
+"""Numbers among the parameters of a curve; those of curves without uplift are the first two."""
 
 
 class CurveRow(NamedTuple):
@@ -128,6 +135,11 @@ class CurveRow(NamedTuple):
     def estimated(self) -> bool:
         """True where there is a curve."""
         return self.probability is not None or not math.isnan(self.parameters.median)
+
+    @property
+    def lognormal(self) -> bool:
+        """True unless the curve is none with two lognormal parameters."""
+        return self.probability is None and self.parameters.link == LOGNORMAL and not self.parameters.uplifting
 
     @property
     def problem(self) -> str | None:

@@ -20,9 +20,9 @@ import numpy as np
 
 from ...aliases import Array
 from ...doubts import Doubt, warn
+from ...limits import RECORD_BYTES
 from ...wording import system_reason
 
-MAX_BYTES = 512 * 2**20
 MAX_LINE = 2**20
 MAX_SAMPLES = 50_000_000
 # Number of characters of a line that detection and header patterns use, since headers stand at the beginning.
@@ -45,8 +45,8 @@ def existing(path: str | os.PathLike[str]) -> Path:
         size = file.stat().st_size
     except (OSError, ValueError) as error:
         raise RecordError(f"{file}: cannot be read ({system_reason(error)})") from None
-    if size > MAX_BYTES:
-        raise RecordError(f"{file}: larger than {MAX_BYTES // 2**20} MiB, no record is")
+    if size > RECORD_BYTES:
+        raise RecordError(f"{file}: larger than {RECORD_BYTES // 2**20} MiB, no record is")
     if size == 0:
         raise RecordError(f"{file}: empty")
     return file

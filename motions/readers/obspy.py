@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from ...limits import OBSPY_BYTES
 from .components import Component, without_offset
 from .lines import MAX_SAMPLES, RecordError, beginning
 from .units import Unit, agreed, given_factor, unit_of
 
-MAX_OBSPY_BYTES = 128 * 2**20
 _GROUP = "obspy.plugin.waveform"
 # Formats with an own signature come before formats that accept nearly any file.
 _FIRST = ("MSEED", "SAC", "SEISAN", "KINEMETRICS_EVT", "REFTEK130", "GCF", "SLIST", "TSPAIR", "SACXY")
@@ -56,8 +56,8 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     RecordError
         obspy is not installed or knows no such format, no unit, a channel in pieces (a gap), velocity or displacement.
     """
-    if file.stat().st_size > MAX_OBSPY_BYTES:
-        raise RecordError(f"{file}: larger than {MAX_OBSPY_BYTES // 2**20} MiB, cut it with obspy first")
+    if file.stat().st_size > OBSPY_BYTES:
+        raise RecordError(f"{file}: larger than {OBSPY_BYTES // 2**20} MiB, cut it with obspy first")
     try:
         importlib.import_module("obspy")
     except ImportError:

@@ -18,6 +18,7 @@ from ...fragility.risk.modelling import MODELLING
 from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
+from ..store.netcdf import opened
 from ..store.outputs import own_files
 from ..text.error import StudyError
 from .choices import CurveFormat
@@ -52,7 +53,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
         One sentence: no such file, no result file, no curves in it, no such law, no modelling uncertainty in the study.
     """
     try:
-        with xr.open_dataset(path) as whole:
+        with opened(path) as whole:
             refuse_newer(path, whole)
             check_content(path, whole, verify)
             kind = str(whole.attrs.get("kind", ""))
@@ -140,7 +141,7 @@ def _floors(stored: xr.Dataset) -> list[str]:
 def kind_of(path: Path) -> str:
     """Return the kind of study that a result file is of; empty where it is none, or cannot be read."""
     try:
-        with xr.open_dataset(path) as whole:
+        with opened(path) as whole:
             return str(whole.attrs.get("kind", ""))
     except (OSError, RuntimeError, *UNREADABLE):
         return ""

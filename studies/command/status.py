@@ -8,7 +8,7 @@ from typing import NamedTuple
 from ...wording import part_text
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
 from ..store.manifest import MOST_RUNS, REACHED, REFUSED, kept_runs, read_manifest
-from ..store.netcdf import load_small, title_of
+from ..store.netcdf import load_small, opened, title_of
 from ..text.error import StudyError
 
 
@@ -99,12 +99,10 @@ def _title(path: Path, verify: bool) -> str:
 def _verify(path: Path) -> None:
     """Refuse results of a later version, or that were edited."""
     # labelled arrays take half a second to load, which only the checksum of contents needs
-    import xarray as xr  # noqa: PLC0415
-
     from ..report.results_file import refuse_newer  # noqa: PLC0415
     from ..store.content import check_content  # noqa: PLC0415
 
-    with xr.open_dataset(path, engine="netcdf4") as stored:
+    with opened(path) as stored:
         load_small(stored)
         refuse_newer(path, stored)
         check_content(path, stored, True)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-import xarray as xr
-
 from ..kinds.study import Study
 from ..store.differences import makes_motions, same_inputs
 from ..store.folder import RESULT_NAME, UNREADABLE, is_locked
 from ..store.manifest import read_manifest
+from ..store.netcdf import opened
 from ..text.error import StudyError
 
 STUDY_FILE = ".toml"
@@ -46,7 +45,7 @@ def _of_study_file(file: Path) -> Path:
     if not target.exists():
         raise StudyError(f"{file}: has no results in {folder}: {run} computes them, {named}")
     try:
-        with xr.open_dataset(target, engine="netcdf4") as stored:
+        with opened(target) as stored:
             theirs = str(stored.attrs.get("identity"))
     except (*UNREADABLE, RuntimeError):
         return target  # (its reader says what is wrong with it)

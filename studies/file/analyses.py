@@ -639,7 +639,11 @@ class FitTable(Table):
         return {**given, "form": default_form(given["state"])}
 
     @model_validator(mode="after")
-    def _modelled(self) -> Self:
+    def _fitting(self) -> Self:
+        offered = FORMS[self.form].intervals
+        if self.intervals is not None and self.intervals not in offered:
+            allowed = " or ".join(offered)
+            raise ValueError(f"fit.intervals of form {self.form!r} must be {allowed}, got {self.intervals!r}")
         if self.modelling_dispersion > 0.0 and self.form != "lognormal":
             side = f", the default of state {self.state!r}" if self.form == default_form(self.state) else ""
             raise ValueError(f"fit.modelling_dispersion is for lognormal curves, got form {self.form!r}{side}")

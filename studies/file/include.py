@@ -17,15 +17,14 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ...doubts import warn
+from ...limits import ENTRIES, KEYS, STUDY_BYTES
 from ...wording import system_reason
-from ..plan.size import MOST_BYTES
 from ..text.error import StudyError
 from .table import PartialTable, RelativePath, Table, shown, unended
 
 MOST_FILES = 32
 MOST_LEVELS = 8
 MOST_NESTING = 16
-MOST_ENTRIES = 100_000
 MOST_TEXT = 4096
 INCLUDE = "include"
 # The beginnings of the TOML reader's messages, and the usual cause of each.
@@ -127,13 +126,13 @@ def _parsed(path: Path) -> dict[str, Any]:
         if not path.is_file():
             raise StudyError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
         with path.open("rb") as stream:
-            data = stream.read(MOST_BYTES + 1)
+            data = stream.read(STUDY_BYTES + 1)
     except StudyError:
         raise
     except (OSError, ValueError) as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
-    if len(data) > MOST_BYTES:
-        raise StudyError(f"{path}: larger than {MOST_BYTES // 2**20} MiB, no study file is")
+    if len(data) > STUDY_BYTES:
+        raise StudyError(f"{path}: larger than {STUDY_BYTES // 2**20} MiB, no study file is")
     try:
         content = tomllib.loads(data.decode("utf-8"))
     except UnicodeDecodeError:
@@ -196,8 +195,9 @@ def _refuse_strange(path: Path, content: dict[str, Any]) -> None:
         if isinstance(value, dict | list):
             if depth >= MOST_NESTING:
                 raise StudyError(f"{where} is nested too deeply")
-            if len(value) > MOST_ENTRIES:
-                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {MOST_ENTRIES:,}")
+            most = KEYS if isinstance(value, dict) else ENTRIES
+            if len(value) > most:
+                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {most:,}")
             pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
             for name, one in pairs:
                 if isinstance(value, dict):

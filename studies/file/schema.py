@@ -268,7 +268,13 @@ class StudyFile(Table):
             if self.hazard is not None:
                 given = sorted(self.hazard.model_fields_set & {"years", "probability", "along", "at", "below", "above"})
                 if given:
-                    raise ValueError(f"hazard.{given[0]} is not for a performance study: its values are of one year")
+                    why = "its values are of one year" if given[0] == "years" else "leave it out"
+                    raise ValueError(f"hazard.{given[0]} is not for a performance study: {why}")
+            if self.performance.im in BLOCK_MEASURES:
+                raise ValueError(
+                    "performance.im must be a measure of the ground motion alone, which all pieces share, got "
+                    f"{self.performance.im!r}"
+                )
         elif self.blocks is None and self.blocks_file is None:
             raise ValueError("key 'blocks' is missing")
         elif self.blocks is not None and self.blocks_file is not None:

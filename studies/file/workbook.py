@@ -14,6 +14,7 @@ import zipfile
 from typing import TYPE_CHECKING, Any
 
 from ...doubts import first_of
+from ...limits import workbook_problem
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -101,15 +102,16 @@ def sheet_rows(
     Raises
     ------
     WorkbookError
-        The content is no workbook, unpacks to more than that, or reaches beyond MOST_ROWS or MOST_COLUMNS.
+        The content is no workbook, unfolds to more than `toppling.limits` allow, or reaches beyond MOST_ROWS or
+        MOST_COLUMNS.
     """
     if content.startswith(_OLD):
         raise WorkbookError("an old workbook (XLS), or one with a password; save it as XLSX without a password")
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as parts:
-            unpacked = sum(part.file_size for part in parts.infolist())
-        if unpacked > UNPACKED * most_bytes:
-            raise WorkbookError(f"larger than {UNPACKED * most_bytes // 2**20} MiB once it is unpacked")
+            problem = workbook_problem(parts, UNPACKED * most_bytes)
+        if problem is not None:
+            raise WorkbookError(problem)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # (of drawings and extensions, which do not matter here)
             return _rows(content, sheet, most_rows)

@@ -21,6 +21,7 @@ from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.modelling import range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
+from ...fragility.runs.request import DERIVED
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
 from ...motions.arrays import LIFTS
@@ -88,6 +89,9 @@ class SequentialStudy(FragilityStudy):
         check_laws(content, study.blocks, study.models)
         check_axes(design.axes, study.blocks, study.models)
         check_outputs(design.axes, study.kept_outputs, study.models)
+        derived = next((name for name in study.kept_outputs if name in DERIVED), None)
+        if derived is not None:
+            raise ValueError(f"outputs: adaptive levels do not keep {derived!r}; leave it out, or give levels")
         study.check_state()
         design.check(study.blocks)
         if len(design.floors) > 1:

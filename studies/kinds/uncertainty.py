@@ -52,6 +52,7 @@ from .study import (
     BlockStudy,
     Study,
     blocks_of,
+    check_laws,
     check_one_floor,
     each,
     incremental_design,
@@ -121,6 +122,7 @@ class UncertaintyStudy(BlockStudy, Study):
         )
         if "law" in study.inputs.names and len(study.models) > 1:
             raise ValueError(f"models must be one law where law is an uncertain input, got {len(study.models)}")
+        check_laws(content, study.blocks, study.models)
         check_one_floor(design, "uncertainty")
         drawn = study.inputs.sample(2, study.seed)
         for block in study.blocks:

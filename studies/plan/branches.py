@@ -17,7 +17,7 @@ from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...units import DIMENSIONLESS, PER_YEAR
 from .designs import OfRuns
 from .estimates import Fit
-from .risk import OUTSIDE, Risk, worded
+from .risk import OUTSIDE, Risk, bounded, worded
 
 RENAMED = {
     "rate_mean": "epistemic_rate",
@@ -109,6 +109,9 @@ class Branches:
         found = epistemic_rates(
             branches, self.modelling, below=risk.below, above=risk.above, outside=OUTSIDE, seed=fit.seed
         )
+        known = ~np.isinf(found["rate_mean"])  # (of a tabulated curve that nothing bounds below its levels)
+        finite = {"rate_mean": known, "rate_fractile": known, "branch_rate": ~np.isinf(found["branch_rate"])}
+        found = found.assign({name: found[name].where(those) for name, those in finite.items()})
         of_each = [
             replace(risk, hazard=one.hazard, along=None).beyond(one.curves, every[one.motions].highest)
             for one in branches
@@ -133,6 +136,6 @@ class Branches:
                 rates_alone(every[branch.motions].plain.sel(model=branch.model), seen_by(branch.hazard, factor), *rules)
                 for branch in branches
             ]
-            ends.append(np.stack([rates for _, rates in found], axis=-1) @ weights)
+            ends.append(bounded(np.stack([rates for _, rates in found], axis=-1) @ weights))
         dims = found[0][0]
         return with_ends("epistemic_rate", dims, ends, PER_YEAR, modelling)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from ...aliases import Array
 from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
 from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.labels import OBSERVED
@@ -207,16 +208,25 @@ class Risk:
         return found.max("part").fillna(0.0)
 
     def rates(self, curves: xr.Dataset, confidence: float, outside: str = OUTSIDE) -> xr.Dataset:
-        """Compute the rates of curves alone, under the names of `annual_rate`."""
-        return annual_rate(
-            curves,
-            self.hazard,
-            self.years,
-            below=self.below,
-            above=self.above,
-            outside=outside,
-            confidence=confidence,
-        )
+        """Compute the rates of curves alone, under the names of `annual_rate`.
+
+        A rate that is infinite under the rule MOST is not known (NaN): its lower end is that of the rule LEAST.
+        """
+
+        def under(rule: str) -> xr.Dataset:
+            rules = {"below": self.below, "above": self.above, "outside": rule}
+            return annual_rate(curves, self.hazard, self.years, confidence=confidence, **rules)
+
+        found = under(outside)
+        known = ~np.isinf(found["rate"])
+        if known.all():
+            return found
+        least = under(LEAST)
+        for name in ("rate", "probability"):
+            found[name] = found[name].where(known)
+            if f"{name}_lower" in found:
+                found[f"{name}_lower"] = found[f"{name}_lower"].where(known, least[f"{name}_lower"])
+        return found
 
     def modelling_range(self, curves: xr.Dataset, modelling: float) -> dict[str, xr.Variable]:
         """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`).
@@ -225,7 +235,7 @@ class Risk:
         """
         rules = self.below, self.above, OUTSIDE
         ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
-        (dims, *_), rates = zip(*ends, strict=True)
+        (dims, *_), rates = zip(*((dims, bounded(one)) for dims, one in ends), strict=True)
         chances = [probability_in(one, self.years) for one in rates]
         return {
             **with_ends("rate", dims, rates, PER_YEAR, modelling),
@@ -296,6 +306,11 @@ def worded(rates: xr.Dataset, state: str) -> xr.Dataset:
         text = str(found[one].attrs.get("long_name", ""))
         found[one].attrs["long_name"] = text.replace(f"that {verb}", f"that {verb_of(state)}").replace(name, state)
     return found
+
+
+def bounded(rates: Array) -> Array:
+    """Return rates, NaN in place of infinite ones: nothing bounds them."""
+    return np.where(np.isinf(rates), np.nan, rates)
 
 
 def risk_of(results: xr.Dataset) -> xr.Dataset:

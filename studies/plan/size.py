@@ -4,8 +4,6 @@ from __future__ import annotations
 
 MOST_NUMBERS = 500_000_000
 """Samples of all motions together: 4 GB of eight bytes each."""
-MOST_BYTES = 2**20
-"""Most bytes of a study file; each file that it includes has the same limit."""
 
 
 def refuse_samples(samples: float, what: str) -> None:

@@ -13,6 +13,7 @@ from ...labelled import spare_dask
 from ...units import SCHEMA
 from ...wording import with_article
 from ..store.folder import UNREADABLE, damaged
+from ..store.netcdf import opened
 from ..text.error import StudyError
 
 spare_dask()
@@ -33,7 +34,9 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
     if not path.is_file():
         raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")
     try:
-        stored = xr.open_dataset(path, engine="netcdf4")
+        stored = opened(path)
+    except StudyError:
+        raise
     except RuntimeError:  # (the netCDF library's error for checksums that do not fit)
         raise damaged(path) from None
     except UNREADABLE:

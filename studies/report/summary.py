@@ -434,6 +434,9 @@ def _rare(first: xr.Dataset, levels: Array, half: float) -> int | None:
 def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held: str) -> str:
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
+        if low > 0.0:
+            text = f"The chance that {name} {verb} within {years_text(years)} is at least {about_percent(low)}"
+            return f"{text}. Levels at which it stands would bound it from above."
         why = "too few of the runs show it" if FITTED_RATE in first else "there is no curve"
         return f"How often that happens cannot be said, because {why}."
     said = f"The chance that {name} {verb} within {years_text(years)} is about {about_percent(chance)}"

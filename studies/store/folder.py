@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ...wording import system_reason
 from ...writing import whole_file, write_bytes
 from ..text.error import StudyError
-from .netcdf import WHOLE_BYTES, load_small, look_through, write
+from .netcdf import WHOLE_BYTES, load_small, look_through, opened, write
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,15 +130,13 @@ def finished(target: Path, identity: str, study: Mapping[str, Any], other_machin
     StudyError
         The results of another study are there, or something that is no result file.
     """
-    import xarray as xr  # noqa: PLC0415
-
     from .differences import OTHER_MOTIONS, makes_motions, same_inputs  # noqa: PLC0415
 
     try:
         if not target.exists():
             return None
         with ExitStack() as closing:
-            stored = closing.enter_context(xr.open_dataset(target, engine="netcdf4"))
+            stored = closing.enter_context(opened(target))
             about = dict(stored.attrs)
             theirs = str(about.get("identity"))
             if theirs == identity or (other_machine and same_inputs(theirs, identity) and makes_motions(study)):

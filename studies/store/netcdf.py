@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any
 import netCDF4
 import numpy as np
 
+from ...limits import netcdf_problem
+from ..text.error import StudyError
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -74,6 +77,24 @@ def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
     stored.set_auto_maskandscale(False)
     for where in _slabs_of(one.shape, one.dtype.itemsize):
         stored[where] = one.variable[where].values.astype(stored.dtype, copy=False)
+
+
+def opened(path: Path) -> xr.Dataset:
+    """Open results whose arrays are read when they are used.
+
+    Raises
+    ------
+    StudyError
+        The file declares more than a file of its size holds, which would fill the memory.
+    OSError, RuntimeError, ValueError
+        It cannot be opened.
+    """
+    import xarray as xr  # noqa: PLC0415 - a title is read without labelled arrays
+
+    problem = netcdf_problem(path)
+    if problem is not None:
+        raise StudyError(f"{path}: {problem}: it is damaged, or no result file; run its study again")
+    return xr.open_dataset(path, engine="netcdf4")
 
 
 def load_small(stored: xr.Dataset) -> None:

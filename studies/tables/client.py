@@ -12,6 +12,7 @@ from ...fragility.fitting.states import ALL, NONE, OVERTURNED, state_name
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...wording import (
+    UNKNOWN,
     about_percent,
     about_years,
     chances_between,
@@ -52,7 +53,7 @@ from .sensitivity import level_rows, statement_rows
 
 MOST = 30
 """Most blocks of the table."""
-NEVER, ALWAYS, UNKNOWN = "never seen", "at every level", "not known"
+NEVER, ALWAYS = "never seen", "at every level"
 
 
 def lead_rows(results: xr.Dataset) -> list[Rows]:
@@ -161,6 +162,9 @@ def _years(one: xr.Dataset, every: xr.Dataset) -> str:
     if "epistemic_rate" in every:
         return range_text(every).removesuffix(" years") if np.isfinite(every["epistemic_rate"]) else UNKNOWN
     rate = float(one["rate"])
+    least = float(one.get("rate_lower", np.nan))
+    if math.isnan(rate) and 0.0 < least < np.inf:
+        return f"{UNKNOWN}, at most {about_years(least)}"
     return about_years(rate) if np.isfinite(rate) and rate > 0.0 else UNKNOWN
 
 
@@ -182,6 +186,6 @@ def _chance(one: xr.Dataset, every: xr.Dataset, years: float) -> str:
     else:
         chance, low, high = (float(one[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
-        return UNKNOWN
+        return f"{UNKNOWN}, at least {about_percent(low)}" if low > 0.0 else UNKNOWN
     ends = "" if low == high else f" ({chances_between(low, high, about_percent)})"
     return f"{about_percent(chance)}{ends}"

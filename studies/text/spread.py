@@ -227,7 +227,7 @@ def _largest(here: xr.Dataset) -> str:
 def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) -> str:
     """Return the sentence on how often one block falls over all branches."""
     if not np.isfinite(here["epistemic_rate"]):
-        return "How often that is cannot be said, because one of the combinations has no curve."
+        return "How often that is cannot be said, because one of the combinations has no curve that bounds it."
     branches = here.sizes["branch"]
     held = [f"{counted(branches, 'weighted combination')} of laws, motions and hazard curves"] if branches > 1 else []
     held += [f"a modelling uncertainty of {modelling:g}"] if modelling else []

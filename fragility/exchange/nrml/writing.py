@@ -21,7 +21,6 @@ from .... import checks
 from ....aliases import Array
 from ....motions.intensity.naming import GROUND
 from ....units import STANDARD_GRAVITY
-from ...fitting.links import LOGNORMAL
 from ..datasets import curve_set
 from ..discrete import grid, probability_at
 from ..files import ExchangeError, target, write_text
@@ -89,8 +88,9 @@ def write_nrml(
 
     Notes
     -----
-    A lognormal curve has mean = median exp(beta²/2) and stddev = mean sqrt(exp(beta²) - 1).  Curves with a factor for
-    uplift become discrete functions of some hundred levels, linear between them (errors below 1e-4).
+    A lognormal curve has mean = median exp(beta²/2) and stddev = mean sqrt(exp(beta²) - 1).  Log-logistic and Weibull
+    curves, and curves with a factor for uplift, become discrete functions of some hundred levels, linear between them
+    (errors below 1e-4).
 
     OpenQuake's classical calculations evaluate a continuous function at ``continuous_fragility_discretization`` levels
     evenly spaced from minIML to maxIML (20 unless the job sets it): a job should set a larger number.
@@ -203,7 +203,7 @@ def _comment(content: dict[str, Any]) -> str:
 def _function(
     name: str, found: CurveSet, rows: Sequence[CurveRow], states: Sequence[str], imt: Imt, tail: float
 ) -> list[str]:
-    if found.form == LOGNORMAL or not any(row.parameters.uplifting or row.probability is not None for row in rows):
+    if all(row.lognormal for row in rows):
         low, high, nothing = (value / imt.factor for value in _range(rows, tail))
         lines = [
             f'<fragilityFunction id={quoteattr(name)} format="continuous" shape="logncdf">',

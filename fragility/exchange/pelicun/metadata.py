@@ -12,7 +12,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ...fitting.links import LOGNORMAL
 from ..files import ExchangeError, read_text
 from ..ids import Component, component_of, component_record
 from ..rows import CurveRow, CurveSet
@@ -102,7 +101,7 @@ def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
         parts = "The dispersion is of the motions alone and holds no modelling uncertainty."
     elif beta is not None:
         parts = f"The dispersion holds that of the motions and a modelling uncertainty of {beta:g}."
-    return [parts] if found.form == LOGNORMAL else [FINE, parts]
+    return [parts] if all(row.lognormal for row in rows) else [FINE, parts]
 
 
 def read_metadata(file: Path) -> Metadata:

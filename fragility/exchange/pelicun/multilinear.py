@@ -29,7 +29,7 @@ ROUGH = (
 )
 """What an isotonic curve in this form is."""
 FINE = "The curve is no lognormal one: it is linear between so many levels that it errs by less than 0.0002."
-"""What a curve with a factor of uplift in this form is."""
+"""What any other curve in this form is."""
 
 
 def theta(row: CurveRow, levels: Array | None, factor: float) -> str:

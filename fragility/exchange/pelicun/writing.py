@@ -64,10 +64,10 @@ def write_pelicun(
     whatever the row states.
 
     Curves that are not lognormal are written as pelicun's ``multilinear_CDF`` (3.10 reads it): levels and probabilities
-    with lines between them, to six digits.  A curve with a factor of uplift then errs by less than 0.0002 (dispersions
-    below 0.003 more).  An isotonic curve has its own levels; below the lowest it falls to 0 within one step, as in
-    annual rates, and above the highest it is held constant.  `read_pelicun` reads both forms, one at a time: what had
-    a factor of uplift comes back as probabilities at levels.
+    with lines between them, to six digits.  A log-logistic or Weibull curve, or a curve with a factor of uplift, then
+    errs by less than 0.0002 (dispersions below 0.003 more).  An isotonic curve has its own levels; below the lowest it
+    falls to 0 within one step, as in annual rates, and above the highest it is held constant.  `read_pelicun` reads
+    both forms, one at a time: what was not lognormal comes back as probabilities at levels.
 
     The metadata have the keys that the Damage and Loss Model Library asks for, and no others.
 
@@ -127,6 +127,6 @@ def _thetas(found: CurveSet, row: CurveRow, demand: Demand) -> tuple[str, str, s
     """Return family and parameters of a curve, these empty where there is none."""
     if not row.estimated:
         return "lognormal", "", ""
-    if row.probability is None and not row.parameters.uplifting:
+    if row.lognormal:
         return "lognormal", repr(row.parameters.median / demand.factor), repr(row.parameters.dispersion)
     return FAMILY, theta(row, found.levels, demand.factor), ""

@@ -469,6 +469,19 @@ class TestIntervals:
         ends = np.quantile(np.sqrt(drawn @ noise**2 / 40.0 - mean**2), [0.025, 0.975])
         assert float(found["dispersion_upper"] - found["dispersion_lower"]) == pytest.approx(np.ptp(ends), rel=0.1)
 
+    @pytest.mark.parametrize("number", [2, 3])
+    def test_those_of_few_motions_contain_their_estimates(self, number):
+        """Samples of dispersions are biased to low values, most those of few motions."""
+        for seed in range(6):
+            motions = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(number, seed)
+            runs = tp.ida([SHELF, CRATE], tp.HousnerImpact(), motions, np.geomspace(1.5, 15.0, 5), screen=False)
+            found = rank_measures(runs, motions, replicates=100)
+            for name in ("dispersion", "amplitude_dispersion", "excess", "demand_dispersion", "proficiency"):
+                value, lower, upper = (found[f"{name}{end}"].values for end in ("", "_lower", "_upper"))
+                known = ~np.isnan(lower)
+                assert (lower <= value)[known].all(), name
+                assert (value <= upper)[known].all(), name
+
     def test_a_worse_measure_is_told_apart(self):
         rng = np.random.default_rng(13)
         y = rng.normal(0.0, 0.2, (50, 80))

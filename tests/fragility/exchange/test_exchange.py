@@ -21,6 +21,7 @@ from shared_cases import SHARED, needs_shared
 import toppling as tp
 from toppling.fragility import ExchangeError, read_curve_csv, read_nrml, read_pelicun, write_nrml, write_pelicun
 from toppling.fragility.curves import published
+from toppling.fragility.curves.curve import curve_probability
 from toppling.fragility.exchange.ids import MAX_ID, is_id, make_ids
 from toppling.fragility.exchange.nrml.writing import arithmetic, median_and_dispersion
 from toppling.studies.command.cli import main
@@ -113,6 +114,49 @@ class TestRoundTrip:
         _, found = there_and_back(isotonic(), "csv", tmp_path)
         np.testing.assert_array_equal(found["probability"], isotonic()["probability"])
         assert found["status"].values.tolist() == [["ok", "ok"], ["ok", "incomplete"]]
+
+    @pytest.mark.parametrize(
+        ("link", "cumulative"),
+        [
+            # with a standard deviation b of ln(capacity): pi/(b sqrt 3) of the logistic, pi/(b sqrt 6) of Weibull's
+            ("log-logistic", lambda z: 1.0 / (1.0 + np.exp(-z * np.pi / 3.0**0.5))),
+            ("weibull", lambda z: 1.0 - 0.5 ** np.exp(z * np.pi / 6.0**0.5)),
+        ],
+    )
+    @pytest.mark.parametrize("name", FORMATS)
+    def test_links_keep_their_probabilities(self, name, link, cumulative, tmp_path):
+        """A CSV has parameters and the form; the other formats have points between which lines err by < 1e-4."""
+        curves = lognormal().assign_attrs(form=link)
+        _, found = there_and_back(curves, name, tmp_path)
+        if name == "csv":
+            assert found.attrs["form"] == link
+            np.testing.assert_array_equal(found["median"], curves["median"])
+        for block, model in [(0, 0), (1, 1), (2, 0)]:
+            where = {"block": block, "model": model}
+            x = curves["median"][where].item() * np.linspace(0.5, 2.0, 41)
+            want = cumulative(np.log(x / curves["median"][where].item()) / curves["dispersion"][where].item())
+            got = (
+                curve_probability(found.isel(where), x)
+                if name == "csv"
+                else np.interp(x, found["level"], found["probability"][where])
+            )
+            np.testing.assert_allclose(got, want, atol=1.01e-4)
+
+    def test_forms_of_a_table_are_alike_and_known(self, tmp_path):
+        path = tmp_path / "t.csv"
+        heading = "block,measure,form,median (g),dispersion\n"
+        for rows, word in [("a,pga,weibull,1,.5\nb,pga,,1,.5", "the same"), ("a,pga,gamma,1,.5", "must be lognormal")]:
+            path.write_text(heading + rows)
+            with pytest.raises(ExchangeError, match=f"form .*{word}"):
+                read_curve_csv(path)
+
+    @pytest.mark.parametrize("name", FORMATS)
+    def test_certain_uplift_is_no_factor(self, name, tmp_path):
+        """A fit puts uplift at the smallest number where every run uplifts."""
+        certain = uplifting().isel(block=[0])
+        certain["uplift_median"][:] = np.finfo(float).tiny
+        _, found = there_and_back(certain, name, tmp_path)
+        assert curve_probability(found, [3.0]).item() == pytest.approx(0.5, rel=1e-12)
 
     def test_curves_without_parameters_come_back_in_nrml(self, tmp_path):
         written, found = there_and_back(isotonic(), "nrml", tmp_path)

@@ -55,7 +55,7 @@ REFUSED = [
     (lambda f: write_nrml(lognormal(), f / "t.xml", tail=0.5), "tail must be finite and >= 1e-09 and <= 0.01"),
     (lambda f: write_curve_csv(lognormal()["median"], f / "t"), "must be a dataset of fragility curves, got DataArray"),
     (lambda f: write_curve_csv(xr.Dataset(), f / "t"), "lognormal curves must hold median and dispersion, got nothing"),
-    (lambda f: write_curve_csv(unsure(form="weibull"), f / "t.csv"), "form of curves must be one of lognormal"),
+    (lambda f: write_curve_csv(unsure(form="gamma"), f / "t.csv"), "form of curves must be one of lognormal"),
     (lambda f: write_curve_csv(times(lognormal(), -1.0), f / "t.csv"), "median must be finite and > 0, got -"),
     (lambda f: write_curve_csv(times(lognormal(), np.inf), f / "t.csv"), "median must be finite and > 0, got inf"),
     (lambda f: write_curve_csv(isotonic().isel(level=[1, 0]), f / "t.csv"), "levels must be strictly increasing"),
@@ -207,7 +207,7 @@ def test_size_is_bounded(read, tmp_path, monkeypatch):
     path.write_bytes(b"")
     with pytest.raises(ExchangeError, match="empty"):
         read(path)
-    monkeypatch.setattr("toppling.fragility.exchange.files.MAX_BYTES", 2**20)
+    monkeypatch.setattr("toppling.fragility.exchange.files.CURVE_BYTES", 2**20)
     path.write_bytes(b"a," * 2**20)
     with pytest.raises(ExchangeError, match="larger than 1 MiB"):
         read(path)

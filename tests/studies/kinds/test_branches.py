@@ -128,6 +128,32 @@ class TestBranches:
         assert made == {digest(record) for array in one.arrays for record in records(array)}
         assert len(made) == 24
 
+    @pytest.mark.parametrize("weights", ["", branches("hazard", hazard=0.5, high=0.5)])
+    def test_a_rate_that_nothing_bounds_is_not_known(self, weights, tmp_path):
+        """Every run falls at 3 g, and an isotonic curve may be 1 below: the rate is at least 1e-4 x 3^-2.5."""
+        levels = '[ida]\nim = "pga"\nlevels = { values = [3.0, 4.0], unit = "g" }\n'
+        fit = '[fit]\nform = "isotonic"\nreplicates = 100\n'
+        parts = ('accept = ["level"]\n', BLOCK, LAWS, motions(1), levels, HAZARD, HIGH if weights else "", weights, fit)
+        found = study(tmp_path, *parts).run(tmp_path / "out")
+        least = 1e-4 * 3.0**-2.5
+        assert np.isnan(found["rate"]).all()
+        assert np.isnan(found["risk_probability"]).all()
+        np.testing.assert_allclose(found["rate_lower"], least, rtol=1e-9)
+        np.testing.assert_allclose(found["risk_probability_lower"], -math.expm1(-50.0 * least), rtol=1e-9)
+        assert np.isinf(found["rate_upper"]).all()
+        for name in ("epistemic_rate", "epistemic_rate_fractile", "branch_rate", "epistemic_rate_modelling_upper"):
+            assert not weights or np.isnan(found[name]).all(), name
+        said = " ".join(plain_answer(found))
+        (row,) = client_rows(found).rows
+        if weights:
+            assert "cannot be said" in said
+            assert [*row[-2:]] == ["not known"] * 2
+            assert {*spread_rows(found).rows[0][1:7]} == {"not known"}
+        else:
+            assert "is at least 0.032\u00a0%" in said
+            assert row[-2] == "not known, at most 160,000"
+        write_report(tmp_path / "out/results.nc")
+
     def test_the_size_counts_the_runs_of_branches(self, tmp_path):
         plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)
         one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)

@@ -453,3 +453,37 @@ def test_a_single_piece_in_a_year_is_its_own_curve(tmp_path, hazard):
     rates = curve.rate_at(np.exp(fine))
     inside = cubic(0.5 * (fine[1:] + fine[:-1])) @ -np.diff(rates)
     np.testing.assert_allclose(found.item_annual_number.isel(item=0), inside + rates[-1], rtol=1e-5)
+
+
+SHELF = "[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n"
+WALL = "wall_gap_mm = 10\n"
+HOUSNER = '[[models]]\nlaw = "housner"\n'
+
+
+SPREAD = '[uncertainty]\ninputs = { R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.08 } }\n'
+LATE = {
+    "front": SHELF + HOUSNER + IDA + '[fit]\nstate = "front"\nintervals = "wald"\n',
+    "isotonic": SHELF + HOUSNER + IDA + '[fit]\nform = "isotonic"\nintervals = "profile"\n',
+    "adaptive": 'outputs = ["overturned", "top_displacement"]\n'
+    f'{SHELF}{HOUSNER}[ida]\nlevels = "adaptive"\n[until]\nmotions = {{ least = 32 }}\n',
+    "pieces": f'{HOUSNER}[performance]\nim = "pga_normalised"\nlevels = {{ values = [0.7, 1.5], unit = "1" }}\n'
+    'inventory = "pieces.csv"\n',
+    "wall": f'{SHELF}{WALL}[[models]]\nlaw = "discrete"\n{IDA}{SPREAD}',
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        ("front", r"fit\.intervals"),
+        ("isotonic", r"fit\.intervals"),
+        ("adaptive", "outputs: adaptive levels do not keep 'top_displacement'"),
+        ("pieces", r"performance\.im"),
+        ("wall", "blocks: "),
+    ],
+)
+def test_what_can_be_known_is_refused_before_the_runs(name, key, tmp_path):
+    (tmp_path / "pieces.csv").write_text("name,width_m,height_m,floor\nshelf,0.4,1.8,0\n")
+    (tmp_path / "study.toml").write_text(f'title = "Late"\n{LATE[name]}{motions(32)}')
+    with pytest.raises(StudyError, match=key):
+        tp.Study.from_toml(tmp_path / "study.toml")

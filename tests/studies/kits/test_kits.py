@@ -17,6 +17,7 @@ from toppling.models import required_force, static_capacity
 from toppling.motions import Building
 from toppling.studies.buildings.assessment import assess, distinct_runs
 from toppling.studies.buildings.pieces import pieces_of
+from toppling.studies.buildings.recommendations import Range
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
@@ -24,6 +25,7 @@ from toppling.studies.kits.savings import Shake, kit_savings, with_kit
 from toppling.studies.kits.sets import TARGETS, budget_kits, target_kits
 from toppling.studies.plan.design_shaking import DESIGN_RATE
 from toppling.studies.report.kits import purchases
+from toppling.studies.tables.kits import _share
 
 LAW = tp.HousnerImpact(geometry="linear")
 STRAP = Kit("strap", tp.Restraint.strap(1.4, 267.0, 20e3, 0.005), 15.0, 1.4)
@@ -488,3 +490,15 @@ class TestBothWays:
         kit_savings(INVENTORY, KITS, found, SHAKE, progress=lambda one, total: done.append(one))
         held = [with_kit(INVENTORY, kit) for kit in KITS]
         assert done[-1] == sum(distinct_runs(one, None, "both") for one in held) * MOTIONS.sizes["motion"] * LEVELS.size
+
+
+@pytest.mark.parametrize(
+    ("share", "said"),
+    [
+        (Range(-math.inf, -math.inf, 0.5), "more falls"),
+        (Range(0.25, -math.inf, 0.5), "25\u00a0% (−∞ to 50)"),
+        (Range(math.nan, math.nan, math.nan), "–"),
+    ],
+)
+def test_a_kit_with_which_alone_a_piece_falls(share, said):
+    assert _share(share) == said

@@ -1,0 +1,88 @@
+"""Limits of files that a person may be sent: checked before a parser unfolds them, so that none takes long or much.
+
+Each is well above the largest right file that is known: a study of 2,000 blocks has 0.2 MB, a workbook of 10,000 pieces
+and 40 columns 400,000 cells, a record of an hour at 1,000 Hz 60 MB of text, a hazard of 200 realisations 20 MB.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import zipfile
+from collections import Counter
+from pathlib import Path
+
+STUDY_BYTES = 2**20
+"""Of a study file (TOML) and of each file that it includes."""
+KEYS, ENTRIES = 1_000, 100_000
+"""Of a table of a study, and of a list: unknown keys are compared with all known keys, entries are read."""
+RECORD_BYTES, OBSPY_BYTES = 512 * 2**20, 128 * 2**20
+"""Of a record as text, and as a binary file (miniSEED, SAC), whose samples unfold to four times as much."""
+CURVE_BYTES = 32 * 2**20
+"""Of curves and hazards for other programs (CSV, JSON, NRML)."""
+DECLARED_BYTES, DECLARED_RATIO = 2**28, 20
+"""Of the arrays that a netCDF file declares: so much in any file, and so many times the bytes of larger ones; results
+are stored as they are, and compressed accelerations take half to a tenth."""
+STRING_BYTES = 64
+"""Of a string of any length in memory."""
+CELLS = 1_000_000
+"""Of all sheets of a workbook."""
+ELEMENTS = {"sheet": 256, "mergeCell": 1_000, "xf": 65_000, **dict.fromkeys(("c", "v", "f", "t", "si", "is"), CELLS)}
+"""Of one kind in a workbook, where another number than OTHERS is allowed (cell formats: the program's own limit)."""
+OTHERS = 20_000
+"""Of any other kind (hyperlinks, rules, names); rows, and runs of rich text, are limited by the bytes alone."""
+COVERED = 100_000
+"""Cells that merged ranges and hyperlinks cover together: the reader makes an object of each."""
+_OF_CONTENT = ("row", "r", "rPr", "rFont", "sz", "color", "family", "scheme", "charset")
+_TAG = re.compile(rb"<(?:\w+:)?([A-Za-z]\w*)")
+_RANGE = re.compile(
+    rb"<(?:\w+:)?(?:mergeCell|hyperlink)\b[^>]*?\bref\s*=\s*[\"']\$?([A-Z]+)\$?(\d+):\$?([A-Z]+)\$?(\d+)"
+)
+
+
+def workbook_problem(parts: zipfile.ZipFile, most_bytes: int) -> str | None:
+    """Return the reason why a workbook unfolds to more than any table does; None for others."""
+    if sum(part.file_size for part in parts.infolist()) > most_bytes:
+        return f"larger than {most_bytes // 2**20} MiB once it is unpacked"
+    counts: Counter[str] = Counter()
+    covered = 0
+    for part in parts.infolist():
+        if not part.filename.endswith((".xml", ".rels")):
+            continue
+        text = parts.read(part)
+        if b"<!DOCTYPE" in text or b"\0" in text:
+            return f"its part {part.filename[:60]!r} is not as spreadsheet programs write it; save it again"
+        counts.update(match[1].decode() for match in _TAG.finditer(text))
+        for left, first, right, last in _RANGE.findall(text):
+            covered += (abs(_column(right) - _column(left)) + 1) * (abs(int(last) - int(first)) + 1)
+    for name, number in counts.items():
+        most = ELEMENTS.get(name, OTHERS)
+        if name not in _OF_CONTENT and number > most:
+            return f"holds {number:,} elements {name[:30]!r}, allowed are {most:,}; copy the table to a new workbook"
+    if covered > COVERED:
+        return f"merged cells or links cover {covered:,} cells, allowed are {COVERED:,}; copy the table elsewhere"
+    return None
+
+
+def _column(letters: bytes) -> int:
+    number = 0
+    for letter in letters:
+        number = 26 * number + letter - ord("A") + 1
+    return number
+
+
+def netcdf_problem(path: Path) -> str | None:
+    """Return the reason why a netCDF file declares more than a file of its size holds; None for others.
+
+    OSError or RuntimeError for a file that cannot be opened.
+    """
+    import netCDF4  # noqa: PLC0415 - most commands read no such file
+
+    with netCDF4.Dataset(path) as file:
+        declared = sum(
+            math.prod(one.shape) * (STRING_BYTES if one.dtype is str else one.dtype.itemsize)
+            for one in file.variables.values()
+        )
+    if declared <= max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size):
+        return None
+    return f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds"

@@ -1,0 +1,104 @@
+"""Files that unfold: each is answered by one sentence before a parser makes objects of it."""
+
+import io
+import re
+import zipfile
+
+import netCDF4
+import pytest
+from openpyxl import Workbook
+
+import toppling as tp
+from toppling.motions.readers.lines import RecordError
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.file.workbook import WorkbookError, sheet_rows
+
+SHEET, BOOK, STYLES = "xl/worksheets/sheet1.xml", "xl/workbook.xml", "xl/styles.xml"
+MERGED, LINKS = "<mergeCells>{}</mergeCells>", "<hyperlinks>{}</hyperlinks>"
+PAIR, LINK = '<mergeCell ref="C{0}:D{0}"/>', '<hyperlink location="x" ref="A{}"/>'
+NAMED = '<sheet xmlns:r="http://schemas.openxmlformats.org/officeDocument/2006/relationships" name="s{}" r:id="rId1"/>'
+
+
+def book(part=SHEET, before="", new="", also=()):
+    """A small workbook, with something new in one of its parts."""
+    made, old = Workbook(), io.BytesIO()
+    made.active.append(["name", "width_m"])
+    made.active.append(["shelf", 0.4])
+    made.save(old)
+    changed = io.BytesIO()
+    with zipfile.ZipFile(old) as parts, zipfile.ZipFile(changed, "w", zipfile.ZIP_DEFLATED) as file:
+        for name in parts.namelist():
+            text = parts.read(name).decode()
+            assert name != part or before in text
+            file.writestr(name, text.replace(before, new + before, 1) if name == part and before else text)
+        for name, text in also:
+            file.writestr(name, text)
+    return changed.getvalue()
+
+
+def many(text, number):
+    return "".join(text.format(i) for i in range(10, 10 + number))
+
+
+@pytest.mark.parametrize(
+    ("part", "before", "new", "reason"),
+    [
+        (SHEET, "<pageMargins", MERGED.format(many(PAIR, 1001)), "'mergeCell'"),
+        (SHEET, "<pageMargins", MERGED.format('<mergeCell ref="A1:XFD1048576"/>'), "cover 17,179,869,184"),
+        (SHEET, "<pageMargins", LINKS.format(LINK.format("1:B999999")), "cover 1,999,998"),
+        (SHEET, "<pageMargins", LINKS.format(many(LINK, 20_001)), "'hyperlink'"),
+        (BOOK, "</sheets>", many(NAMED, 256), "257 elements 'sheet'"),
+        (BOOK, "<definedNames", many('<definedName name="n{}">A1</definedName>', 20_001), "'definedName'"),
+        (STYLES, "</cellXfs>", many('<xf numFmtId="{}"/>', 65_001), "'xf'"),
+        (SHEET, "</sheetData>", f"<row>{'<c/>' * 1_000_001}</row>", "'c', allowed are 1,000,000"),
+    ],
+)  # fmt: skip
+def test_workbooks_that_unfold(part, before, new, reason):
+    with pytest.raises(WorkbookError, match=re.escape(reason)):
+        sheet_rows(book(part, before, new), "inventory", 2**24, 100)
+
+
+def test_parts_that_hide_what_they_hold():
+    with pytest.raises(WorkbookError, match="is not as spreadsheet programs write it"):
+        sheet_rows(book(also=[("xl/other.xml", "<a><!--x--></a>".encode("utf-16"))]), "inventory", 2**24, 100)
+
+
+def test_right_workbooks_are_read():
+    """With merged cells beside the table."""
+    new = MERGED.format(many(PAIR, 500))
+    rows, _ = sheet_rows(book(SHEET, "<pageMargins", new), "inventory", 2**24, 100)
+    assert [cells for _, cells in rows] == [["name", "width_m"], ["shelf", "0.4"]]
+
+
+def declared(path, size, kind="f8"):
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("level", size)
+        file.createVariable("level", kind, ("level",), chunksizes=(10**6,))
+    return path
+
+
+@pytest.mark.parametrize(("size", "kind", "gigabytes"), [(10**10, "f8", "80.0"), (3 * 10**8, str, "19.2")])
+def test_results_that_declare_more_than_they_hold(size, kind, gigabytes, tmp_path, capsys):
+    path = str(declared(tmp_path / "results.nc", size, kind))
+    (tmp_path / "other").mkdir()
+    other = str(declared(tmp_path / "other/results.nc", size, kind))
+    for arguments in (["report", path], ["export", path, "--format", "csv"], ["compare", path, other]):
+        assert main(arguments) == 2
+        assert f"declares {gigabytes} GB, more than a file of its size holds" in " ".join(
+            capsys.readouterr().err.split()
+        )
+
+
+def test_floor_motions_that_declare_more_than_they_hold(tmp_path):
+    with pytest.raises(RecordError, match=r"declares 80\.0 GB"):
+        tp.motions.read_floors(declared(tmp_path / "floors.nc", 10**10))
+
+
+@pytest.mark.parametrize("table", ["", "[motions]\n"])
+def test_tables_of_many_keys(table, tmp_path):
+    """Each unknown key is compared with all known keys."""
+    path = tmp_path / "study.toml"
+    path.write_text(f'title = "x"\n{table}' + "".join(f"b{i} = 2020-01-01\n" for i in range(1001)))
+    with pytest.raises(StudyError, match=r"holds 1,00\d entries, allowed are 1,000"):
+        tp.Study.from_toml(path)
