@@ -6,9 +6,10 @@ import os
 import signal
 import sys
 import threading
+from contextlib import suppress
 from typing import Any
 
-INTERRUPTED, TERMINATED = 130, 143
+FAILED, HUNG_UP, INTERRUPTED, TERMINATED = 1, 129, 130, 143
 AGAIN_SECONDS = 0.02
 
 
@@ -21,6 +22,8 @@ def main() -> int:
     if interruptible:
         signal.signal(signal.SIGINT, _leave)
         sys.unraisablehook = interrupt_again
+    # Figures are drawn into files: no backend of a notebook or a desktop is needed, nor need it be there.
+    os.environ["MPLBACKEND"] = "agg"
     try:
         from .studies.command.cli import main as command  # noqa: PLC0415 - what takes long
         from .studies.command.cli import prepare_streams  # noqa: PLC0415
@@ -29,16 +32,21 @@ def main() -> int:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         prepare_streams()
         code = command()
-    except (KeyboardInterrupt, RuntimeError) as error:
-        if not is_interrupt(error):
+    except (KeyboardInterrupt, RuntimeError, ImportError, MemoryError, SystemError) as error:
+        if is_interrupt(error):
+            print("toppling: interrupted", file=sys.stderr)
+            code = INTERRUPTED
+        elif (limit := memory_limit()) and (not isinstance(error, RuntimeError) or "thread" in str(error)):
+            print(f"toppling: {limit} kB of memory (ulimit -v) are not enough, allow more ({error})", file=sys.stderr)
+            code = FAILED
+        else:
             raise
-        print("toppling: interrupted", file=sys.stderr)
-        code = INTERRUPTED
-    if code in (INTERRUPTED, TERMINATED):
+    if code in (FAILED, HUNG_UP, INTERRUPTED, TERMINATED):
         # Where an interrupt has passed through code that was made from text, as that of dataclasses is, CPython would
         # end by the signal although the interrupt was caught.
-        sys.stdout.flush()
-        sys.stderr.flush()
+        with suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
         os._exit(code)
     # The interpreter ends with several collections of all that was ever loaded, half a second for nothing.
     gc.freeze()
@@ -49,6 +57,16 @@ def _leave(number: int, frame: object) -> None:
     """End at once while the packages load: some of them swallow an exception, or replace it by one of their own."""
     os.write(2, b"toppling: interrupted\n")
     os._exit(INTERRUPTED)
+
+
+def memory_limit() -> int:
+    """Return the limit on this process's memory (kB) that its shell set; 0 where there is none."""
+    with suppress(ImportError):  # (Windows has none)
+        import resource  # noqa: PLC0415
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        return 0 if limit == resource.RLIM_INFINITY else limit // 1024
+    return 0
 
 
 def interrupt_again(swallowed: Any) -> None:

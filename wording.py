@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from os import getcwd
+from os.path import islink
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -341,6 +343,13 @@ def currency_of(results: xr.Dataset) -> str:
     return str(results.attrs.get("currency", ""))
 
 
-def system_reason(error: Exception) -> str:
+def system_reason(error: BaseException) -> str:
     """Return the operating system's words for an error, or the error's own message where it has none."""
+    if isinstance(error, FileExistsError) and error.filename is not None and islink(error.filename):
+        return "it is a link that leads nowhere"
+    if isinstance(error, FileNotFoundError):
+        try:
+            getcwd()
+        except OSError:
+            return "the working folder is gone: change to another one"
     return str(getattr(error, "strerror", None) or error)

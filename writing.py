@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import re
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -26,8 +27,9 @@ def whole_file(path: Path) -> Iterator[Path]:
     if path.exists() and not path.is_symlink() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))
     # (a name of its own: two processes may write one file, and the last of them wins)
-    temporary = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.part")
+    temporary = path.with_name(f"{path.name}.{os.getpid()}-{threading.current_thread().ident}.part")
     temporary.unlink(missing_ok=True)
+    remove_leftovers(path.parent)
     os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666))
     try:
         yield temporary
@@ -43,24 +45,28 @@ def whole_file(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
-def remove_leftovers(path: Path) -> None:
-    """Remove what processes that were killed while they wrote a file left beside it: the new files of `whole_file`.
+LEFTOVER = re.compile(r".+\.([0-9]+)-([0-9]+)\.part")
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove the new files of `whole_file` that killed processes, or a disk that failed, have left in a folder.
 
     The files of processes that run stay, and on systems that do not tell which run (Windows) all of them.
     """
     if os.name != "posix":
         return
-    pattern = re.compile(rf"{re.escape(path.name)}\.([0-9]+)-[0-9]+\.part")
-    with suppress(OSError):
-        for one in path.parent.iterdir():
-            found = pattern.fullmatch(one.name)
-            if found and not _runs(int(found[1])):
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            found = LEFTOVER.fullmatch(entry.name)
+            if found and not _runs(int(found[1]), int(found[2])):
                 with suppress(OSError):
-                    one.unlink()
+                    shutil.rmtree(entry.path) if entry.is_dir(follow_symlinks=False) else os.unlink(entry.path)
 
 
-def _runs(process: int) -> bool:
-    """Return whether a process of this machine runs."""
+def _runs(process: int, thread: int) -> bool:
+    """Return True if a process of this machine runs, and where it is this one, the thread."""
+    if process == os.getpid():  # (after a start of the machine, or of a container, numbers are given again)
+        return any(one.ident == thread for one in threading.enumerate())
     try:
         os.kill(process, 0)
     except ProcessLookupError:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ..writing import remove_leftovers, whole_file
+from ..wording import system_reason
+from ..writing import whole_file
 from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
 from .text.error import StudyError
 from .text.names import drawable
@@ -89,13 +90,12 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
     written = []
     for name, figure in named:
         path = folder / f"{name}.png"
-        remove_leftovers(path)
         settle(figure)
         try:
             with whole_file(path) as temporary:
                 figure.savefig(temporary, format="png", dpi=150)
         except OSError as error:
-            raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
+            raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
         written.append(path)
     return written
 

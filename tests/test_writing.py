@@ -14,7 +14,7 @@ from study_texts import crate_study
 import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.store.folder import folder_of_one
-from toppling.writing import remove_leftovers, whole_file, write_bytes
+from toppling.writing import whole_file, write_bytes
 
 
 class TestWholeFile:
@@ -55,16 +55,20 @@ class TestWholeFile:
         (left,) = os.listdir(tmp_path)
         assert left.startswith(f"one.png.{killed.pid}-")
         others = [
-            f"one.png.{os.getpid()}-7.part",  # of a process that runs
+            f"one.png.{os.getppid()}-7.part",  # of a process that runs
+            f"one.png.{os.getpid()}-{threading.get_ident()}.part",
             "one.png.part",
             "one.png.7.part",
-            "two.png.999999-7.part",
             f"{left}.bak",
         ]
         for name in others:
             (tmp_path / name).touch()
-        remove_leftovers(path)
-        assert sorted(os.listdir(tmp_path)) == sorted(others)
+        # (of a file that is not written again, of a folder of files, and of a process that had this one's number)
+        for name in ("two.png.999999-7.part", f"one.png.{os.getpid()}-7.part"):
+            (tmp_path / name).touch()
+        (tmp_path / ".toppling-new.999999-7.part/records").mkdir(parents=True)
+        write_bytes(tmp_path / "three.png", b"new")
+        assert sorted(os.listdir(tmp_path)) == sorted([*others, "three.png"])
 
     def test_a_folder_in_its_place(self, tmp_path):
         (tmp_path / "one.txt").mkdir()

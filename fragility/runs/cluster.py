@@ -121,13 +121,15 @@ def check_workers(client: Client) -> None:
         client.wait_for_workers(1, timeout=WORKERS_WITHIN)
     except TimeoutError:
         raise ClusterError(f"{_address(client)}: no worker within {WORKERS_WITHIN:.0f} s") from None
-    try:
-        found = client.run(engine_identity)
-    except ModuleNotFoundError as error:
-        raise ClusterError(f"{_address(client)}: a worker does not have the package {error.name}") from None
-    except (ImportError, AttributeError) as error:
-        raise ClusterError(f"{_address(client)}: a worker has another version of the package ({error})") from None
-    for address, theirs in sorted(found.items()):
+    for address, theirs in sorted(client.run(engine_identity, on_error="return").items()):
+        if isinstance(theirs, ModuleNotFoundError):
+            raise ClusterError(f"{_address(client)}: a worker does not have the package {theirs.name}")
+        if isinstance(theirs, ImportError | AttributeError):
+            raise ClusterError(f"{_address(client)}: a worker has another version of the package ({theirs})")
+        if isinstance(theirs, OSError):  # (a worker that was lost as it was asked: its chunks go to the others)
+            continue
+        if isinstance(theirs, BaseException):
+            raise theirs
         _check_engine(address, theirs, engine_identity())
 
 

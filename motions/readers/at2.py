@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...units import STANDARD_GRAVITY
+from ...wording import system_reason
 from ...writing import write_bytes
 from ..arrays import from_array, records
 from .components import refuse_gaps, refuse_stated_peak
@@ -132,4 +133,4 @@ def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "
     try:
         write_bytes(Path(path), f"{header}\n{body}\n".encode("ascii", "replace"))
     except OSError as error:
-        raise RecordError(f"{path}: cannot be written ({error.strerror})") from None
+        raise RecordError(f"{path}: cannot be written ({system_reason(error)})") from None

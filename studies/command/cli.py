@@ -1,6 +1,6 @@
 """The `toppling` command: arguments in, exit codes out.
 
-0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 130 interrupted, 143 terminated (SIGTERM); one
+0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 129 hung up, 130 interrupted, 143 terminated; one
 sentence on standard error.  Never a traceback for a user's mistake.
 
 Each command imports what it needs by itself: the libraries of a study take two seconds to load, for which nobody who
@@ -10,6 +10,7 @@ asks for help, a version, a list or a status should wait.
 from __future__ import annotations
 
 import logging
+import os
 import signal
 import sys
 import warnings
@@ -23,7 +24,7 @@ from cyclopts.exceptions import CycloptsError
 
 from ...wording import counted, system_reason
 from ..single.command import simulate_one
-from ..text.encoding import json_text, write_anything
+from ..text.encoding import json_text, printable, write_anything
 from ..text.terminal import fitted, say, terminal
 from .choices import ExportFormat, Starter
 
@@ -605,27 +606,44 @@ def _connect(address: str) -> Client:
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     """Show a warning as a line of the command, without the place in the code that it came from."""
-    print(f"toppling: {message}", file=sys.stderr)
+    print(f"toppling: {printable(str(message))}", file=sys.stderr)
 
 
 def prepare_streams() -> None:
     """Prepare this process for the command: output that takes every text, and warnings as lines of the command."""
     write_anything()
     warnings.showwarning = _show_warning
+    # (numba's on a value that it cannot read, followed by a traceback)
+    warnings.filterwarnings("error", "Environment variable", RuntimeWarning)
+
+
+def _check_threads() -> None:
+    """Raise a RuntimeWarning for a number of threads that numba refuses in the middle of reading a study."""
+    given = os.environ.get("NUMBA_NUM_THREADS")
+    if given is not None and not (given.strip().isdecimal() and int(given) > 0):
+        raise RuntimeWarning(f"Environment variable 'NUMBA_NUM_THREADS' must be a number of at least 1, got {given!r}")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point of the command; returns the exit code."""
     try:
+        _check_threads()
         app(arguments, exit_on_error=False, print_error=False)
+        sys.stdout.flush()
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
         given = sys.argv[1:] if arguments is None else arguments
         command = f"toppling {given[0]}" if given and given[0] in COMMANDS else "toppling"
-        print(f"toppling: {sentence} (see {command} --help)", file=sys.stderr)
+        print(f"toppling: {printable(sentence)} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
     except OSError as error:
-        print(f"toppling: output cannot be written ({system_reason(error)})", file=sys.stderr)
+        print(f"toppling: {printable(_refused(error))}", file=sys.stderr)
+        return EXIT_INPUT
+    except RuntimeWarning as error:
+        sentence = str(error).partition("\n")[0].rstrip(".")
+        if not sentence.startswith("Environment variable"):
+            raise
+        print(f"toppling: {printable(sentence)}; correct or unset it", file=sys.stderr)
         return EXIT_INPUT
     except MemoryError:
         print("toppling: not enough memory for this study; make it smaller", file=sys.stderr)
@@ -637,6 +655,12 @@ def main(arguments: list[str] | None = None) -> int:
     except (ValueError, RuntimeError) as error:
         return _code_of(error)
     return 0
+
+
+def _refused(error: OSError) -> str:
+    """Return what the system refused: a path where the error names one, or the output."""
+    what = "output cannot be written" if error.filename is None else f"{error.filename}: cannot be used"
+    return f"{what} ({system_reason(error)})"
 
 
 def _code_of(error: ValueError | RuntimeError) -> int:

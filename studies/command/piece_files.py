@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ...wording import confidence_text
+from ...wording import confidence_text, system_reason
 from ...writing import write_bytes
 from ..report.results_file import read_results
 from ..store.content import check_content
@@ -81,7 +81,7 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
             for own, written in files.items():
                 write_bytes(folder / own, written)
     except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
+        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
     return path
 
 

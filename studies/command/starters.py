@@ -9,6 +9,7 @@ import csv
 import io
 import os
 import shutil
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,9 @@ from ...motions import SiteBasedScenario
 from ...motions.arrays import records
 from ...motions.intensity.dataset import measure
 from ...motions.readers.at2 import write_at2
+from ...motions.readers.lines import RecordError
 from ...wording import system_reason
+from ...writing import remove_leftovers
 from ..file.analyses import LevelsTable
 from ..file.schema import read_study_file
 from ..inventory.reading import KIND, example_path
@@ -73,11 +76,14 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
         if os.path.lexists(folder) and not folder.is_dir():
             raise StudyError(f"{folder}: there is a file of that name already; nothing was written")
         there = folder.is_dir()
+        remove_leftovers(folder)
         if there and any(folder.iterdir()):
             raise StudyError(f"{folder}: the folder is not empty; name a new one, nothing was written")
         folder.parent.mkdir(parents=True, exist_ok=True)
         # (in a folder that is there, which a rename cannot replace everywhere, or else beside the new one)
-        staged = (folder if there else folder.parent) / f".toppling-new-{os.getpid()}.part"
+        place = folder if there else folder.parent
+        remove_leftovers(folder.parent)
+        staged = place / f".toppling-new.{os.getpid()}-{threading.current_thread().ident}.part"
         staged.mkdir()
         try:
             _fill(kind, staged)
@@ -86,6 +92,8 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
             shutil.rmtree(staged, ignore_errors=True)
     except OSError as error:
         raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
+    except RecordError as error:
+        raise StudyError(str(error).replace(str(staged), str(folder))) from None
     return sorted((one.name for one in folder.iterdir()), key=lambda name: (name != STUDY, name))
 
 

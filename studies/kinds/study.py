@@ -371,7 +371,7 @@ class Study(ABC):
         TypeError
             `progress` or `watching` is no function.
         KeyboardInterrupt
-            Interrupted (SIGINT or SIGTERM): chunks in flight were finished and kept; a second signal leaves them.
+            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept; a second signal leaves them.
         """
         checks.callback("progress", progress)
         checks.callback("watching", watching)
@@ -379,7 +379,8 @@ class Study(ABC):
             found = self._labelled(self._runner(client, never), progress)
             return sealed(found.assign_attrs(machines=json.dumps([engine_identity()["processor"]])))
         folder = Path(out)
-        with folder_of_one(folder):
+        stop = Stop()
+        with folder_of_one(folder), stop.graceful():
             refuse_folder(folder / RESULT_NAME)
             # (shards of this study are newer than results beside them: begun with resume=False, or just finished)
             whole = resume and not belongs(folder, self.identity)
@@ -397,13 +398,14 @@ class Study(ABC):
                 results = sealed(results) if state == AS_WRITTEN else results
             else:
                 refuse_shortage(folder, self.room, resume)
-                results = sealed(self._kept(folder, client, not resume, other_machine, progress, watching))
+                results = sealed(self._kept(folder, client, stop, not resume, other_machine, progress, watching))
             try:
                 save(results, folder / RESULT_NAME)
             except KeyboardInterrupt:
-                raise KeyboardInterrupt(
+                raise Interrupted(
+                    stop.number,
                     f"interrupted while the results were written, all runs are kept in {folder}; the same command"
-                    f"{'' if resume else ' without --fresh'} goes on"
+                    f"{'' if resume else ' without --fresh'} goes on",
                 ) from None
             try:
                 remove_shards(folder)
@@ -426,6 +428,7 @@ class Study(ABC):
         self,
         folder: Path,
         client: Client | None,
+        stop: Stop,
         fresh: bool,
         other_machine: bool,
         progress: Progress | None,
@@ -433,8 +436,7 @@ class Study(ABC):
     ) -> xr.Dataset:
         """Compute the results of the study, and keep every chunk in the folder as it is finished."""
         shards, resumed = open_shards(folder, self._pinned, fresh, other_machine)
-        stop = Stop()
-        with run_log(folder) as log, stop.graceful():
+        with run_log(folder) as log:
             watch = Watch(self.all_runs, log, self.at_most)
             log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
             if watching is not None:

@@ -18,7 +18,8 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from ...writing import remove_leftovers, write_bytes
+from ...wording import system_reason
+from ...writing import write_bytes
 from .. import show
 from ..file.report import ReportTable
 from ..plan.slides import INSTEAD
@@ -229,10 +230,9 @@ def _write(path: Path, text: bytes) -> None:
     """Write a file completely or not at all; StudyError where it cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        remove_leftovers(path)
         write_bytes(path, text)
     except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
+        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
 
 
 def _browser(which: Callable[[str], str | None] = shutil.which) -> str:
@@ -271,5 +271,5 @@ def _printed_pdf(page: str, browser: str) -> bytes:
         except subprocess.TimeoutExpired:
             reason = f"not in {PDF_SECONDS:g} s"
         except OSError as error:
-            reason = str(error.strerror or error)
+            reason = system_reason(error)
     raise StudyError(f"--format pdf: {browser} did not print the page ({reason}); --format html needs no browser")

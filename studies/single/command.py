@@ -153,7 +153,7 @@ LONG_SECONDS = 10.0
 
 def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
     """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
-    from ...wording import time_text  # noqa: PLC0415
+    from ...wording import system_reason, time_text  # noqa: PLC0415
     from ..film.animate import animate  # noqa: PLC0415 - matplotlib
     from ..film.frames import frames_of  # noqa: PLC0415
     from ..film.writers import ffmpeg  # noqa: PLC0415
@@ -179,7 +179,7 @@ def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {name} is not written, the history is") from None
     except OSError as error:
-        raise StudyError(f"{folder / name}: cannot be written ({error.strerror or error})") from None
+        raise StudyError(f"{folder / name}: cannot be written ({system_reason(error)})") from None
     except ValueError as error:
         raise StudyError(f"--speed {speed:g}: {error}") from None
     return found

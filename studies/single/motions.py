@@ -31,6 +31,7 @@ from ...motions.readers.directions import BY_ITSELF, horizontal_motions
 from ...motions.readers.patterns import expand
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
+from ...wording import system_reason
 from ...writing import whole_file
 from ..file.floor_index import read_floor_index
 from ..file.schema import read_study_file
@@ -235,7 +236,7 @@ def draw_motions(
             with whole_file(folder / name) as temporary:
                 figure.savefig(temporary, format="png", dpi=150)
     except OSError as error:
-        raise StudyError(f"{folder}: cannot be written ({error.strerror or error})") from None
+        raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
     return [folder / name for name in figures]
 
 

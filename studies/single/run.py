@@ -40,6 +40,7 @@ from ...motions.arrays import filter_doubts, records
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
+from ...wording import system_reason
 from ...writing import whole_file, write_bytes
 from ..text.encoding import json_text
 from ..text.error import StudyError
@@ -326,7 +327,7 @@ class Simulation:
             with whole_file(figure) as temporary:
                 drawn.savefig(temporary, format="png", dpi=150)
         except OSError as error:
-            raise StudyError(f"{folder}: cannot be written ({error.strerror or error})") from None
+            raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
         return [table, figure]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import glob
 import json
 import os
 from collections.abc import Iterator, Mapping
@@ -70,7 +69,7 @@ def _locked(folder: Path) -> FileLock:
         except OSError as error:
             if isinstance(error, FileExistsError) and not folder.exists() and attempt < LOCK_ATTEMPTS - 1:
                 continue  # (it was removed between two questions)
-            raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+            raise StudyError(f"{folder}: cannot be made a folder ({system_reason(error)})") from None
         try:
             lock.acquire(timeout=LOCK_SECONDS)
             return lock
@@ -83,7 +82,7 @@ def _locked(folder: Path) -> FileLock:
             if not isinstance(error, FileNotFoundError | FileExistsError) or attempt == LOCK_ATTEMPTS - 1:
                 if folder.exists() and not os.access(folder, os.W_OK):
                     raise StudyError(f"{folder}: no permission to write") from None
-                raise StudyError(f"{folder}: cannot be locked ({error.strerror})") from None
+                raise StudyError(f"{folder}: cannot be locked ({system_reason(error)})") from None
     raise AssertionError  # (the last attempt returns or raises)
 
 
@@ -198,11 +197,11 @@ def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) ->
 def save(results: xr.Dataset, target: Path) -> None:
     """Write a dataset whole or not at all."""
     try:
-        for left in target.parent.glob(f"{glob.escape(target.name)}.*.part"):  # (of a process that was killed)
-            left.unlink()
         with whole_file(target) as temporary:
             write(results, temporary)
     except (OSError, RuntimeError) as error:  # (the HDF5 library reports a full disk as a RuntimeError)
+        if not target.parent.is_dir():
+            raise removed(target.parent) from None
         raise StudyError(
             f"{target}: cannot be written ({system_reason(error)}; is the disk full?); what is finished is kept: run "
             "the same command again"
@@ -220,6 +219,13 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
     try:
         write_bytes(path, content)
     except OSError as error:
+        if not path.parent.is_dir():
+            raise removed(path.parent) from None
         raise StudyError(
-            f"{path}: cannot be written ({error.strerror}); what is finished is kept: run the same command again"
+            f"{path}: cannot be written ({system_reason(error)}); what is finished is kept: run the same command again"
         ) from None
+
+
+def removed(path: Path) -> StudyError:
+    """Return the error of what was removed while its study ran."""
+    return StudyError(f"{path}: was removed while the study ran, with what was kept in it; use --fresh to start over")

@@ -6,7 +6,12 @@ reads: a flipped bit in a finished file raises an error instead of giving a wron
 
 from __future__ import annotations
 
+import errno
 import math
+import os
+import signal
+import sys
+import warnings
 from collections.abc import Hashable, Iterator
 from itertools import product
 from pathlib import Path
@@ -16,6 +21,7 @@ import netCDF4
 import numpy as np
 
 from ...limits import netcdf_problem
+from ...wording import system_reason
 from ..text.error import StudyError
 
 if TYPE_CHECKING:
@@ -30,7 +36,42 @@ WHOLE_BYTES = 2**25
 
 
 def write(results: xr.Dataset, path: Path) -> None:
-    """Write a dataset to a netCDF file; OSError or RuntimeError where this fails."""
+    """Write a dataset to a netCDF file; OSError or RuntimeError where this fails.
+
+    The HDF5 library can end its process where a disk refuses to write or to close, so that (on Linux, where a fork is
+    safe) another process writes; what it says comes back through a pipe.
+    """
+    if sys.platform != "linux":
+        _write(results, path)
+        return
+    from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK  # noqa: PLC0415 - as labelled arrays
+
+    reading, writing = os.pipe()
+    # (no other thread is within the library meanwhile, and in the new process no other thread is)
+    with NETCDF4_PYTHON_LOCK, warnings.catch_warnings(action="ignore", category=DeprecationWarning):
+        child = os.fork()
+    if child == 0:
+        try:
+            _write(results, path)
+        except BaseException as error:
+            os.write(writing, system_reason(error).encode())
+        finally:
+            os._exit(0)
+    os.close(writing)
+    try:
+        with os.fdopen(reading, encoding="utf-8", errors="replace") as told:
+            reason = told.read()
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        raise
+    finally:
+        ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if reason or ended:
+        raise OSError(errno.EIO, reason or f"the process that wrote it ended by signal {-ended}", str(path))
+
+
+def _write(results: xr.Dataset, path: Path) -> None:
+    """Write a dataset by the HDF5 library."""
     results = results.drop_encoding()  # (the encoding of a file that they were read from)
     large = [name for name, one in results.data_vars.items() if _checked(one.variable) and one.nbytes > SLAB_BYTES]
     small = results.drop_vars(large)

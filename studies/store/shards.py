@@ -31,7 +31,7 @@ from ...motions.arrays import digest
 from ...wording import system_reason
 from ..text.error import StudyError
 from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
-from .folder import write_whole
+from .folder import removed, write_whole
 from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, REACHED_AFTER, REFUSED, read_manifest, refuse_link
 from .watch import Stop, Watch
 
@@ -116,17 +116,15 @@ class Shards(Runner):
 
         A study that goes on repeats its calls from the first one: until it is where it was, what it had reached stays.
         """
-        path = self._folder / MANIFEST
-        manifest = json.loads(path.read_text("utf-8"))
+        manifest = _present(self._folder)
         before = manifest.get(REACHED_AFTER)
         if not isinstance(before, int) or self._calls > before:
-            write_whole(path, _json({**manifest, REACHED: what, REACHED_AFTER: self._calls}))
+            write_whole(self._folder / MANIFEST, _json({**manifest, REACHED: what, REACHED_AFTER: self._calls}))
 
     def refused(self, why: str) -> None:
         """Keep in the manifest why no result can be made of the runs, where the status of the study finds it."""
-        path = self._folder / MANIFEST
-        with suppress(OSError, ValueError, StudyError):  # (that sentence counts, and not where it cannot be kept)
-            write_whole(path, _json({**json.loads(path.read_text("utf-8")), REFUSED: why}))
+        with suppress(StudyError):  # (that sentence counts, and not where it cannot be kept)
+            write_whole(self._folder / MANIFEST, _json({**_present(self._folder), REFUSED: why}))
 
     def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> ChunkResult | None:
         """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""
@@ -171,7 +169,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_mach
     try:
         shards.mkdir(exist_ok=True)
     except OSError as error:
-        raise StudyError(f"{shards}: cannot be made a folder ({error.strerror})") from None
+        raise StudyError(f"{shards}: cannot be made a folder ({system_reason(error)})") from None
     write_whole(shards / MANIFEST, _json(_manifest(pinned)))
     return shards, False
 
@@ -262,7 +260,7 @@ def remove_shards(folder: Path) -> None:
         if not any(shards.iterdir()):  # (other files were put there by somebody else)
             shards.rmdir()
     except OSError as error:
-        raise StudyError(f"{shards}: cannot be removed ({error.strerror})") from None
+        raise StudyError(f"{shards}: cannot be removed ({system_reason(error)})") from None
 
 
 def remove_emptied(folder: Path) -> None:
@@ -281,14 +279,21 @@ def _remove(path: Path) -> None:
 
 def _add_call(folder: Path, call: int, runs: Sequence[int]) -> None:
     """Add the chunks of a call to the manifest, as pairs: the number of consecutive chunks, and the runs of each."""
-    path = folder / MANIFEST
-    manifest = json.loads(path.read_text("utf-8"))
+    manifest = _present(folder)
     refused_before = manifest.pop(REFUSED, None) is not None
     new = len(manifest["calls"]) <= call
     if new:
         manifest["calls"].append({"chunks": [[len(list(equal)), each] for each, equal in groupby(runs)]})
     if new or refused_before:
-        write_whole(path, _json(manifest))
+        write_whole(folder / MANIFEST, _json(manifest))
+
+
+def _present(shards: Path) -> dict[str, Any]:
+    """Return the manifest of a study that runs; StudyError where it was broken or removed meanwhile."""
+    found = read_manifest(shards.parent)
+    if found is None:
+        raise removed(shards / MANIFEST)
+    return found
 
 
 def _json(manifest: Mapping[str, Any]) -> bytes:

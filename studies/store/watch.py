@@ -17,7 +17,7 @@ import numpy as np
 
 from ...fragility.runs.plan import ChunkResult
 from ...models.runs import TALLY
-from ...wording import part_text, whole_percent
+from ...wording import part_text, system_reason, whole_percent
 from ..text.error import StudyError
 from .folder import without_link
 
@@ -37,8 +37,8 @@ class Interrupted(KeyboardInterrupt):
 class Stop:
     """A request to stop the work: after the first one chunks in flight are finished, after the second they are left.
 
-    Within `graceful`, SIGINT and SIGTERM are requests (in the main thread, where signals can be caught); `number` is
-    the last of them.
+    Within `graceful`, SIGINT, SIGTERM and SIGHUP are requests (in the main thread, where signals can be caught, and
+    unless they are ignored, as by nohup); `number` is the last of them.
     """
 
     def __init__(self) -> None:
@@ -54,8 +54,8 @@ class Stop:
         if self.asked or not self.waiting:
             raise Interrupted(number)
         self.asked = True
-        # (not with print, which the signal may have interrupted)
-        os.write(2, b"toppling: finishing the chunks in flight (once more leaves them)\n")
+        with suppress(OSError):  # (not with print, which the signal may have interrupted)
+            os.write(2, b"toppling: finishing the chunks in flight (once more leaves them)\n")
 
     @contextmanager
     def graceful(self) -> Iterator[None]:
@@ -63,7 +63,11 @@ class Stop:
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = {number: signal.signal(number, self._ask) for number in (signal.SIGINT, signal.SIGTERM)}
+        names = ("SIGINT", "SIGTERM", "SIGHUP")  # (no SIGHUP on Windows)
+        before = {number: signal.getsignal(number) for name in names if (number := getattr(signal, name, None))}
+        before = {number: handler for number, handler in before.items() if handler is not signal.SIG_IGN}
+        for number in before:
+            signal.signal(number, self._ask)
         try:
             yield
         finally:
@@ -186,7 +190,7 @@ def run_log(folder: Path) -> Iterator[logging.Logger]:
         without_link(folder / LOG_NAME)
         handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
     except OSError as error:
-        raise StudyError(f"{folder / LOG_NAME}: cannot be written ({error.strerror})") from None
+        raise StudyError(f"{folder / LOG_NAME}: cannot be written ({system_reason(error)})") from None
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)
     try:

@@ -1,8 +1,9 @@
-"""Encodings of the output: characters that a terminal or a redirected output cannot write get readable replacements."""
+"""Output of the command: characters that it cannot write get readable replacements, a closed pipe ends no study."""
 
 from __future__ import annotations
 
 import codecs
+import io
 import json
 import sys
 import unicodedata
@@ -51,11 +52,50 @@ def _replaced(error: UnicodeError) -> tuple[str | bytes, int]:
 codecs.register_error(ERRORS, _replaced)
 
 
+class _Kept(io.RawIOBase):
+    """A stream that takes what is written after one of some errors, and writes it nowhere."""
+
+    def __init__(self, raw: io.RawIOBase, ignored: type[OSError]) -> None:
+        self._raw, self._ignored = raw, ignored
+
+    def writable(self) -> bool:
+        return True
+
+    def isatty(self) -> bool:
+        return self._raw.isatty()
+
+    def fileno(self) -> int:
+        return self._raw.fileno()
+
+    def write(self, content: Any) -> int | None:
+        try:
+            return self._raw.write(content)
+        except OSError as error:
+            if not isinstance(error, self._ignored):
+                self._ignored = OSError  # (said once: what is left is tried again as the process ends)
+                raise
+            return len(content)
+
+
 def write_anything() -> None:
-    """Let standard output and standard error take every text: no character ends a command."""
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors=ERRORS)
+    """Let standard output and error take every text: no character, closed pipe or full log ends a command.
+
+    What standard output cannot write for another reason, such as a full disk, is an error as before.
+    """
+    for name, ignored in (("stdout", BrokenPipeError), ("stderr", OSError)):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):
+            raw: Any = getattr(stream.buffer, "raw", stream.buffer)
+            kept: Any = _Kept(raw, ignored)
+            options: Any = {"line_buffering": stream.line_buffering, "write_through": stream.write_through}
+            # (Python may be told to have no buffer)
+            held = kept if stream.write_through else io.BufferedWriter(kept)
+            setattr(sys, name, io.TextIOWrapper(held, stream.encoding, ERRORS, **options))
+
+
+def printable(text: str) -> str:
+    """Return a text without the control characters that a terminal would obey; line breaks stay."""
+    return "".join(letter if letter.isprintable() or letter == "\n" else " " for letter in text)
 
 
 def json_text(content: Any, **options: Any) -> str:

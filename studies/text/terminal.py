@@ -6,9 +6,12 @@ import re
 from collections.abc import Iterator
 
 from rich.cells import cell_len
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
+
+from .encoding import printable
 
 GAP, EDGE = 3, 1
 """Characters between the columns of a table (`rich.box.SIMPLE_HEAD`), and at its sides."""
@@ -22,8 +25,16 @@ def say(console: Console, *lines: str) -> None:
 
 def terminal(least: int = 100) -> Console:
     """The console: of the terminal's width, or of at least `least` columns where the output goes elsewhere."""
-    console = Console()
-    return console if console.is_terminal else Console(width=max(least, console.width))
+    console = _Printable()
+    return console if console.is_terminal else _Printable(width=max(least, console.width))
+
+
+class _Printable(Console):
+    """A console that a name cannot give orders to: control characters are its own."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else segment._replace(text=printable(segment.text))
 
 
 def fitted(table: Table, width: int) -> Iterator[Table]:

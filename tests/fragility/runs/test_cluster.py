@@ -31,6 +31,14 @@ runs.engine_identity = lambda: identity
 """
 
 
+DYING = """
+import os, signal
+import {module} as place
+
+place.{name} = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
 class Machines:
     """A scheduler and its workers, processes of their own."""
 
@@ -104,6 +112,31 @@ def test_a_killed_worker_changes_nothing(machines, study, tmp_path, expected):
         machines.workers[0].kill()
         _, error = process.communicate(timeout=120)
     assert process.returncode == 0, error
+    assert (tmp_path / "out" / "results.nc").read_bytes() == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        ("toppling.models.runs", "engine_identity"),
+        ("toppling.fragility.runs.cluster", "_loaded"),
+        ("toppling.fragility.runs.cluster", "_run_part"),
+    ],
+    ids=["asked for its identity", "given the motions", "given a chunk"],
+)
+def test_a_worker_killed_at_a_moment(machines, study, tmp_path, expected, module, name):
+    """Its chunks go to the other, whatever it was doing."""
+    (tmp_path / "dying.py").write_text(DYING.format(module=module, name=name))
+    machines.add_worker()
+    machines.add_worker("--preload", str(tmp_path / "dying.py"))
+    from distributed import Client
+
+    with Client(machines.address, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+    done = finish(study, tmp_path / "out", "--scheduler", machines.address)
+    assert done.returncode == 0, done.stderr
+    assert machines.workers[1].wait(timeout=10) == -signal.SIGKILL
     assert (tmp_path / "out" / "results.nc").read_bytes() == expected
 
 

@@ -1,17 +1,27 @@
-"""Exit codes: of a signal, that of the one that ended this run, whatever ended one before; of a lost cluster."""
+"""Exit codes: of a signal, that of the one that ended this run, whatever ended one before; of a lost cluster.
 
+And what is around a command: pipes, full logs, variables of the environment, folders that are gone, hostile names.
+"""
+
+import os
+import shutil
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from study_texts import crate_study
 
 from toppling.fragility.runs.cluster import ClusterError
 from toppling.studies.command import cli, status
+from toppling.studies.kinds import study
 from toppling.studies.kinds.study import Study
+from toppling.studies.store import shards
 from toppling.studies.store.watch import Stop
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_the_signal_that_was_sent(tmp_path, monkeypatch, capsys, number):
     """The first signal is asked for while chunks are in flight, and what is kept is told."""
     (tmp_path / "study.toml").write_text(crate_study("Signals", 3, 6, 0.02, 3), encoding="utf-8")
@@ -45,3 +55,165 @@ def test_a_lost_cluster_is_no_wrong_input(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(Study, "run", lost)
     assert cli.main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 1
     assert "8786 is gone; what is finished is kept: run the same command again" in capsys.readouterr().err
+
+
+def test_an_ignored_hangup_stays_ignored():
+    """As nohup leaves it."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with Stop().graceful():
+            signal.raise_signal(signal.SIGHUP)
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_signal_before_and_after_the_runs(tmp_path, monkeypatch, capsys):
+    """While results are looked for or written, SIGTERM leaves no lock and says what is kept."""
+    (tmp_path / "study.toml").write_text(crate_study("Signals", 3, 6, 0.02, 3), encoding="utf-8")
+    for name, words in (("finished", "interrupted"), ("save", "all runs are kept in")):
+        with monkeypatch.context() as context:
+            context.setattr(study, name, lambda *_: signal.raise_signal(signal.SIGTERM))
+            assert cli.main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 143
+        assert words in capsys.readouterr().err
+        assert not (tmp_path / "out/.lock").exists()
+
+
+def command(*arguments, **options):
+    given = {"capture_output": True, "text": True, "timeout": 100, **options}
+    return subprocess.run([sys.executable, "-m", "toppling", *arguments], check=False, **given)
+
+
+def test_a_closed_pipe_ends_the_printing_alone(tmp_path):
+    """`toppling run … | head -1`, and a log on a full disk."""
+    (tmp_path / "study.toml").write_text(crate_study("Pipe", 3, 6, 0.02, 3), encoding="utf-8")
+    read, write = os.pipe()
+    os.close(read)
+    options = {"cwd": tmp_path, "capture_output": False, "stderr": subprocess.PIPE}
+    done = command("run", "study.toml", "--out", "out", stdout=write, **options)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out/results.nc").is_file()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize(("stream", "code"), [("stderr", 2), ("stdout", 2)])
+def test_full_streams(stream, code):
+    """No sentence can be told on a full standard error; a full standard output is an error of its own."""
+    arguments = ("schema",) if stream == "stdout" else ("schema", "--wrong")
+    with Path("/dev/full").open("w") as full:
+        other = "stdout" if stream == "stderr" else "stderr"
+        done = command(*arguments, capture_output=False, **{stream: full, other: subprocess.PIPE})
+    assert done.returncode == code
+    assert done.stderr in (None, "toppling: output cannot be written (No space left on device)\n")
+
+
+@pytest.mark.parametrize("given", ["NUMBA_NUM_THREADS=abc", "NUMBA_NUM_THREADS=0", "NUMBA_OPT=abc"])
+def test_variables_that_numba_cannot_read(tmp_path, given):
+    (tmp_path / "study.toml").write_text(crate_study("Variables", 3, 6, 0.02, 3), encoding="utf-8")
+    name, value = given.split("=")
+    done = command("run", "study.toml", "--out", "out", cwd=tmp_path, env={**os.environ, name: value})
+    assert done.returncode == 2
+    assert f"'{name}'" in done.stderr
+    assert f"'{value}'" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_no_backend_of_figures_is_needed(tmp_path):
+    """Notebooks set one of their own for what they start, which another environment lacks."""
+    (tmp_path / "study.toml").write_text(crate_study("Backend", 3, 6, 0.02, 3), encoding="utf-8")
+    done = command("run", "study.toml", "--out", "out", cwd=tmp_path, env={**os.environ, "MPLBACKEND": "bogus"})
+    assert done.returncode == 0, done.stderr
+    assert list((tmp_path / "out").glob("*.png"))
+
+
+def test_a_limit_on_memory_is_named(tmp_path):
+    resource = pytest.importorskip("resource")
+    (tmp_path / "study.toml").write_text(crate_study("Limit", 3, 6, 0.02, 3), encoding="utf-8")
+    for size in (400_000, 700_000):
+
+        def limit(size=size):
+            resource.setrlimit(resource.RLIMIT_AS, (1024 * size, 1024 * size))
+
+        done = command("run", "study.toml", "--out", "out", cwd=tmp_path, preexec_fn=limit)
+        if done.returncode != -signal.SIGABRT:  # (a library of C++ ended it)
+            assert done.returncode == 1
+            assert "Traceback" not in done.stderr
+            assert len(done.stderr.splitlines()) == 1
+            assert "memory" in done.stderr
+
+
+def told(capsys, *arguments):
+    assert cli.main(list(arguments)) == 2
+    error = capsys.readouterr().err
+    assert len(error.splitlines()) == 1
+    return error
+
+
+def test_paths_that_the_system_refuses_are_named(tmp_path, monkeypatch, capsys):
+    (tmp_path / "study.toml").write_text(crate_study("Paths", 3, 6, 0.02, 3), encoding="utf-8")
+    given, long = str(tmp_path / "study.toml"), str(tmp_path / ("a" * 256))
+    assert f"{long}: cannot be used (File name too long)" in told(capsys, "run", given, "--out", long)
+    assert f"{long}: cannot be used (File name too long)" in told(capsys, "status", long)
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    loop = str(tmp_path / "loop")
+    assert f"{loop}: cannot be made a folder (it is a link that leads nowhere)" in told(
+        capsys, "run", given, "--out", loop
+    )
+    record = str(tmp_path / "record.csv")
+    Path(record).write_text("time (s),acc (m/s2)\n" + "".join(f"{i / 100},{(-1) ** i}\n" for i in range(200)))
+    assert "it is a link that leads nowhere" in told(capsys, "motions", record, "--out", loop)
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    assert "the working folder is gone: change to another one" in told(capsys, "run", given, "--out", "out")
+
+
+@pytest.mark.parametrize(
+    ("harm", "words"),
+    [
+        (lambda out: shutil.rmtree(out / "shards"), "was removed while the study ran"),
+        (shutil.rmtree, "was removed while the study ran"),
+        (lambda out: (out / "shards/manifest.json").unlink(), "manifest.json: was removed while the study ran"),
+        (lambda out: (out / "shards/manifest.json").write_text("{"), "manifest.json: cannot be read"),
+    ],
+    ids=["shards", "folder", "manifest", "broken manifest"],
+)
+def test_what_is_removed_while_a_study_runs(tmp_path, monkeypatch, capsys, harm, words):
+    """Nothing is said to be kept that is not."""
+    (tmp_path / "study.toml").write_text(crate_study("Removed", 3, 6, 0.02, 3), encoding="utf-8")
+    out = tmp_path / "out"
+    add = shards._add_call
+
+    def harmed(*arguments):
+        harm(out)
+        add(*arguments)
+
+    monkeypatch.setattr(shards, "_add_call", harmed)
+    error = told(capsys, "run", str(tmp_path / "study.toml"), "--out", str(out))
+    assert words in error
+    assert "is kept" not in error
+    assert "--fresh" in error
+
+
+def test_a_folder_removed_before_the_results_are_written(tmp_path, monkeypatch, capsys):
+    (tmp_path / "study.toml").write_text(crate_study("Removed", 3, 6, 0.02, 3), encoding="utf-8")
+    save = study.save
+
+    def removed(results, target):
+        shutil.rmtree(target.parent)
+        save(results, target)
+
+    monkeypatch.setattr(study, "save", removed)
+    error = told(capsys, "run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"))
+    assert "out: was removed while the study ran" in error
+
+
+def test_names_give_the_terminal_no_orders(tmp_path, capsys):
+    """Control characters of names and arguments: on both streams, in lines, tables and warnings."""
+    (tmp_path / "study.toml").write_text(crate_study("Colours", 3, 6, 0.02, 3), encoding="utf-8")
+    assert cli.main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "o\x1b[31mt\u202e")]) == 0
+    assert cli.main(["ru\x1b[31mn"]) == 2
+    said = capsys.readouterr()
+    assert "31mt" in said.out
+    assert all(letter.isprintable() or letter == "\n" for letter in said.out + said.err)
