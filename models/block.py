@@ -172,6 +172,13 @@ class Block:
                 f"lean must leave the block standing: between {self.lean - back:.4g} and {self.lean + front:.4g} rad, "
                 f"got {self.lean:.4g}"
             )
+        # (shaking would turn it the wrong way about a corner that is above its mass, and no state of rest is left)
+        if max(front, back) > 0.5 * math.pi - MIN_ANGLE:
+            raise ValueError(
+                "lean must leave the mass centre above both corners of the base: between "
+                f"{self.lean + front - 0.5 * math.pi:.4g} and {self.lean - back + 0.5 * math.pi:.4g} rad, "
+                f"got {self.lean:.4g}"
+            )
         if self.wall is not None and not isinstance(self.wall, Wall):
             raise TypeError(f"wall must be a toppling Wall, got {checks.kind(self.wall)}")
         if self.wall is not None and self.wall.height is not None and self.wall.height > self.height:

@@ -104,6 +104,17 @@ class Oscillator(NamedTuple):
         """Rotation at which an unshaken block starts: 0, or the static lean of an elastic zone, rad."""
         return self.regions[self.start].offset / self.regions[self.start].stiffness if self.start >= 0 else 0.0
 
+    def pieces(self, seconds: float) -> float:
+        """Return the number of pieces in which a run of so many seconds is solved: two for each time constant.
+
+        Those of the elastic zone in which the block rests; 0 for a rigid block, whose pieces are samples.
+        """
+        if self.start < 0:
+            return 0.0
+        zone = self.regions[self.start]
+        half = 0.5 * zone.damping
+        return 2.0 * seconds * (half + math.sqrt(half * half + abs(zone.stiffness)))
+
     def region_at(self, theta: float, omega: float) -> int:
         """Return the region in which a run from (theta, omega) begins."""
         if theta == self.balance and omega == 0.0:

@@ -130,6 +130,10 @@ def run_specimens(
     return run_sliders(tables, factors, acceleration, vertical, dt, skip, tally)
 
 
+class EndlessRunError(ValueError):
+    """A run that would take hours: see `tables.MOST_PIECES`."""
+
+
 class Motion(Protocol):
     """What a run needs of a motion (as `motions.arrays.Record` has it): accelerations (n,), m/s², and their step, s."""
 
@@ -289,7 +293,8 @@ def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -
     """Run a batch from `start` (theta, omega, region), or all from rest where it is empty.
 
     `skip`: leave out what is known before the first uplift; with `flags_only` also what cannot overturn the block any
-    more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run.
+    more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run; raises
+    EndlessRunError where a run has more events than the engine solves.
     """
     if skip and flags_only:
         spans = batch.shaking.record.size // tables.SPAN
@@ -306,6 +311,11 @@ def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -
         if part.size > 0:
             runs = part[np.lexsort((last[part], batch.first[part]))]
             turns = run_lanes(batch, runs, np.unique(last[part]))
+    if (batch.out[:, tables.OUT_OVERTURNED] == tables.GIVEN_UP).any():
+        raise EndlessRunError(
+            f"a run has more than {tables.MOST_PIECES:,} events: the block vibrates or bounces too fast for its "
+            "record; take a larger delta or gap, or a smaller e or zeta"
+        )
     return turns
 
 

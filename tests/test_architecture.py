@@ -197,6 +197,7 @@ class TestImports:
             "doubts",
             "faces",
             "labelled",
+            "limits",
             "machine_code",
             "streams",
             "units",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -24,7 +25,7 @@ from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axe
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.graph import output_arrays
 from ..runs.labels import block_coordinates, depth_coordinate, lazy_outputs, model_coordinates, output_variables
-from ..runs.plan import plan_even
+from ..runs.plan import plan_even, refuse_endless
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.lazy_screen import with_lazy_screen
@@ -110,6 +111,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     variables with a value for every run are dask arrays.
     """
     check_vertical(request.models, design.motions)
+    named = (f"{block.label} under {law.label}" for block in specimens.blocks for law in request.models)
+    refuse_endless(islice(zip(named, specimens.oscillators, strict=False), DESCRIBED), design.motions)
     warn(doubts_of(request, design))
     axes = axes_of(design.motions)
     request = _about(axes, request)

@@ -63,6 +63,6 @@ class OscillatorGrid(Sequence[Specimen], Generic[Row]):
         return found
 
     @property
-    def exact(self) -> list[bool]:
-        """True for each oscillator of exact geometry; only the oscillators of the first block are made."""
-        return [one.exact for one in self[: self._per_block]] * len(self._blocks)
+    def first(self) -> tuple[Specimen, ...]:
+        """The oscillators of the first block."""
+        return self[: self._per_block]

@@ -9,7 +9,7 @@ number.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...aliases import Array, Index
-from ...models.oscillator import Stack
+from ...models.engine.tables import MOST_PIECES
+from ...models.oscillator import Oscillator, Stack
 from ...models.runs import (
     COLUMNS,
     ENOUGH_OF_ONE,
@@ -38,6 +39,8 @@ from .oscillators import OscillatorGrid
 # and exact geometry.
 SECONDS_PER_SAMPLE = 4e-9
 SECONDS_PER_EXACT_SAMPLE = 1.5e-8
+SECONDS_PER_PIECE = 1e-7
+"""Of an elastic zone so stiff that a sample is solved in pieces."""
 SECONDS_PER_PLANE_SAMPLE = 6e-7
 """Of a block that slides under both horizontal components."""
 CHUNK_SECONDS = 1.0
@@ -278,13 +281,35 @@ def plan_even(work: Work) -> Grid:
     return Grid(rows, motions, [[Chunk(*row, *bounds)] for row in rows for bounds in motions])
 
 
+def seconds_per_sample(specimen: Specimen, dt: float) -> float:
+    """Return the planning figure of a sample of a time step dt, s."""
+    if isinstance(specimen, PlaneSlider):
+        return SECONDS_PER_PLANE_SAMPLE
+    if specimen.exact:
+        return SECONDS_PER_EXACT_SAMPLE
+    pieces = specimen.pieces(dt) if isinstance(specimen, Oscillator) else 0.0
+    return SECONDS_PER_PIECE * pieces if pieces > 1.0 else SECONDS_PER_SAMPLE
+
+
+def refuse_endless(named: Iterable[tuple[str, Specimen]], motions: Iterable[Record]) -> None:
+    """Raise ValueError for a specimen whose elastic zone is too stiff for the engine to follow a motion to its end."""
+    seconds = max((motion.acceleration.size * motion.dt for motion in motions), default=0.0)
+    for label, specimen in named:
+        pieces = specimen.pieces(seconds) if isinstance(specimen, Oscillator) else 0.0
+        if pieces > 10.0 * MOST_PIECES:  # (the zone is left at each rocking: a run may be shorter)
+            raise ValueError(
+                f"{label}: its elastic zone changes by a factor of e in {2.0 * seconds / pieces:.1g} s, too fast for "
+                f"motions of {seconds:.4g} s; take a larger delta, a smaller zeta, or the law housner"
+            )
+
+
 def _costs(work: Work) -> Array:
-    """Return the planning figure of each oscillator, s for each sample."""
+    """Return the planning figure of each oscillator, s for each sample (of those of a grid, as of its first block)."""
     oscillators = work.oscillators
-    if len(oscillators) and isinstance(oscillators[0], PlaneSlider):
-        return np.full(len(oscillators), work.levels * SECONDS_PER_PLANE_SAMPLE)
-    exact = oscillators.exact if isinstance(oscillators, OscillatorGrid) else [one.exact for one in oscillators]
-    return work.levels * np.where(exact, SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE)
+    dt = float(np.mean([motion.dt for motion in work.motions]))
+    each = oscillators.first if isinstance(oscillators, OscillatorGrid) else oscillators
+    seconds = [seconds_per_sample(specimen, dt) for specimen in each]
+    return work.levels * np.tile(seconds, len(oscillators) // max(len(seconds), 1))
 
 
 def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:

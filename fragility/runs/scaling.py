@@ -25,7 +25,8 @@ from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 SCALE = "scale"
 SAME = 1e-9
 """A factor nearer to 1 than this leaves a motion as it is."""
-MIN_FACTOR = 1e-100
+MIN_FACTOR, MAX_FACTOR = 1e-100, 1e100
+"""Beyond them the engine takes samples for zero (`tables.NOTHING`)."""
 
 
 class Rocking(Protocol):
@@ -202,7 +203,7 @@ def check_factors(factors: Factors, motions: Sequence[Record]) -> None:
     peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
     for part in factors.parts() if isinstance(factors, BlockFactors) else [factors]:
         with np.errstate(over="ignore", invalid="ignore"):
-            bad = ~np.isfinite(part) | (part < MIN_FACTOR) | ~(part * peaks <= checks.MAX_ACCELERATION)
+            bad = ~((part >= MIN_FACTOR) & (part <= MAX_FACTOR) & (part * peaks <= checks.MAX_ACCELERATION))
         if fixed.any() and not bool((np.abs(part[:, :, fixed] - 1.0) <= SAME).all()):
             label = next(motion.label for motion in motions if motion.own_level)
             raise ValueError(
@@ -212,6 +213,6 @@ def check_factors(factors: Factors, motions: Sequence[Record]) -> None:
         if bad.any():
             block, level, motion = (int(i) for i in np.argwhere(bad)[0])
             raise ValueError(
-                f"motion {motions[motion].label!r} must be scaled by {MIN_FACTOR:g} at least and to "
-                f"{checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {part[block, level, motion]:.3g}"
+                f"motion {motions[motion].label!r} must be scaled by {MIN_FACTOR:g} at least, {MAX_FACTOR:g} at most "
+                f"and to {checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {part[block, level, motion]:.3g}"
             )

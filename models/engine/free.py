@@ -11,6 +11,7 @@ from .tables import (
     BOUNCE,
     BREAK,
     BROKEN,
+    EPSILON,
     FLAT,
     FREE,
     FRONT,
@@ -69,10 +70,46 @@ def _saddle_passed(x, k, model, o):
     beyond = side * (x[THETA] - saddle)
     if model.parameters[o, PAR_EXACT] != 0.0:
         return side * x[OMEGA] + 2.0 * math.sqrt(-stiffness) * math.sin(0.5 * beyond) > 0.0
+    return side * x[OMEGA] + _stable_rate(x, k, model, o) * beyond > 0.0
+
+
+@kernel(**FUSED)
+def _stable_rate(x, k, model, o):
+    """Return the rate at which the falling branch decays along its saddle's stable direction, 1/s."""
+    region = k[NOW]
     half = 0.5 * model.tables[o, region, REGION_DAMPING]
     if model.links[o, region, LINK_HELD]:
         half = 0.5 * x[HELD]
-    return side * x[OMEGA] + (half + math.sqrt(half * half - stiffness)) * beyond > 0.0
+    return half + math.sqrt(half * half - model.tables[o, region, REGION_STIFFNESS])
+
+
+@kernel(**FUSED)
+def _time_to_fall(x, k, model, o):
+    """Return the time until an unforced block that is sure to pass its saddle lies flat.
+
+    Beyond the saddle y = a exp(u t) + b exp(-s t), with the rate s of decay and u = |K|/s of growth, and
+    a = (v + s y0)/(u + s) > 0: it reaches `FLAT` once.  On the separatrix itself, the only case in exact geometry,
+    rounding decides a.
+    """
+    saddle = model.tables[o, k[NOW], REGION_CENTRE]
+    side = 1.0 if saddle > 0.0 else -1.0
+    beyond = side * (x[THETA] - saddle)
+    flat = FLAT - side * saddle
+    decay = _stable_rate(x, k, model, o)
+    growth = -model.tables[o, k[NOW], REGION_STIFFNESS] / decay
+    a = max((side * x[OMEGA] + decay * beyond) / (growth + decay), EPSILON * EPSILON * flat)
+    b = beyond - a
+    low = 0.0
+    high = math.log((flat + abs(b)) / a) / growth
+    for _ in range(200):
+        t = 0.5 * (low + high)
+        if a * math.exp(growth * t) + b * math.exp(-decay * t) < flat:
+            low = t
+        else:
+            high = t
+        if high - low <= 4.0 * EPSILON * high:
+            break
+    return high
 
 
 @kernel(**FUSED)
@@ -262,7 +299,7 @@ def follow_free(x, k, model, o, time, work, trig):
         before = k[TURNS]
         time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig, None)
         if passed and k[TURNS] != before:
-            break  # rounding on the separatrix itself: the proof stands, the time is not known
+            break  # rounding on the separatrix itself: the proof stands
         if k[TURNS] != before:
             sides |= 1 if x[THETA] > 0.0 else 2
     if k[SIDED] != 0 and not passed:
@@ -270,11 +307,12 @@ def follow_free(x, k, model, o, time, work, trig):
         for _ in range(MAX_FREE_PIECES):
             if well != UNDECIDED or k[OVERTURNED] != 0:
                 break
-            passed = _saddle_passed(x, k, model, o)
-            if passed:
-                break
+            passed = passed or _saddle_passed(x, k, model, o)
+            before = k[TURNS]
             time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig, None)
-            well = _well(x, k, model, o)
+            if passed and k[TURNS] != before:
+                break  # (as above)
+            well = UNDECIDED if passed else _well(x, k, model, o)
         k[WELL] = 0 if well == UNDECIDED else well
     k[IMPACTS] = impacts  # those of the record only
     x[STRIKE] = strike
@@ -283,7 +321,7 @@ def follow_free(x, k, model, o, time, work, trig):
     if passed and k[OVERTURNED] == 0:
         k[OVERTURNED] = 1
         raise_peak(x, k, math.copysign(FLAT, x[THETA]))
-        x[OVERTURN_TIME] = math.nan
+        x[OVERTURN_TIME] = time + _time_to_fall(x, k, model, o)
 
 
 @kernel(**FUSED)

@@ -20,6 +20,7 @@ from .tables import (
     FREE,
     FRONT,
     FUSED,
+    GIVEN_UP,
     HELD,
     IMPACT,
     IMPACTS,
@@ -35,6 +36,7 @@ from .tables import (
     LINK_UPPER_REST,
     LINK_UPPER_TARGET,
     MANY_HOPS,
+    MOST_PIECES,
     NO_REGION,
     NOW,
     OMEGA,
@@ -44,6 +46,7 @@ from .tables import (
     PAR_EXACT,
     PAR_RESTITUTION,
     PAR_TOUCHING,
+    PIECES,
     REGION_CENTRE,
     REGION_DAMPING,
     REGION_GAIN,
@@ -102,6 +105,10 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time, weight):
     It crosses into another region (by breaking a restraint, too), enters a zone, has an impact into the region beyond
     or back into its own (a wall), or overturns.
     """
+    k[PIECES] += 1
+    if k[PIECES] > MOST_PIECES:
+        k[OVERTURNED] = GIVEN_UP
+        return
     if upper:
         action = model.links[o, region, LINK_UPPER_ACTION]
         target = model.links[o, region, LINK_UPPER_TARGET]
@@ -182,6 +189,10 @@ def solve_piece(x, k, model, o, force, slope, left, time, work, trig, weight):
     `trig` is the room for sine and cosine in exact geometry, and None in linear geometry: each compiles its own series.
     `weight` is that of the block at the beginning of the step, None without vertical shaking.
     """
+    k[PIECES] += 1
+    if k[PIECES] > MOST_PIECES:
+        k[OVERTURNED] = GIVEN_UP
+        return left
     waited = 0.0
     if k[NOW] < 0:
         waited, force = uplift(model, o, x, k, force, slope, left, time, weight)

@@ -31,6 +31,7 @@ from .tables import (
     OUT_PEAK,
     OUT_STRIKE,
     OUT_UPLIFTED,
+    OVERTURNED,
     PAR_EXACT,
     PAR_GAIN,
     PAR_SIDED,
@@ -158,6 +159,9 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
         theta = x[THETA]
         omega = x[OMEGA]
         high = max(high, x[FRONT])
+        if k[OVERTURNED] != 0:  # (given up: so will be the runs, which go on from here)
+            written = i + 1
+            break
     if written == n:
         x[THETA] = theta
         x[OMEGA] = omega

@@ -101,8 +101,9 @@ THETA, OMEGA, HELD, FRONT, BACK, CALM_MARGIN, DAMPING, STRIKE, OVERTURN_TIME, WA
     WALL_IMPACTS,
     BROKEN,
     WELL,
-) = range(15)
-STATE_FLOATS, STATE_INTEGERS = 11, 15
+    PIECES,
+) = range(16)
+STATE_FLOATS, STATE_INTEGERS = 11, 16
 
 # Results of a run.
 (
@@ -209,6 +210,10 @@ MANY_HOPS = 50  # impacts in one sample beyond which low bounces are solved as c
 # some 1e-6 of 1, and e = 1 itself would go on by the billion.
 MANY_IMPACTS = 4_000_000
 
+# So many pieces and edges of a run are solved one by one, about a second; then it is GIVEN_UP, which stands in place of
+# an overturning (1), and no result.  Flights in closed form are no more than MANY_IMPACTS, and MANY_HOPS a piece.
+MOST_PIECES = 10_000_000
+GIVEN_UP = 2
 
 # Accelerations and states below this are zero: products of denormal numbers have no sign left to decide an event.
 NOTHING = 1e-200

@@ -15,7 +15,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
-from ...units import provenance
+from ...units import STANDARD_GRAVITY, provenance
 from ..arrays import HORIZONTAL, Record, motion_coordinates, records
 from .directions import PAIR_MEASURES, PairMeasure
 from .measure import MEASURES, Measure
@@ -25,6 +25,7 @@ from .parametric_measures import PARAMETRIC_MEASURES
 _AROUND = re.compile(r"\s*(\w+)\s*\(\s*(\w.{0,200}?)\s*\)\s*", re.DOTALL)
 SCALABLE = tuple(name for name, known in MEASURES.items() if known.power != 0.0)
 """Measures to which motions can be scaled."""
+LEAST_PEAK = 1e-100 * STANDARD_GRAVITY
 _WRITTEN = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*")
 
 
@@ -110,13 +111,20 @@ def measure(name: str | Measure, motions: Sequence[Record]) -> Array:
 
 
 def positive_measure(name: str | Measure, motions: Sequence[Record]) -> Array:
-    """Return a measure to scale by, shape (motion,); ValueError if it is zero or does not grow with the motion."""
+    """Return a measure to scale by, shape (motion,); ValueError if it is next to zero or does not grow."""
     one = measure_named(name)
     if one.power == 0.0:
         scalable = ", ".join(map(repr, SCALABLE))
         raise ValueError(
             f"{one.label!r} does not grow with the motion and cannot be scaled to: take {scalable} or a spectral one"
         )
+    for motion in motions:
+        # (squares of such samples underflow, and the engine takes smaller ones for zero)
+        if 0.0 < (peak := float(np.abs(motion.acceleration).max())) < LEAST_PEAK:
+            raise ValueError(
+                f"motion {motion.label!r} has a peak of {peak:.3g} m/s² and cannot be scaled: give at least "
+                f"{LEAST_PEAK:.3g} m/s²"
+            )
     values = measure(one, motions)
     if not np.all(values > 0.0):
         label = motions[int(np.argmin(values > 0.0))].label

@@ -666,9 +666,10 @@ def _refused(error: OSError) -> str:
 def _code_of(error: ValueError | RuntimeError) -> int:
     """Print the sentence of an error of ours and return its exit code; another one is a fault here, and raised."""
     from ...fragility.runs.cluster import ClusterError
+    from ...models.runs import EndlessRunError
     from ..text.error import StudyError
 
-    if isinstance(error, StudyError):
+    if isinstance(error, StudyError | EndlessRunError):
         print(f"toppling: {error}", file=sys.stderr)
         return EXIT_INPUT
     if isinstance(error, ClusterError):

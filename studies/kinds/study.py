@@ -25,7 +25,13 @@ from ...doubts import Doubt, noted
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
-from ...fragility.runs.plan import OUTPUT_TYPES, SECONDS_PER_PLANE_SAMPLE, SECONDS_PER_SAMPLE
+from ...fragility.runs.plan import (
+    OUTPUT_TYPES,
+    SECONDS_PER_PLANE_SAMPLE,
+    SECONDS_PER_SAMPLE,
+    refuse_endless,
+    seconds_per_sample,
+)
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
@@ -125,6 +131,8 @@ class Study(ABC):
             tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
             study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
+            named = zip(study._laws, study.of_each_law, strict=False)
+            refuse_endless(named, (record for array in study.arrays for record in records(array)))
             for one in study.doubts:
                 if one.grave and one.kind not in study.accepted:
                     raise ValueError(
@@ -139,12 +147,16 @@ class Study(ABC):
     def _check_vertical(self) -> None:
         """Raise ValueError for vertical shaking under a law that is not in exact geometry."""
         if any(LIFTS in array.coords for array in self.arrays) and not all(one.exact for one in self.of_each_law):
-            given = self.configuration.get("models") or [self.configuration.get("model") or {}]
-            laws = list(dict.fromkeys(str(one.get("law", "discrete")) for one in given if isinstance(one, dict)))
             raise ValueError(
                 'motions.vertical needs the exact geometry of the impact law: take law = "housner" with geometry = '
-                f'"exact" alone, got {", ".join(map(repr, laws))}'
+                f'"exact" alone, got {", ".join(map(repr, dict.fromkeys(self._laws)))}'
             )
+
+    @property
+    def _laws(self) -> list[str]:
+        """The laws by the names that the file gives."""
+        given = self.configuration.get("models") or [self.configuration.get("model") or {}]
+        return [str(one.get("law", "discrete")) for one in given if isinstance(one, dict)]
 
     @classmethod
     @abstractmethod
@@ -239,9 +251,10 @@ class Study(ABC):
     def room(self) -> Resources:
         """The approximate memory and disk space that the study needs."""
         plain = [record for array in self.arrays for record in records(array)]
-        exact = float(np.mean([one.exact for one in self.of_each_law]))
+        dt = float(np.mean([record.dt for record in plain]))
+        per_sample = float(np.mean([seconds_per_sample(one, dt) for one in self.of_each_law]))
         return Resources.of(
-            chunks_of(self.work, [record.acceleration.size for record in plain], exact),
+            chunks_of(self.work, [record.acceleration.size for record in plain], per_sample),
             float(self.bytes_a_run * self.work),
             self.stored_bytes,
             self.together + 3.0 * sum(record.acceleration.nbytes for record in plain),

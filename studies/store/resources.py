@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from ...fragility.runs.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, number_of_chunks
+from ...fragility.runs.plan import number_of_chunks
 from ...wording import size_text
 from ..text.error import StudyError
 from .manifest import FOLDER
@@ -32,9 +32,8 @@ class Chunks(NamedTuple):
     number: int
 
 
-def chunks_of(runs: int, samples: Sequence[int], exact: float) -> Chunks:
-    """Estimate the chunks of `runs` under motions of so many samples each; `exact`: share of runs in exact geometry."""
-    per_sample = exact * SECONDS_PER_EXACT_SAMPLE + (1.0 - exact) * SECONDS_PER_SAMPLE
+def chunks_of(runs: int, samples: Sequence[int], per_sample: float) -> Chunks:
+    """Estimate the chunks of `runs` under motions of so many samples each, which take `per_sample` seconds."""
     work = runs * sum(samples) / len(samples) * per_sample
     return Chunks(work, max(1, math.ceil(number_of_chunks(work))))
 
