@@ -85,6 +85,8 @@ def write_anything() -> None:
     for name, ignored in (("stdout", BrokenPipeError), ("stderr", OSError)):
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=ERRORS)
+        if isinstance(stream, io.TextIOWrapper) and stream is getattr(sys, f"__{name}__"):
             raw: Any = getattr(stream.buffer, "raw", stream.buffer)
             kept: Any = _Kept(raw, ignored)
             options: Any = {"line_buffering": stream.line_buffering, "write_through": stream.write_through}
