@@ -51,7 +51,8 @@ def workbook_problem(parts: zipfile.ZipFile, most_bytes: int) -> str | None:
             continue
         text = parts.read(part)
         if b"<!DOCTYPE" in text or b"\0" in text:
-            return f"its part {part.filename[:60]!r} is not as spreadsheet programs write it; save it again"
+            part_name = part.filename[:60]
+            return f"not a workbook (XLSX) that can be read: {part_name!r} has a document type or zeros; save it again"
         counts.update(match[1].decode() for match in _TAG.finditer(text))
         for left, first, right, last in _RANGE.findall(text):
             covered += (abs(_column(right) - _column(left)) + 1) * (abs(int(last) - int(first)) + 1)
