@@ -188,9 +188,9 @@ class TestClientPart:
         bare["half_level"][:] = np.nan
         bare["status"] = bare["status"].astype(object)
         bare["status"][0], bare["status"][1] = "no overturning", "all overturned"
-        bare["rate"][:] = np.nan
-        bare["risk_probability"][:] = np.nan
-        bare["risk_probability_modelling_lower"][:] = np.nan
+        for end in ("", "_lower", "_upper", "_modelling_lower"):
+            bare[f"rate{end}"][:] = np.nan
+            bare[f"risk_probability{end}"][:] = np.nan
         assert [row[1:] for row in client_rows(bare).rows] == [
             ("never seen", "not known", "not known"),
             ("at every level", "not known", "not known"),
