@@ -25,7 +25,7 @@ KINDS: dict[str, str] = {
     "PGA": "motions with a PGA above 3 g",
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s",
     "duration": "motions longer than 900 s, steps of a second, and arrays that look transposed",
-    "hazard": "hazards that are more frequent or stronger than at any site, or whose file names no measure",
+    "hazard": "hazards that are more frequent or stronger than at any site, contradict others, or name no measure",
     "selection": "stripes whose motions do not agree with the hazard, disaggregations of another level",
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
     "collapse": "ground motions under which a building that yields collapses",

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from ...aliases import Array
 from ...doubts import Doubt
 from ...motions.intensity.naming import written_level
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from .curve import HazardCurve
 from .pieces import NONE
+from .rates import IMPOSSIBLY_OFTEN
 from .reading import LOW_PERCENT, UNNAMED
 
-MOST_OFTEN, IMPOSSIBLY_OFTEN = 0.2, 10.0
-"""Annual rate of the weakest damaging shaking above which no site is, and above which nothing real can be meant."""
+MOST_OFTEN = 0.2
+"""Annual rate of the weakest damaging shaking above which no site is."""
 MOST_OFTEN_OF_LAW = 1.0
 """The same of formulas, which are fitted to rarer levels."""
 AMPLIFIED = 2.5
 """Spectral accelerations over PGA, at most: such levels are that much more frequent, and so are those of floors."""
 RETURN_PERIOD = 475.0
+OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
+"""Factors between two rates of one level above which they are not of one site."""
 KIND = "hazard"
 
 
@@ -85,3 +91,35 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
             )
         )
     return found
+
+
+def disaggregation_doubts(hazard: HazardCurve, level: float, rate: float, name: str) -> list[Doubt]:
+    """Return the doubt in a disaggregation at a level (SI) whose rate (1/year) is not that of the study's hazard."""
+    own = _known(hazard, level)
+    if hazard.at != "ground" or not max(own / rate, rate / own) > OF_DISAGGREGATION:
+        return []
+    sentence = (
+        f"{name}: {written_level(hazard.measure, level)} is exceeded {rate:.3g} times per year, by the hazard curve "
+        f"{own:.3g} times: are both of one site?"
+    )
+    return [Doubt(KIND, sentence)]
+
+
+def branch_doubts(hazards: Mapping[str, HazardCurve], levels: Array) -> list[Doubt]:
+    """Return the doubt in alternative hazard curves by name whose rates at one of the levels (SI) are orders apart."""
+    for level in levels:
+        known = {name: rate for name, hazard in hazards.items() if (rate := _known(hazard, level)) > 0.0}
+        rare, often = min(known, key=known.__getitem__, default=""), max(known, key=known.__getitem__, default="")
+        if known and known[often] > OF_BRANCHES * known[rare]:
+            sentence = (
+                f"hazards: {written_level(hazards[rare].measure, level)} is exceeded {known[often]:.3g} times per year "
+                f"in {often!r} and {known[rare]:.3g} times in {rare!r}: another unit or quantity in one of them?"
+            )
+            return [Doubt(KIND, sentence)]
+    return []
+
+
+def _known(hazard: HazardCurve, level: float) -> float:
+    """Return the rate of a level, NaN beyond those of the curve."""
+    within = hazard.levels[0] <= level <= hazard.levels[-1]
+    return float(hazard.rate_at(level)) if within or hazard.source.endswith("law") else math.nan

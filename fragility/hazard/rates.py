@@ -9,13 +9,18 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import Doubt, warn
 from ...units import PER_YEAR
 
+IMPOSSIBLY_OFTEN = 10.0
+"""Annual rate of damaging shaking above which nothing real can be meant."""
 Values = TypeVar("Values", float, Array, xr.DataArray)
 
 
 def probability_in(rate: Values, years: float = 50.0) -> Values:
     """Probability of at least one event in `years` (> 0) of a Poisson process with `rate` (1/year, >= 0, any shape).
+
+    Rates that are all above 10 per year are questioned (`ImplausibleInput`): return periods, as a rule.
 
     Examples
     --------
@@ -25,6 +30,9 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
     time = checks.number("years", years, above=0.0, unit="years")
     if np.any(np.asarray(rate) < 0.0):
         raise ValueError(f"rate must be >= 0 per year, got {np.min(np.asarray(rate)):g}")
+    least = np.min(np.asarray(rate), initial=np.inf)
+    if IMPOSSIBLY_OFTEN < least < np.inf:
+        warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is it a return period, 1/rate?")])
     found: Any = -np.expm1(-rate * time)
     return cast(Values, found)
 

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import Doubt, warn
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.naming import in_si, our_name, program_unit, written_level
@@ -21,7 +23,9 @@ from .files import TargetError, numbered, opened, rows_of
 
 LEAST_SHARE = 1e-4
 """Bins with a smaller share of the hazard are left out."""
-
+APART = 1.25
+"""Factor between a level's stated rate and that of its bins, above which bins are missing or too many."""
+_MORE_AXES = ("eps", "trt", "lon", "lat")
 
 _LEVEL = ("ground motion", "Exceedance IML")
 """How the USGS' programs call the level of a disaggregation, at the end of its name."""
@@ -31,7 +35,7 @@ class Disaggregation(NamedTuple):
     """Shares of magnitudes and distances in the rate at which a level of a measure is exceeded.
 
     measure; level, SI; magnitude (bin,), moment magnitudes; distance (bin,), m; share (bin,), which sum to 1; kept, the
-    share of the file's rate that these bins are of.
+    share of the file's rate that these bins are of; rate, of all bins, 1/year, NaN where the file holds shares alone.
     """
 
     measure: Measure
@@ -40,6 +44,7 @@ class Disaggregation(NamedTuple):
     distance: Array
     share: Array
     kept: float
+    rate: float = math.nan
 
     def scenarios(self, vs30: float, faulting: str = "strike-slip") -> list[Scenario]:
         """Return a scenario of each bin at a site of V_S30 (m/s), with the rupture reaching the surface."""
@@ -72,8 +77,13 @@ def read_disaggregation(
     Raises
     ------
     TargetError
-        A file that cannot be read, of no known format, with several measures or levels and no choice, or without any
-        rate.
+        A file that cannot be read, of no known format, with several measures or levels and no choice, with a bin twice,
+        or without any rate.
+
+    Warns
+    -----
+    ImplausibleInput
+        Bins of OpenQuake whose rates sum to less or more than the probability `poe` of their level.
 
     Notes
     -----
@@ -92,9 +102,8 @@ def read_disaggregation(
     with opened(file) as lines:
         first = next((line for line in lines.head if line.strip()), "")
         if first.lstrip().startswith(("{", "[")):
-            found = _of_services(file, "\n".join(lines))
-        else:
-            found = _of_openquake(file, first, rows_of(lines), column)
+            return _one_of(file, _of_services(file, "\n".join(lines)), wanted, level)._replace(rate=math.nan)
+        found = _of_openquake(file, first, rows_of(lines), column)
     return _one_of(file, found, wanted, level)
 
 
@@ -113,7 +122,11 @@ def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
     if time is None:
         raise TargetError(f"{file}: states no investigation_time in its first line")
     years = numbered(file, 1, time[1], "investigation_time", 0.0, above=True)
+    # (the level is that of the mean; one realisation alone has it too)
+    of_level = sum(name == "mean" or name.startswith("rlz") for name in names) == 1 or column.lower() == "mean"
     found: Bins = {}
+    stated: dict[tuple[str, float], float] = {}
+    seen: dict[tuple[Any, ...], int] = {}
     for at, words in rows:
         if len(words) != len(names):
             raise TargetError(f"{file}: line {at} has {len(words)} columns, its heading {len(names)}")
@@ -125,7 +138,22 @@ def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
             raise TargetError(f"{file}: line {at} gives a probability of {chance:g}, must be below 1")
         magnitude = numbered(file, at, row["mag"], "a magnitude", 0.0, above=True)
         distance = 1e3 * numbered(file, at, row["dist"], "a distance", 0.0, above=False)
-        found.setdefault((measure.label, iml), []).append((magnitude, distance, -math.log1p(-chance) / years))
+        key = measure.label, iml
+        before = seen.setdefault((key, magnitude, distance, *(row.get(name) for name in _MORE_AXES)), at)
+        if before != at:
+            raise TargetError(f"{file}: line {at} gives the bin of line {before} again: leave one out")
+        found.setdefault(key, []).append((magnitude, distance, -math.log1p(-chance) / years))
+        with suppress(ValueError):  # (no number where the level was chosen by itself)
+            if of_level and 0.0 < (poe := float(row.get("poe", "nan"))) < 1.0:
+                stated[key] = -math.log1p(-poe) / years
+    for key, rate in stated.items():
+        own = math.fsum(part for _, _, part in found[key])
+        if own > 0.0 and not 1.0 / APART <= own / rate <= APART:
+            sentence = (
+                f"{file.name}: the bins of {_named([key])} have a rate of {own:.3g} per year together, its poe says "
+                f"{rate:.3g}: lines are missing, or of something else"
+            )
+            warn([Doubt("hazard", sentence)])
     return found
 
 
@@ -188,14 +216,16 @@ def _one_of(file: Path, found: Bins, wanted: Measure | None, level: float | None
     if not np.all(np.isfinite(bins)) or np.any(bins < 0.0) or bins[:, 2].sum() == 0.0:
         raise TargetError(f"{file}: the disaggregation of {label} holds no rates, or negative ones")
     joined: dict[tuple[float, float], float] = {}
-    for magnitude, distance, rate in bins.tolist():  # (bins of each epsilon or region)
+    for magnitude, distance, rate in bins.tolist():  # (bins of each epsilon)
         joined[magnitude, distance] = joined.get((magnitude, distance), 0.0) + rate
     rates = np.array(list(joined.values()))
     shares = rates / rates.sum()
     keep = shares >= LEAST_SHARE
     places = np.array(list(joined))[keep]
     kept = float(shares[keep].sum())
-    return Disaggregation(measure_named(label), at, places[:, 0], places[:, 1], shares[keep] / kept, kept)
+    return Disaggregation(
+        measure_named(label), at, places[:, 0], places[:, 1], shares[keep] / kept, kept, float(rates.sum())
+    )
 
 
 def _named(keys: list[tuple[str, float]]) -> str:

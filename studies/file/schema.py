@@ -594,7 +594,8 @@ class StudyFile(Table):
             raise ValueError(
                 "stripes.select with a building needs im_at = 'ground': the hazard that motions agree with is there"
             )
-        levels = Levels(stripes.im, stripes.unit, LEVEL_UNITS[stripes.unit][0], stripes.levels().tolist())
+        hazard = None if self.hazard is None else self.hazard.build(stripes.im, folder)
+        levels = Levels(stripes.im, stripes.unit, LEVEL_UNITS[stripes.unit][0], stripes.levels().tolist(), hazard)
         found, doubts = selected(select, stripes.at, tables, levels, folder, self._of_stripe)
         sets = []
         for i, stripe in enumerate(found):

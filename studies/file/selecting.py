@@ -12,7 +12,9 @@ import xarray as xr
 from pydantic import Field, model_validator
 
 from ... import motions as shaking
-from ...doubts import Doubt
+from ...doubts import Doubt, noted
+from ...fragility.hazard.curve import HazardCurve
+from ...fragility.hazard.plausibility import disaggregation_doubts
 from ...motions.selection.files import correlations_in
 from ...motions.selection.select import HIGH_RATIO, LOW_RATIO
 from ...motions.simulated.ground_motion_models import MODELS
@@ -185,11 +187,13 @@ class SelectTable(Table):
             return shaking.read_target(folder / path, im, statistic=self.statistic or "mean", **correlations), []
         file = folder / str(stripe.disaggregation if own else self.disaggregation)
         column = self.statistic or "mean"
-        try:
-            parts = shaking.read_disaggregation(file, im=im, level=level, column=column)
-        except shaking.TargetError:  # (of one level, for all stripes; where there are several it is refused)
-            parts = shaking.read_disaggregation(file, im=im, column=column)
-        said = []
+        with noted() as said:
+            try:
+                parts = shaking.read_disaggregation(file, im=im, level=level, column=column)
+            except shaking.TargetError:  # (of one level, for all stripes; where there are several it is refused)
+                parts = shaking.read_disaggregation(file, im=im, column=column)
+        if levels.hazard is not None:
+            said += disaggregation_doubts(levels.hazard, parts.level, parts.rate, Path(file).name)
         if abs(parts.level / level - 1.0) > NEAR:
             name = Path(file).name
             said.append(
@@ -216,12 +220,16 @@ SELECTION = "selection"
 
 
 class Levels(NamedTuple):
-    """Levels of the stripes: the measure, their unit as it is written, its SI value, and the levels in SI."""
+    """Levels of the stripes: the measure, their unit as it is written, its SI value, the levels in SI, and the hazard.
+
+    hazard: the study's, where it has one.
+    """
 
     im: str
     unit: str
     factor: float
     values: Sequence[float]
+    hazard: HazardCurve | None = None
 
     def text(self, level: float) -> str:
         """A level (SI) as people write it."""

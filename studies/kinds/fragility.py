@@ -17,7 +17,7 @@ from ...doubts import Doubt
 from ...fragility import notes, screen
 from ...fragility.analyses.sliding import number_of_slides
 from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, reached, state_name
-from ...fragility.hazard.plausibility import hazard_doubts
+from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
@@ -329,9 +329,11 @@ class FragilityStudy(BlockStudy, Study):
     @property
     def doubts(self) -> list[Doubt]:
         others = [one for design in self.further.values() for one in design.doubts]
-        hazards = [] if self.branches is None else [hazard for hazard, _ in self.branches.hazards.values()]
-        # (the study's own hazard is among those of its branches)
-        return list(dict.fromkeys([*super().doubts, *others, *chain.from_iterable(map(hazard_doubts, hazards))]))
+        named = {} if self.branches is None else {name: one for name, (one, _) in self.branches.hazards.items()}
+        # (the study's own hazard is among those of its branches; levels of block measures are not in its measure)
+        apart = [] if self.design.im in BLOCK_MEASURES else branch_doubts(named, self.design.levels)
+        hazards = chain.from_iterable(map(hazard_doubts, named.values()))
+        return list(dict.fromkeys([*super().doubts, *others, *hazards, *apart]))
 
     @property
     def curves(self) -> int:

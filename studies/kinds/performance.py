@@ -16,7 +16,7 @@ from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
 from ...fragility import HazardCurve
 from ...fragility import notes as screen_notes
-from ...fragility.hazard.plausibility import hazard_doubts
+from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
@@ -509,13 +509,14 @@ class PerformanceStudy(Study):
         levels = [] if measure is None else level_doubts(self.levels, measure.units)
         far = self.reading.far if self.im == SCALE else ()
         own = (*self.reading.doubts, *self.struck)
-        branches = [] if self.branches is None else [branch.hazard for branch in self.branches.every]
-        hazards = [] if self.hazard is None else [self.hazard, *branches]
+        named = {} if self.branches is None else {branch.hazard_name: branch.hazard for branch in self.branches.every}
+        hazards = [] if self.hazard is None else [self.hazard, *named.values()]
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
         pieces = [*stated_restitution_doubts(self.models), *row_doubts(self.inventory.rows)]
         kits = unit_doubts((kit.name, kit.restraint) for kit in self.kits)
-        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *levels, *said, *others]
+        apart = [] if self.im == SCALE else branch_doubts(named, self.levels)
+        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *levels, *said, *apart, *others]
 
     @cached_property
     def reading(self) -> Reading:

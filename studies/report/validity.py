@@ -69,7 +69,7 @@ ODD = {
     "strike": "the isolated platform strikes its stops under some motions",
     "rocks first": "blocks would rock before they slide",
     "slides on": "motions end while blocks slide",
-    "hazard": "the hazard curve is unlike that of any site, or its file names no measure",
+    "hazard": "the hazard curve is unlike that of any site or contradicts another, or its file names no measure",
     "selection": "some selected motions do not agree with the hazard",
     "scaling": "motions are scaled far before they go through what yields",
     "misfit": "the motions do not match their target spectrum",

@@ -357,6 +357,25 @@ class TestNrml:
         with pytest.raises(ExchangeError, match=r"holds curves of pgv, Sa\(0.3\): choose one with im, or rows by"):
             read_nrml(path)
 
+    def test_nothing_is_damaged_below_the_limit(self, tmp_path):
+        """The rate is the integral from 0.6 g: 1.953e-4 per year, where the whole curve has 3.454e-4."""
+        text = """<nrml xmlns="http://openquake.org/xmlns/nrml/0.5"><fragilityModel id="x" assetCategory="contents"
+        lossCategory="contents"><description>d</description><limitStates>fall</limitStates>
+        <fragilityFunction id="one" format="continuous" shape="logncdf">
+        <imls imt="PGA" minIML="0.01" maxIML="5" noDamageLimit="0.6"/><params ls="fall" mean="0.9" stddev="0.45"/>
+        </fragilityFunction></fragilityModel></nrml>"""
+        (tmp_path / "t.xml").write_text(text, encoding="utf-8")
+        curves = read_nrml(tmp_path / "t.xml")
+        sigma = math.sqrt(math.log(1.25))
+        median = 0.9 / math.sqrt(1.25)
+        right, _ = quad(lambda x: ndtr(math.log(x / median) / sigma) * 2.5e-4 * x**-3.5, 0.6, np.inf, epsabs=0.0)
+        assert right == pytest.approx(1.953e-4, rel=1e-3)
+        found = tp.fragility.annual_rate(curves, tp.fragility.HazardCurve.power_law(1e-4, 2.5, "pga", "g"))
+        assert found["rate"].item() == pytest.approx(right, rel=1e-8)
+        below, above = curve_probability(curves, [0.59 * G, 0.61 * G]).values.ravel()
+        assert below == 0.0
+        assert above == pytest.approx(ndtr(math.log(0.61 / median) / sigma), rel=1e-12)
+
     def test_missing_ones_are_named(self, tmp_path):
         written = write_nrml(lognormal(), tmp_path / "t.xml")
         assert len(written.ids) == 7

@@ -12,6 +12,7 @@ import xarray as xr
 from pydantic import ValidationError
 
 import toppling as tp
+from toppling.doubts import ImplausibleInput
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
 from toppling.fragility.hazard.plausibility import hazard_doubts
 from toppling.studies.file.hazard import HazardTable
@@ -681,3 +682,9 @@ def test_cut_within_the_last_number(tmp_path):
     path.write_text(path.read_text(encoding="utf-8")[:-1], encoding="utf-8")
     with pytest.raises(HazardError, match=r"site.csv: line 13 ends in '0.00003' without a line end, .* truncated"):
         read_hazard(path)
+
+
+def test_return_periods_as_rates_are_doubted():
+    with pytest.warns(ImplausibleInput, match="rate of 475 per year is beyond any of damage: is it a return period"):
+        tp.fragility.probability_in(475.0, 50.0)
+    np.testing.assert_allclose(tp.fragility.probability_in(np.array([1 / 475, 20.0])), [0.0999, 1.0], atol=1e-4)

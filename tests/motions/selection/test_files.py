@@ -158,12 +158,12 @@ class TestDisaggregations:
         assert found.scenarios(400.0)[1] == motions.Scenario(7.5, 30e3, 400.0)
 
     def test_bins_of_epsilon_are_joined(self, tmp_path):
-        rows = [f"SA(1.0),0.4,0.02,6.5,10.0,{eps},0.004" for eps in (-1, 0, 1)]
+        rows = [f"SA(1.0),0.4,0.012,6.5,10.0,{eps},0.004" for eps in (-1, 0, 1)]
         found = read_disaggregation(written(tmp_path, openquake(rows, "imt,iml,poe,mag,dist,eps,mean")))
         assert found.share.tolist() == [1.0]
 
     def test_a_choice_is_needed_of_several(self, tmp_path):
-        path = written(tmp_path, openquake([*BINS, "PGA,0.5,0.02,6.5,10.0,0.01", "PGA,0.9,0.02,6.5,10.0,0.01"]))
+        path = written(tmp_path, openquake([*BINS, "PGA,0.5,0.01,6.5,10.0,0.01", "PGA,0.9,0.01,6.5,10.0,0.01"]))
         with pytest.raises(TargetError, match="say which with im and level"):
             read_disaggregation(path)
         with pytest.raises(TargetError, match=r"holds pga = 0.5 g, pga = 0.9 g: say which with im and level"):
@@ -171,6 +171,29 @@ class TestDisaggregations:
         assert read_disaggregation(path, im="pga", level=0.9 * G).level == pytest.approx(0.9 * G)
         with pytest.raises(TargetError, match=r"pga = 0.9 g, none within 2 % of 0.7 g"):
             read_disaggregation(path, im="pga", level=0.7 * G)
+
+    @pytest.mark.parametrize(
+        "rows",
+        [
+            BINS[:1],  # 0.008 of 0.02
+            [*BINS, "SA(1.0),0.4,0.02,6.8,10.0,0.02"],
+        ],
+    )
+    def test_bins_that_are_not_all_of_their_level_are_doubted(self, tmp_path, rows):
+        with pytest.warns(
+            ImplausibleInput, match=r"bins of Sa\(1.0\) = 0.4 g .* its poe says 0.000404: lines are missing"
+        ):
+            read_disaggregation(written(tmp_path, openquake(rows)))
+
+    def test_the_rate_of_a_level(self, tmp_path):
+        """No doubt: no number for poe, or one of two realisations, whose level is that of their mean."""
+        rate = -math.log1p(-0.008) / 50.0
+        for row, head, column in (
+            ("SA(1.0),0.4,nan,6.5,10.0,0.008", "imt,iml,poe,mag,dist,mean", "mean"),
+            ("SA(1.0),0.4,0.02,6.5,10.0,0.008,0.032", "imt,iml,poe,mag,dist,rlz0,rlz1", "rlz0"),
+        ):
+            found = read_disaggregation(written(tmp_path, openquake([row], head)), column=column)
+            assert found.rate == pytest.approx(rate, rel=1e-12)
 
     def services(self):
         targets = {
@@ -190,6 +213,7 @@ class TestDisaggregations:
         assert found.level == pytest.approx(0.4 * G)
         np.testing.assert_allclose(found.share, [0.4, 0.6])
         np.testing.assert_allclose(found.distance, [11.2e3, 40e3])
+        assert math.isnan(found.rate)  # (shares alone)
 
     def test_shares_of_what_is_kept_sum_to_one(self, tmp_path):
         """A bin of 5e-5 of the hazard is left out."""
@@ -221,6 +245,7 @@ class TestDisaggregations:
             (openquake([BINS[0].replace("0.008", "1.0")]), "probability of 1, must be below 1"),
             (openquake([BINS[2]]), "holds no rates"),
             (openquake([]), "holds nothing"),
+            (openquake([*BINS, BINS[0].replace("10.0", "10")]), "line 6 gives the bin of line 3 again"),
             (openquake([BINS[0][:-8]]), "has 5 columns|gives a probability as"),
         ],
     )

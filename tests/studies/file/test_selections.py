@@ -214,6 +214,25 @@ def test_a_disaggregation(tmp_path, target):
     np.testing.assert_allclose(results["selection_target_median"][0, :2], wanted, rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("k0", "poe", "said"),
+    [
+        (1.85e-4, 0.1, []),  # 1.85e-4/0.3² = 0.002056
+        (1.8e-3, 0.1, ["0.3 g is exceeded 0.00205 times per year, by the hazard curve 0.02 times"]),
+        (1.85e-4, 0.3, ["the bins of pga = 0.3 g have a rate of 0.00205 per year together, its poe says 0.00713"]),
+    ],
+)
+def test_a_disaggregation_beside_the_hazard_and_its_own_level(tmp_path, target, k0, poe, said):
+    """Its rate at 0.3 g is -ln(0.94 × 0.96)/50 = 0.00205 per year."""
+    head = '#,,,,,"generated_by=OpenQuake, investigation_time=50.0"\nimt,iml,poe,mag,dist,mean\n'
+    bins = f"PGA,0.3,{poe},6.5,20.0,0.06\nPGA,0.3,{poe},7.0,30.0,0.04\n"
+    keys = 'disaggregation = "d.csv"\nvs30_m_s = 400\nmeasures = ["pga", "pgv"]\noutside = "keep"'
+    text = STUDY.replace('target = "target.csv"', keys) + f'[hazard]\nk0 = {k0}\nk = 2.0\nunit = "g"\n'
+    doubts = study(tmp_path, target, text, **{"d.csv": head + bins}).doubts
+    found = [one.sentence.partition(": ")[2] for one in doubts if one.kind == "hazard"]
+    assert [one[: len(part)] for one, part in zip(found, said, strict=True)] == said
+
+
 @pytest.mark.slow
 def test_the_example_agrees_at_every_level(tmp_path):
     for name in ("selected.toml", "selected_target.csv"):

@@ -52,6 +52,19 @@ def study(folder, *parts):
     return tp.Study.from_toml(folder / "study.toml")
 
 
+@pytest.mark.parametrize("k0", [3e-4, 0.03])
+def test_hazards_that_are_orders_apart_are_doubted(tmp_path, k0):
+    """0.03 x^-2 beside 1e-4 x^-2.5 per year: 300 times as often at 1 g, as levels in m/s² taken as g would be."""
+    more = (HAZARD, HIGH.replace("3e-4", str(k0)), branches("hazard", hazard=0.5, high=0.5))
+    for made in (
+        study(tmp_path, BLOCK, LAWS, motions(1), IDA, *more),
+        inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, *more),
+    ):
+        said = [one.sentence for one in made.doubts if "in 'high' and" in one.sentence]
+        assert len(said) == (k0 > 0.01)
+        assert all("another unit" in one for one in said)
+
+
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """The results of a study with two laws, two sets of motions and two hazard curves."""
