@@ -46,9 +46,20 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "strength of an isolator": (0.002, 0.4, "", "per cent of the weight?"),
     "displacement at which an isolator yields": (1e-4, 0.1, "m", "metres in place of mm?"),
     "clearance of a platform": (0.001, 2.0, "m", "metres in place of mm?"),
+    "xi_g": (0.02, 1.0, "", "per cent?"),
+    "xi_f": (0.02, 2.0, "", "per cent?"),
+    "omega_g": (1.0, 300.0, "rad/s", "a period in s, or a frequency in Hz?"),
+    "omega_f": (0.05, 12.6, "rad/s", "a period in s?"),
+    "omega_mid": (1.0, 300.0, "rad/s", "a period in s, or a frequency in Hz?"),
+    "f_c": (0.01, 2.0, "Hz", "a period in s in place of a frequency?"),
+    "arias": (1e-4, 30.0, "m/s", "cm/s?"),
+    "q0": (10.0, 1e4, "", "its inverse, or per cent?"),
+    "kappa": (0.001, 0.2, "s", "another unit than s?"),
 }
-"""Least and greatest value of numbers of buildings and supports, their unit, and the slips behind others; assumed.
+"""Least and greatest value of numbers of buildings, supports and generators, their unit, and the slips behind others.
 
+All are assumed.  The greatest Arias intensities of records are about 20 to 30 m/s, corners of their filters 0.05 to 1
+Hz, ground filters have damping ratios of 0.2 to 0.9 and 3 to 50 rad/s, paths have q0 of 50 to 1000 (recalled).
 Tall buildings are damped by 0.003 and more (Satake et al. 2003, recalled), with dampers by up to 0.35; isolators have
 1 to 7 s and a strength or a friction of 0.01 to 0.2 of the weight (Constantinou et al. 2011, MCEER-11-0004, recalled).
 """
@@ -226,7 +237,13 @@ def scaling_doubts(
     ]
 
 
-def unusual(values: Mapping[str, Any]) -> list[Doubt]:
+def generator_doubts(generator: object) -> list[Doubt]:
+    """Return the doubts in the parameters of a generator of motions, by their names among those of `USUAL`."""
+    given = {name: getattr(generator, name, None) for name in USUAL}
+    return unusual({name: value for name, value in given.items() if value is not None}, "units")
+
+
+def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
     """Return the doubts in numbers outside of what is `USUAL`; 0 and infinity mean that there is none."""
     found = []
     for what, given in values.items():
@@ -235,7 +252,7 @@ def unusual(values: Mapping[str, Any]) -> list[Doubt]:
             if 0.0 < value < np.inf and not least <= value <= most:
                 unit_text = f" {unit}" if unit else ""
                 said = f"{what}: {value:.3g}{unit_text}, usual are {least:g} to {most:g}{unit_text}: {slip}"
-                found.append(Doubt("building", said))
+                found.append(Doubt(kind, said))
     return found
 
 

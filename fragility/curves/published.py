@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import warn
 from ...models import Block
 from ...models.block import MAX_SIZE
 from ...motions.intensity.measure import MEASURES
@@ -25,6 +26,7 @@ from ...units import DIMENSIONLESS, STANDARD_GRAVITY, provenance
 from ..fitting.states import OK
 from ..runs.labels import block_coordinates
 from ..runs.request import labelled_sequence
+from ..validity.plausibility import block_doubts, size_doubts
 
 CRITERIA = ("acceleration", "velocity")
 DISPERSION = 0.5
@@ -103,6 +105,11 @@ def p58_regression(width: Any, height: Any) -> Array:
     TypeError, ValueError
         Sizes that are no numbers, not finite or not positive.
 
+    Warns
+    -----
+    ImplausibleInput
+        Sizes outside of what exists, which suggest another unit or an exchange of width and height.
+
     Notes
     -----
     Least squares over the nine rows of `fema_p58` gives 1.0535, 1.4802 and -1.0740, which reproduce them within -3.3 to
@@ -114,7 +121,13 @@ def p58_regression(width: Any, height: Any) -> Array:
     >>> p58_regression(0.320675, [1.4224, 1.8034]).round(3)
     array([0.364, 0.282])
     """
-    B, H = _sizes(width, height)
+    B, H = np.broadcast_arrays(*_sizes(width, height))
+    sides = np.stack([B.ravel(), H.ravel()], axis=1)
+    warn(size_doubts(sides, sides[:, 1] / sides[:, 0], lambda _: None))
+    return _p58(B, H)
+
+
+def _p58(B: Array, H: Array) -> Array:
     a, b, c = P58_COEFFICIENTS
     return np.asarray(np.exp(a + b * np.log(B) + c * np.log(H)))
 
@@ -132,6 +145,11 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     TypeError, ValueError
         Something other than blocks, or blocks of equal labels.
 
+    Warns
+    -----
+    ImplausibleInput
+        Blocks outside of what exists, which suggest another unit or an exchange of width and height.
+
     Examples
     --------
     >>> round(p58_estimate(Block(0.40, 1.80))["median"].item(), 3)
@@ -145,7 +163,7 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
         outside |= (sizes < known.min()) | (sizes > known.max())
     curves = _curves(
         found,
-        p58_regression(width, height),
+        _p58(width, height),
         np.full(len(found), DISPERSION),
         "pgv",
         "Fragility by the law between FEMA P-58's medians",
@@ -180,6 +198,11 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
     TypeError, ValueError
         Something other than blocks, blocks of equal labels, another criterion.
 
+    Warns
+    -----
+    ImplausibleInput
+        Blocks outside of what exists, which suggest another unit or an exchange of width and height.
+
     Notes
     -----
     A50 = g (B/H)(1 + B/H) and V50 = 10 B/sqrt(H) (1 + B/H)^2.5 cm/s, B and H in cm.  The first reproduces a table of
@@ -212,6 +235,8 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
 
 
 def _widths(blocks: Sequence[Block]) -> tuple[Array, Array]:
+    """Return the widths and the heights of blocks, whose doubts are warned of."""
+    warn(block_doubts(blocks))
     return np.array([block.width for block in blocks]), np.array([block.height for block in blocks])
 
 

@@ -58,6 +58,10 @@ CURVE_NUMBERS: dict[str, tuple[str, str]] = {
     "rate_upper": (PER_YEAR, "upper end of the interval of the annual rate"),
     "rate_modelling_lower": (PER_YEAR, "lower end of its range if all capacities are off by one factor"),
     "rate_modelling_upper": (PER_YEAR, "upper end of that range"),
+    "rate_modelling_dispersion": (
+        DIMENSIONLESS,
+        "modelling uncertainty that rates and risk probabilities hold, where it is not that of the dispersion",
+    ),
     "fitted_rate": (PER_YEAR, "annual rate of the curve itself, where `rate` is without a form of curve"),
     "fitted_rate_lower": (PER_YEAR, "lower end of its interval"),
     "fitted_rate_upper": (PER_YEAR, "upper end of its interval"),

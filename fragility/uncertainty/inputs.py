@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,15 +17,31 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import Doubt, first_of
 from ...models import Block, Law
 from ...streams import stream
 from ...units import DIMENSIONLESS, provenance
 from .distributions import Categorical, Distribution
-from .realisation import KNOWN, LAW, InputRange, block_with, check_known, check_restitution, laws_of, taken_by
+from .realisation import (
+    KNOWN,
+    LAW,
+    PREFIX,
+    RESTRAINT,
+    InputRange,
+    block_with,
+    check_known,
+    check_restitution,
+    laws_of,
+    taken_by,
+)
 
 METHODS = ("latin-hypercube", "sobol", "random")
 # A point on the edge of the unit cube has no finite score: Sobol' points are multiples of this.
 LEAST = 2.0**-32
+SIZED = ("alpha", "R", "width", "height", *RESTRAINT)
+"""Inputs that stand for a number of the nominal block; others are factors, or of laws, which have defaults."""
+FAR = 3.0
+"""Standard score beyond which the nominal value is no sample."""
 
 
 @dataclass(frozen=True)
@@ -242,3 +258,20 @@ class RandomInputs:
             except ValueError as error:
                 raise ValueError(f"sample {k}: {error}") from None
         return pairs
+
+
+def input_doubts(inputs: RandomInputs, blocks: Sequence[Block]) -> list[Doubt]:
+    """Return the doubt in inputs that never come near the size or the restraint that a nominal block has."""
+    odd = []
+    for name in (name for name in SIZED if name in inputs.names):
+        known = KNOWN[name]
+        low, high = inputs.distributions[name].quantile(scipy.special.ndtr(np.array([-FAR, FAR])))
+        edge = 0.01 * (high - low)
+        for block in blocks:
+            holder = block.restraint if name in RESTRAINT else block
+            nominal = getattr(holder, name.removeprefix(PREFIX), None)
+            if nominal is not None and not low - edge <= nominal <= high + edge:
+                given = f"{known.long_name} {nominal:.4g} {known.units}"
+                odd.append(f"{block.label}: {given}, the input is {low:.4g} to {high:.4g} {known.units}")
+    what = f"samples do not reach the block that they are of ({first_of(odd)}): another unit, or half of a size?"
+    return [Doubt("units", what)] if odd else []

@@ -60,11 +60,11 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
         sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / np.tan(blocks.alpha)
         own = blocks.own.get("e", np.ones(0))
         low = [(str(blocks.names[i]), float(own[i])) for i in np.flatnonzero(own < LEAST_RESTITUTION).tolist()]
-        return [*_size_doubts(sides, slenderness, lambda i: str(blocks.names[i])), *restitution_doubts(low)]
+        return [*size_doubts(sides, slenderness, lambda i: str(blocks.names[i])), *restitution_doubts(low)]
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
     # (a block without a name is called by its sizes)
-    sizes = _size_doubts(sides, np.array([block.h / block.b for block in every]), lambda i: every[i].name)
+    sizes = size_doubts(sides, np.array([block.h / block.b for block in every]), lambda i: every[i].name)
     restraints = [(block.label, block.restraint) for block in every if block.restraint is not None]
     return [*sizes, *unit_doubts(restraints, every)]
 
@@ -104,7 +104,8 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
     return [Doubt(UNITS, f"{first_of(said)}: {slip}") for slip, said in found.items()]
 
 
-def _size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
+def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
+    """Return the doubts in sides (block, 2), in m, and slendernesses (block,) of blocks, with their names if any."""
     found = []
     large, small = sides.max(axis=1) > LARGEST, sides.min(axis=1) < SMALLEST
     wide = ~large & ~small & (sides[:, 0] > WIDEST)

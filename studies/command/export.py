@@ -15,6 +15,7 @@ from ...fragility.curves.curve import TABULATED
 from ...fragility.exchange.pelicun.building import FILES, FRAGILITY
 from ...fragility.fitting.states import SEPARATED
 from ...fragility.risk.modelling import MODELLING
+from ..plan.estimates import MEAN
 from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
@@ -96,7 +97,10 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
 
 
 def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
-    """Return curves with what their dispersions hold of modelling uncertainty: the study's where it is asked for."""
+    """Return curves with what their dispersions hold of modelling uncertainty: the study's where it is asked for.
+
+    Rates are the study's either way; what they hold is said where it is something else.
+    """
     beta = float(curves.attrs.get(MODELLING, 0.0))
     if asked and beta == 0.0:
         raise StudyError(
@@ -105,8 +109,11 @@ def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
     if "median" not in curves or MODELLING not in curves.attrs:
         return curves
     plain = curves.assign_attrs({MODELLING: 0.0})
-    held = with_modelling(plain, beta) if asked else plain
-    return held.assign({MODELLING: beta if asked else 0.0})
+    held = (with_modelling(plain, beta) if asked else plain).assign({MODELLING: beta if asked else 0.0})
+    of_rates = beta if curves.attrs.get("modelling", MEAN) == MEAN else 0.0
+    if "rate" not in curves or of_rates == float(held[MODELLING]):
+        return held
+    return held.assign({f"rate_{MODELLING}": of_rates})
 
 
 def laws_of(results: xr.Dataset, model: str, path: Path) -> Index:

@@ -367,7 +367,7 @@ class FrictionTable(Table):
     ] = None
     slips_m: Annotated[
         list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
-        KeyInfo("0.05, 0.1, 0.3"),
+        KeyInfo("0.05, 0.1, 0.3", above=0.0, at_most=10.0),
         Field(min_length=1, max_length=10, description="Slips whose chances are wanted."),
     ] = None
     trip_mm: Annotated[

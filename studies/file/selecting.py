@@ -19,7 +19,7 @@ from ...motions.selection.files import correlations_in
 from ...motions.selection.select import HIGH_RATIO, LOW_RATIO
 from ...motions.simulated.ground_motion_models import MODELS
 from ...motions.simulated.scenario import FAULTINGS
-from ..plan.reading import outside_doubt
+from ..plan.reading import doubts_of_making
 from ..plan.size import refuse_samples
 from .motions import MotionsTable
 from .table import KeyInfo, RelativePath, Table, one_of
@@ -153,10 +153,10 @@ class SelectTable(Table):
                 )
         return shaking.Candidates(found)
 
-    def outside_data(self, table: MotionsTable, folder: Path) -> list[Doubt]:
-        """Return doubts in scenarios of the candidates that lie outside the data behind their generator."""
+    def doubts_of_making(self, table: MotionsTable, folder: Path) -> list[Doubt]:
+        """Return the doubts in the generators of the candidates."""
         made = (one.made_by(folder) for one in (table, *(self.also or [])))
-        return [outside_doubt(one.outside) for one in made if one is not None and one.outside]
+        return [doubt for one in made if one is not None for doubt in doubts_of_making(one)]
 
     def chosen(
         self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
@@ -267,7 +267,7 @@ def selected(
                 pools[key] = select.pool(table, folder)
                 for candidates in (table, *(select.also or [])):
                     candidates.refuse_moving(folder, levels.im)
-            doubts += select.outside_data(table, folder)
+            doubts += select.doubts_of_making(table, folder)
         try:
             chosen, said = select.chosen(pools[key], stripe, levels, level, folder)
         except ValueError as error:

@@ -55,11 +55,13 @@ class InputTable(Table):
     upper: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Upper end of the support.")] = None
     medians: Annotated[
         list[Annotated[float, Field(gt=0.0)]] | None,
-        KeyInfo(unit="of the input"),
+        KeyInfo(unit="of the input", above=0.0),
         Field(min_length=1, max_length=20, description="Medians of lognormal parts, of which the input is the least."),
     ] = None
     dispersions: Annotated[
-        list[Annotated[float, Field(gt=0.0)]] | None, Field(description="Their dispersions, one each.")
+        list[Annotated[float, Field(gt=0.0)]] | None,
+        KeyInfo(above=0.0),
+        Field(description="Their dispersions, one each."),
     ] = None
     values: Annotated[list[str] | None, Field(description="What is chosen from: laws.")] = None
     weights: Annotated[list[float] | None, KeyInfo("equal", at_least=0.0), Field(description="Their weights.")] = None

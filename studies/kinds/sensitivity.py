@@ -12,9 +12,11 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Progress
+from ...doubts import Doubt
 from ...fragility import RandomInputs, ida, notes, overturning_response, sobol_indices, tornado
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
+from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.slab_screen import screen_input
 from ...fragility.validity.summary import summary_screen
@@ -113,6 +115,10 @@ class SensitivityStudy(BlockStudy, Study):
                     own.realise(block, model, own.sample(2))
         design.check(study.blocks)
         return study
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        return [*super().doubts, *(() if self.inputs is None else input_doubts(self.inputs, self.blocks))]
 
     @property
     def words(self) -> str:

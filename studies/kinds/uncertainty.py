@@ -29,6 +29,7 @@ from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_half_l
 from ...fragility.runs.axes import check_axes
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import OF_THE_WIDTH
 from ...fragility.validity.plausibility import restitution_doubts
@@ -138,7 +139,7 @@ class UncertaintyStudy(BlockStudy, Study):
     def doubts(self) -> list[Doubt]:
         drawn = self.inputs.distributions.get("e")
         median = [] if drawn is None else [("the median of e", drawn.quantile(np.array([0.5])).item())]
-        return [*super().doubts, *restitution_doubts(median)]
+        return [*super().doubts, *restitution_doubts(median), *input_doubts(self.inputs, self.blocks)]
 
     @property
     def words(self) -> str:

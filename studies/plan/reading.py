@@ -14,7 +14,7 @@ from ...motions import Generator, over_model, records
 from ...motions.arrays import Record, filter_doubts
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
-from ...motions.plausibility import record_doubts, vertical_doubts
+from ...motions.plausibility import generator_doubts, record_doubts, vertical_doubts
 
 MODEL = "BSSA14"
 FAR = 1.5
@@ -64,9 +64,7 @@ class Reading(NamedTuple):
 
     @classmethod
     def _of_scenario(cls, arrays: Sequence[xr.DataArray], generator: Generator) -> Self:
-        doubts = matching_doubts(arrays)
-        if generator.outside:
-            doubts.append(outside_doubt(generator.outside))
+        doubts = [*matching_doubts(arrays), *doubts_of_making(generator)]
         at = generator.scenario
         if at is None or sum(array.sizes["motion"] for array in arrays) < 2:
             return cls(tuple(doubts))
@@ -106,9 +104,10 @@ def _alike(found: Variability) -> tuple[Doubt, ...]:
     return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {CURE}"),)
 
 
-def outside_doubt(what: str) -> Doubt:
-    """Return the doubt in a scenario outside the data behind its generator, and what of it lies there."""
-    return Doubt("scenario", f"the scenario lies outside the data behind its equations ({what})")
+def doubts_of_making(generator: Generator) -> list[Doubt]:
+    """Return the doubts in a generator: parameters of another unit, a scenario outside the data of its equations."""
+    what = f"the scenario lies outside the data behind its equations ({generator.outside})"
+    return [*generator_doubts(generator), *([Doubt("scenario", what)] if generator.outside else [])]
 
 
 UNREAD = Reading()

@@ -2,12 +2,14 @@
 
 import csv
 import math
+import re
 
 import numpy as np
 import pytest
 from shared_cases import SHARED, needs_shared
 
 import toppling as tp
+from toppling.doubts import ImplausibleInput
 from toppling.fragility.curves import published
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -100,6 +102,25 @@ class TestJapanese:
         blocks = [tp.Block(width, 1.5, name=str(width)) for width in (0.2, 0.4, 0.8)]
         for criterion in published.CRITERIA:
             assert np.all(np.diff(published.japanese(blocks, criterion)["median"].values) > 0.0)
+
+
+@pytest.mark.parametrize("sizes", [(40.0, 180.0), (1.8, 0.4), (0.004, 1.8)], ids=["cm", "exchanged", "small"])
+@pytest.mark.parametrize(
+    "criterion",
+    [
+        published.p58_regression,
+        lambda *sizes: published.p58_regression([0.4, sizes[0]], [[1.8], [sizes[1]]]),
+        lambda *sizes: published.p58_estimate(tp.Block(*sizes)),
+        lambda *sizes: published.japanese(tp.Block(*sizes)),
+        lambda *sizes: published.japanese(tp.Block(*sizes), "velocity"),
+    ],
+)
+def test_sizes_of_another_unit_are_doubted_once(criterion, sizes):
+    said = {40.0: r"sides above 20 m", 1.8: r"a width above 1\.5 m", 0.004: r"sides below 0\.01 m"}[sizes[0]]
+    with pytest.warns(ImplausibleInput, match=said) as caught:
+        criterion(*sizes)
+    assert len([one for one in caught if re.search(said, str(one.message))]) == 1
+    assert caught[0].filename == __file__
 
 
 CURVES = {

@@ -287,6 +287,74 @@ class TestCorrections:
         assert ("restitution below 0.3" in " ".join(capsys.readouterr().out.split())) == (e == "0.09")
 
     @pytest.mark.parametrize(
+        ("generator", "keys", "said"),
+        [
+            ("kanai-tajimi", "xi_g = 60", "xi_g: 60, usual are 0.02 to 1: per cent?"),
+            ("kanai-tajimi", "xi_g = 0.6\nomega_g_rad_s = 3.0", ""),
+            ("kanai-tajimi", "omega_g_rad_s = 0.4", "omega_g: 0.4 rad/s"),
+            ("clough-penzien", "xi_g = 1.5", "xi_g: 1.5"),
+            ("clough-penzien", "xi_f = 60", "xi_f: 60"),
+            ("clough-penzien", "omega_f_rad_s = 40", "omega_f: 40 rad/s"),
+            ("evolutionary-clough-penzien", "xi_g = 60", "xi_g: 60"),
+            ("evolutionary-kanai-tajimi", "omega_g_rad_s = [0.25, 15.0]", "omega_g: 0.25 rad/s"),
+            ("site-based", "arias_m_s = 50", "arias: 50 m/s"),
+            ("site-based", "arias_m_s = 5\nf_c_hz = 0.3", ""),
+            ("site-based", "f_c_hz = 6.67", "f_c: 6.67 Hz, usual are 0.01 to 2 Hz: a period"),
+            ("site-based", "omega_mid_rad_s = 0.5", "omega_mid: 0.5 rad/s"),
+            ("site-based-scenario", "f_c_hz = 6.67\nvs30_m_s = 760", "f_c: 6.67 Hz"),
+            ("near-fault", "f_c_hz = 6.67", "f_c: 6.67 Hz"),
+            ("seismological", "q0 = 1.8", "q0: 1.8"),
+            ("seismological", "kappa_s = 0.4", "kappa: 0.4 s"),
+            ("seismological", "q0 = 50\nkappa_s = 0", ""),
+        ],
+    )
+    def test_parameters_of_generators_of_another_unit(self, tmp_path, generator, keys, said):
+        path = write(tmp_path, offset=0.0)
+        made = f'generator = "{generator}"\nnumber = 1\ndt_s = 0.02\n{keys}\n'
+        path.write_text(path.read_text(encoding="utf-8").replace('records = "*.csv"\n', made), encoding="utf-8")
+        notes = [note for note in tp.Study.from_toml(path).notes if "usual are" in note]
+        assert len(notes) == bool(said)
+        assert all(said in note for note in notes)
+        path.write_text('accept = ["units"]\n' + path.read_text(encoding="utf-8"), encoding="utf-8")
+        assert not any("usual are" in note for note in tp.Study.from_toml(path).notes)
+
+    @pytest.mark.parametrize(
+        ("key", "law", "said"),
+        [
+            ("width_m", "uniform, 0.20, 0.22", "full width 0.4 m, the input is 0.2 to 0.22 m"),
+            ("width_m", "uniform, 0.4, 0.5", ""),
+            ("width_m", "lognormal, 0.2, 0.1", "full width 0.4 m"),
+            ("width_m", "lognormal, 0.38, 0.05", ""),
+            ("height_m", "lognormal, 0.9, 0.05", "full height 1.8 m"),
+            ("alpha_rad", "uniform, 0.4, 0.5", "slenderness angle 0.2187 rad"),
+            ("R_m", "uniform, 1.8, 1.9", "corner 0.922 m"),
+            ("restraint_strength_n", "lognormal, 2, 0.1", "strength of the restraint 2000 N"),
+        ],
+    )
+    @pytest.mark.parametrize("table", ["uncertainty", "sensitivity"])
+    def test_inputs_that_contradict_their_block(self, tmp_path, capsys, key, law, said, table):
+        """Half widths, kN, degrees' half: once, before the runs, too."""
+        names = {"uniform": ("lower", "upper"), "lognormal": ("median", "dispersion")}
+        kind, *numbers = law.split(", ")
+        given = ", ".join(f"{name} = {one}" for name, one in zip(names[kind], numbers, strict=True))
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8")
+        if "restraint" in key:
+            text += '[restraints.kit]\nkind = "strap"\nheight_m = 1.7\nstrength_n = 2000\nstiffness_n_per_mm = 20\n'
+            text = text.replace('"housner"', '"housner"\ngeometry = "linear"')
+            text = text.replace("height_m = 1.8", 'height_m = 1.8\nwall_gap_mm = 20\nmass_kg = 100\nrestraint = "kit"')
+        more = "samples = 4"
+        if table == "sensitivity":
+            text, more = text.replace("e = 0.9\n", ""), 'parameter = "e"\nvalues = [0.85, 0.9]'
+        e = 'e = { distribution = "uniform", lower = 0.85, upper = 0.95 }'
+        inputs = f'[{table}.inputs]\n{e}\n{key} = {{ distribution = "{kind}", {given} }}'
+        path.write_text(f"{text}[{table}]\n{more}\n{inputs}\n", encoding="utf-8")
+        assert main(["run", str(path), "--dry-run"]) == 0
+        out = " ".join(capsys.readouterr().out.split())
+        assert out.count("samples do not reach the block") == bool(said)
+        assert said in out
+
+    @pytest.mark.parametrize(
         ("keys", "message"),
         [
             ("order = 3", "order is of a filter: it needs highpass_hz or lowpass_hz"),

@@ -106,6 +106,15 @@ def test_kept_where_asked(tmp_path, target):
     assert results.sizes["motion"] == 20
 
 
+def test_generators_of_candidates_are_doubted_once(tmp_path, target):
+    """Those that make what is chosen from, of the table and of further tables."""
+    text = STUDY.replace("omega_g_dispersion = 0.4", "omega_g_dispersion = 0.4\nxi_g = 60").replace("= 3.0", "= 0.4")
+    also = '[[stripes.select.also]]\ngenerator = "seismological"\nnumber = 2\nq0 = 1.8\n'
+    text = text.replace("number = 10", 'number = 10\noutside = "keep"')
+    notes = study(tmp_path, target, text.replace("[[stripes.at]]", f"{also}[[stripes.at]]", 1)).notes
+    assert [note.partition(",")[0] for note in notes if "usual are" in note] == ["xi_g: 60", "q0: 1.8"]
+
+
 def test_stripes_without_a_selection_say_so(tmp_path, target):
     a, b = STUDY.index("[stripes.select]"), STUDY.index("[[stripes.at]]")
     found = study(tmp_path, target, STUDY[:a] + STUDY[b:]).run()

@@ -233,6 +233,18 @@ MESSAGES = [
     (SMALL.replace("[0.1, 0.2]", "[0.0, 0.1]"), "levels must be > 0 and at most 1e+09, got 0 g"),
     (SMALL.replace("[0.1, 0.2]", "[0.1, inf]"), "ida.levels.values[2]: must be a finite number, got inf"),
     (SMALL + "[friction]\nstatic = 40\n", "friction.static: must be >= 0.05 and <= 2, got 40"),
+    (
+        SMALL + "[friction]\nstatic = 0.5\nslips_m = [50]\n",
+        "friction.slips_m[1]: must be > 0 and <= 10 (in m), got 50",
+    ),
+    (
+        SMALL + '[uncertainty]\ninputs = { e = { distribution = "least", medians = [-1.0], dispersions = [0.2] } }\n',
+        "uncertainty.inputs.e.medians[1]: must be > 0, got -1.0",
+    ),
+    (
+        SMALL + '[uncertainty]\ninputs = { e = { distribution = "least", medians = [0.9], dispersions = [0] } }\n',
+        "uncertainty.inputs.e.dispersions[1]: must be > 0, got 0",
+    ),
     (SMALL + "[friction]\nstatic = 0.01\n", "friction.static: must be >= 0.05 and <= 2, got 0.01"),
     (SMALL.replace("number = 2", "number = true"), "motions.number: must be a whole number >= 1, got true"),
     (

@@ -20,6 +20,7 @@ from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.branches import spread_rows
 from toppling.studies.tables.client import client_rows
 from toppling.studies.text.curve_notes import SLIPS_WITHOUT_BRANCHES
+from toppling.units import STANDARD_GRAVITY
 
 BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
 LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "discrete"\n'
@@ -231,6 +232,30 @@ class TestModelling:
         assert plain.attrs["modelling_dispersion"] == 0.0
         assert main(["export", str(tmp_path / "plain"), "--format", "csv", "--with-modelling"]) == 2
         assert "has no modelling uncertainty (modelling_dispersion = 0)" in capsys.readouterr().err
+
+    @pytest.mark.parametrize(
+        ("where", "option", "dispersion", "rates"),
+        [
+            ("mean", (), 0.0, 0.4),
+            ("mean", ("--with-modelling",), 0.4, None),
+            ("fractiles", (), 0.0, None),
+            ("fractiles", ("--with-modelling",), 0.4, 0.0),
+        ],
+    )
+    def test_exported_rates_say_what_they_hold(self, tmp_path, where, option, dispersion, rates):
+        """A rate is the study's: of the curve in its row, or the row says how much its rate holds."""
+        law, more = '[[models]]\nlaw = "housner"\n', f'modelling_dispersion = 0.4\nmodelling = "{where}"\n'
+        study(tmp_path, BLOCK, law, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
+        assert main(["export", str(tmp_path / "out"), "--format", "csv", *option]) == 0
+        row = tp.fragility.read_curve_csv(tmp_path / "out/export/curves.csv")
+        held = row.get("rate_modelling_dispersion")
+        assert row["modelling_dispersion"].item() == dispersion
+        assert (None if held is None else held.item()) == rates
+        # the mean rate under H = k0 x^-k is k0 median^-k exp(k² beta²/2); beta holds what the row says of its rate
+        squared = row["dispersion"].item() ** 2 - dispersion**2 + (dispersion if rates is None else rates) ** 2
+        median = row["median"].item() / STANDARD_GRAVITY
+        expected = 1e-4 * median**-2.5 * np.exp(0.5 * 2.5**2 * squared)
+        assert row["rate"].item() == pytest.approx(expected, rel=1e-6)
 
     def test_in_the_fractiles(self, tmp_path):
         more = 'modelling_dispersion = 0.4\nmodelling = "fractiles"\n'
