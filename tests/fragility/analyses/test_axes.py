@@ -210,7 +210,11 @@ class TestRefusals:
         ("blocks", "options", "said"),
         [
             (tp.Block(0.3, 1.4, name="a"), {}, "'a' needs its depth"),
-            (tp.Block(0.3, 1.4, name="a", depth=0.4, bed=tp.Bed(1e-4)), {}, "'a' must not lie on a soft bed"),
+            (
+                tp.Block(0.3, 1.4, name="a", depth=0.4, bed=tp.Bed(1e-4)),
+                {"laws": tp.EnergyConsistent(rest="soft")},
+                "'a' must not lie on a soft bed",
+            ),
             (tp.Block(0.3, 0.4, name="a", depth=1.4), {}, "'a' in the direction of its depth: .*explicit e"),
             (DEEP, {"im": "pga"}, "measure of both components"),
             (DEEP, {"im": "pga_normalised"}, "measure of both components"),
@@ -219,7 +223,7 @@ class TestRefusals:
     )
     def test_both_axes(self, pairs, blocks, options, said):
         with pytest.raises(ValueError, match=said):
-            run(blocks, motions.both_axes(pairs), laws=LAWS[0], **options)
+            run(blocks, motions.both_axes(pairs), **{"laws": LAWS[0], **options})
 
     def test_the_axis_of_one_component(self, pairs):
         with pytest.raises(ValueError, match="axis is of runs about both axes"):

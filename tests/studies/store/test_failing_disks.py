@@ -1,5 +1,6 @@
 """Whatever a disk answers: one sentence, finished chunks are kept, and nothing is left after the next run."""
 
+import faulthandler
 import os
 import signal
 import subprocess
