@@ -273,7 +273,11 @@ def about_both_axes(data: xr.Dataset | xr.DataArray) -> bool:
 
 
 def blocks_of(runs: xr.Dataset) -> list[Block]:
-    """Return the blocks of labelled runs, from their coordinates."""
+    """Return the blocks of labelled runs, from their coordinates; of uncertain blocks those of the first sample."""
+    if "sample" in runs.dims:  # (what does not differ between blocks is not on block there)
+        of = [name for name in runs.coords if {"sample", "block"} >= {*runs[name].dims}]
+        first = runs[of].isel(sample=0)
+        runs = xr.Dataset(coords={name: one.broadcast_like(first["block"]) for name, one in first.coords.items()})
     names = ("width", "height", "cm_height", "inertia_factor")
     columns: dict[str, list[Any]] = {name: runs[name].values.astype(float).tolist() for name in names}
     if "depth" in runs.coords:

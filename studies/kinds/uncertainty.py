@@ -28,6 +28,7 @@ from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes
 from ...fragility.runs.progress import part_of
+from ...fragility.runs.provenance import SCENE
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
@@ -204,6 +205,9 @@ class UncertaintyStudy(BlockStudy, Study):
         labels = np.array([block.label for block in self.blocks], dtype=object)
         along = xr.DataArray(labels, dims="block", name="block", attrs={"units": DIMENSIONLESS, "long_name": "block"})
         rest = [part.drop_vars("overturned") for part in parts]
+        if any(SCENE in part.coords for part in rest):  # (of blocks that some have, others none)
+            none = ("sample", np.full(self.samples, "{}", dtype=object))
+            rest = [part if SCENE in part.coords else part.assign_coords({SCENE: none}) for part in rest]
         found = xr.concat(rest, along, combine_attrs="override", coords="different", compat="equals")
         found = found.assign(overturned=_concatenated([part["overturned"].variable for part in parts], client))
         found = found[list(parts[0].data_vars)]

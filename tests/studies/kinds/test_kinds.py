@@ -1,5 +1,6 @@
 """Studies of every kind from TOML: what the file asks for is what the functions give, and mistakes get one sentence."""
 
+import math
 import re
 
 import numpy as np
@@ -10,12 +11,14 @@ from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
 from toppling.fragility import rank_measures, uncertain_ida
+from toppling.fragility.runs.provenance import blocks_of
 from toppling.studies import StudyError, assess, read_inventory
 from toppling.studies.command.cli import main
 from toppling.studies.kinds.performance import ranking_of
 from toppling.studies.plan.estimates import ranking_of_measures
 from toppling.studies.plan.risk import risk_of
 from toppling.studies.report.actions import next_steps
+from toppling.studies.report.page import write_report
 
 pytestmark = [pytest.mark.lowest, pytest.mark.newest]
 
@@ -487,3 +490,23 @@ def test_what_can_be_known_is_refused_before_the_runs(name, key, tmp_path):
     (tmp_path / "study.toml").write_text(f'title = "Late"\n{LATE[name]}{motions(32)}')
     with pytest.raises(StudyError, match=key):
         tp.Study.from_toml(tmp_path / "study.toml")
+
+
+def test_uncertain_blocks_of_which_some_have_a_scene(tmp_path):
+    """They run together, and the page says of each what stands around it."""
+    (tmp_path / "study.toml").write_text(
+        'title = "Mixed"\n[[models]]\nlaw = "housner"\n[motions]\ngenerator = "kanai-tajimi"\nnumber = 4\n'
+        "duration_s = 5\ndt_s = 0.02\n"
+        '[[blocks]]\nname = "leaning"\nwidth_m = 0.4\nheight_m = 1.8\nlean_deg = 1.0\n'
+        '[[blocks]]\nname = "free"\nwidth_m = 0.3\nheight_m = 1.7\n'
+        '[ida]\nlevels = { values = [0.2, 0.5, 1.1], unit = "g" }\n'
+        + SPREAD.replace("[uncertainty]", "[uncertainty]\nsamples = 3")
+    )
+    tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    leaning, free = blocks_of(xr.open_dataset(tmp_path / "out/results.nc"))
+    assert leaning.lean == pytest.approx(math.radians(1.0))
+    assert free.lean == 0.0
+    assert leaning.width / leaning.height == pytest.approx(0.4 / 1.8)
+    text = write_report(tmp_path / "out/results.nc", tmp_path, "md")[0].read_text()
+    assert "| leaning |" in text
+    assert "free" in text
