@@ -495,7 +495,7 @@ class TestCommand:
     def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
         (tmp_path / "file").write_text("")
         assert main(["bench", "--parts", "skipping", "--out", str(tmp_path / "file")]) == 2
-        assert "cannot be written" in capsys.readouterr().err
+        assert "cannot be used" in capsys.readouterr().err
 
     def test_parts_run_in_one_order(self):
         assert suite.parts_of("flags, speed,flags") == ["speed", "flags"]

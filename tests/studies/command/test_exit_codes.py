@@ -21,6 +21,14 @@ from toppling.studies.store import shards
 from toppling.studies.store.watch import Stop
 
 
+@pytest.fixture(autouse=True)
+def hangups():
+    """A hang-up is not ignored, as under nohup, and processes inherit that."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_the_signal_that_was_sent(tmp_path, monkeypatch, capsys, number):
     """The first signal is asked for while chunks are in flight, and what is kept is told."""
