@@ -78,8 +78,9 @@ def netcdf_problem(path: Path) -> str | None:
     OSError or RuntimeError for a file that cannot be opened.
     """
     import netCDF4  # noqa: PLC0415 - most commands read no such file
+    from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK  # noqa: PLC0415 - the library takes one thread at a time
 
-    with netCDF4.Dataset(path) as file:
+    with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
         declared = sum(
             math.prod(one.shape) * (STRING_BYTES if one.dtype is str else one.dtype.itemsize)
             for one in file.variables.values()

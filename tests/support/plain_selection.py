@@ -119,6 +119,11 @@ def plain_selection():
     for e, speed in ((0.1, 30.0), (0.3, 3.2), (0.999, 0.5)):
         oscillator = tp.EnergyConsistent(e=e).oscillator(BLOCK)
         found.append(trace(oscillator, np.zeros(8), 0.02, 0.06 * BLOCK.alpha, -speed * BLOCK.alpha * BLOCK.p).results)
+    # a fall that ends after the record
+    case = tp.Block(0.4, 1.8)
+    push = np.append(np.full(100, 4000.0 * 9.80665 * math.tan(case.alpha)), 0.0)
+    slow = tp.MakrisKonstantinidis(e=0.01, delta=1e-5).oscillator(case)
+    found += list(run_many([slow], np.ones((1, 1)), push, 0.01)[0])
     # vertical shaking, which a block rests under, bounces low under, and leaves the floor under
     up = 3.0 * shake(rng, n=150)
     for wall in (None, tp.Wall(0.05)):
