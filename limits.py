@@ -82,8 +82,8 @@ def netcdf_problem(path: Path) -> str | None:
 
     with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
         declared = sum(
-            math.prod(one.shape) * (STRING_BYTES if one.dtype is str else one.dtype.itemsize)
-            for one in file.variables.values()
+            math.prod(variable.shape) * (STRING_BYTES if variable.dtype is str else variable.dtype.itemsize)
+            for variable in file.variables.values()
         )
     if declared <= max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size):
         return None

@@ -60,7 +60,7 @@ def of_design(
 ) -> Iterator[Row]:
     """Yield the rows of annual rates under all hazard curves for studies of one design."""
     drawn = DESIGNS[design](truth, studies, motions, seed)
-    # (studies that are fitted together share their bootstrap draws; those of a cloud have intensities of their own)
+    # (studies fitted together share bootstrap draws; each study of a cloud has its own intensities)
     size = 1 if design == "cloud" else 50
     each = [
         fit_fragility(drawn.isel(study=slice(first, first + size)), form=form, keep_replicates=True, seed=first)
@@ -71,7 +71,7 @@ def of_design(
             continue  # (its rate has no bound)
         found = [annual_rate(curves, hazard, outside="most") for curves in each]
         rate, lower, upper = (
-            np.concatenate([one[f"rate{end}"].values for one in found]) for end in ("", "_lower", "_upper")
+            np.concatenate([rates[f"rate{end}"].values for rates in found]) for end in ("", "_lower", "_upper")
         )
         length = _length(np.log(rate), np.log(lower), np.log(upper))
         of = f"{truth.name}, within motions {truth.correlation:g}" if DESIGNS[design] is ida else truth.name
@@ -88,7 +88,7 @@ def true_rate(truth: Truth, hazard: HazardCurve) -> float:
 
 
 def _length(values: Array, lower: Array, upper: Array) -> float:
-    """Return the mean length of intervals over that of the normal one which knows the deviation of the values."""
+    """Return the mean length of intervals, relative to a normal interval with the true deviation of the values."""
     lengths = np.where(np.isfinite(upper - lower), upper - lower, np.nan)
     return float(np.nanmean(lengths) / (2.0 * NORMAL * np.nanstd(values)))
 

@@ -168,14 +168,14 @@ def stripe_scalings(
     """Return the scaling of each stripe to its level; motions that are run as they are are doubted if far from it."""
     found = []
     for level, motions, earth in zip(levels, sets, below, strict=True):
-        # (motions that belong to their level, those of floors that yield, are taken as they are)
+        # (motions of floors that yield belong to their level, and are taken as they are)
         own = motions if scale else [motion._replace(own_level=False) for motion in motions]
         found.append(scaling([level], own, im, blocks, None if earth is None else ground_of(own, earth)))
     if scale:
         return found
-    measured = [1.0 if one.measured is None else one.measured for one in found]
+    measured = [1.0 if scaled.measured is None else scaled.measured for scaled in found]
     warn(stripe_doubts(found[0].name, zip(levels, measured, strict=True)))
-    return [one._replace(factors=np.ones((1, 1, len(own)))) for one, own in zip(found, sets, strict=True)]
+    return [scaled._replace(factors=np.ones((1, 1, len(own)))) for scaled, own in zip(found, sets, strict=True)]
 
 
 def _consistent(motions: Any, levels: Array, im: str | Measure, accepted: bool) -> Flags | None:

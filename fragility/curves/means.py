@@ -109,14 +109,16 @@ def mean_interval(
 
     Notes
     -----
-    Steps of resampled means, each over its own error and times that of the mean, are laid off from the mean.  Annual
-    values are skewed: most of the sum comes from the few motions under which items fall at low levels.  So the lower
-    end is laid off from the logarithm of a mean of values >= 0, and the upper end from its square root, as it stays
-    finite where few motions add most.  Nominal 95 % held the mean
-    of annual falls of lognormal thresholds in 93-95 % of 800 studies of 10 to 80 motions (BCa intervals: 90 % of 20),
-    and where a fifth of the motions counts in 94-96 %; contributions that are lognormal with a dispersion of 1 or 1.5
-    in 92 and 88 % at 20 motions and 93 and 90 % at 80 (BCa: 88 and 82 % at 20): few motions hardly say what the rarest
-    add.  Lengths were 1.1 to 1.5 times that of a normal interval with the true deviation (`benchmarks.coverage`).
+    The step of each resampled mean from the mean is divided by its own error and multiplied by the error of the mean;
+    the quantiles of these steps are laid off from the mean. Annual values are skewed, because a few motions under which
+    items fall at low levels make most of the sum. So for values >= 0 the lower end is laid off from the logarithm of
+    the mean, and the upper end from its square root, which stays finite where few motions add most.
+
+    In 800 studies of 10 to 80 motions, 95 % intervals contained the mean of annual falls of lognormal thresholds in
+    93-95 % (BCa intervals: 90 % at 20 motions), and 94-96 % where a fifth of the motions counts. For lognormal
+    contributions with a dispersion of 1 and 1.5 it was 92 and 88 % at 20 motions and 93 and 90 % at 80 (BCa: 88 and 82
+    % at 20), because few motions hardly show what the rarest add. Lengths were 1.1 to 1.5 times the length of a normal
+    interval with the true deviation (`benchmarks.coverage`).
 
     References
     ----------

@@ -60,7 +60,7 @@ CURVE_NUMBERS: dict[str, tuple[str, str]] = {
     "rate_modelling_upper": (PER_YEAR, "upper end of that range"),
     "rate_modelling_dispersion": (
         DIMENSIONLESS,
-        "modelling uncertainty that rates and risk probabilities hold, where it is not that of the dispersion",
+        "modelling uncertainty in rates and risk probabilities, given if the dispersion has another",
     ),
     "fitted_rate": (PER_YEAR, "annual rate of the curve itself, where `rate` is without a form of curve"),
     "fitted_rate_lower": (PER_YEAR, "lower end of its interval"),

@@ -62,8 +62,8 @@ def label_curves(
         attributes = {"units": DIMENSIONLESS, "long_name": "probability of overturning"}
         coords["fraction"] = xr.Variable("fraction", list(fractiles), attributes)
     levels = trials.samples[0].levels if trials.samples else np.empty(0)
-    apart = any(not np.array_equal(one.levels, levels) for one in trials.samples)
-    if apart or any(OBSERVED not in one for one in columns):
+    apart = any(not np.array_equal(sample.levels, levels) for sample in trials.samples)
+    if apart or any(OBSERVED not in of_curve for of_curve in columns):
         names.pop(OBSERVED, None)
     if any(_DIMENSIONS.get(name) == "level" for name in names):
         if apart:

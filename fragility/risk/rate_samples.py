@@ -23,6 +23,12 @@ The variance of ln(rate) of n motions with one capacity each is k² beta² (1 + 
 power of beta between 1 and 2.  Of 1, 1.5 and 2, whose upper tails were 4-8, 3-5 and 2-4 % in 1,000 studies of 20
 motions (nominal 2.5 %), it is the one that holds.
 """
+MOST_RATIO = 2.0
+"""Greatest ratio of dispersions that counts: data of few motions are drawn separated, and hold no dispersion.
+
+Coverage was the same to 0.3 % as without a bound, and the longest of 960 intervals 5 to 7 in place of 5 to 100 times as
+long as the normal one.
+"""
 
 
 def studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
@@ -37,8 +43,9 @@ def studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
 
     Notes
     -----
-    The step of a replicate in ln(rate) is taken the other way, times (beta/beta of the replicate)²: replicates of few
-    severe motions have low rates and small errors, so that plain percentiles are too short on the unsafe side.
+    The step of a replicate in ln(rate) is taken the other way, times (beta/beta of the replicate)², with a ratio of at
+    most `MOST_RATIO`: replicates of few severe motions have low rates and small errors, so that plain percentiles are
+    too short on the unsafe side.
 
     References
     ----------
@@ -49,7 +56,8 @@ def studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
     # (a step has no error to be scaled by)
     ratio = np.divide(own, sampled, out=np.ones_like(sampled), where=(own > 0.0) & (sampled > 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        step = (np.log(samples) - np.log(rates)[:, None]) * ratio[..., None] ** POWER
+        scale = np.minimum(ratio, MOST_RATIO)[..., None] ** POWER
+        step = (np.log(samples) - np.log(rates)[:, None]) * scale
         return np.asarray(np.where(np.isnan(sampled)[..., None], np.nan, rates[:, None] * np.exp(-step)))
 
 

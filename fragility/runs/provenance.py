@@ -277,7 +277,7 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
     if "sample" in runs.dims:  # (what does not differ between blocks is not on block there)
         of = [name for name in runs.coords if {"sample", "block"} >= {*runs[name].dims}]
         first = runs[of].isel(sample=0)
-        runs = xr.Dataset(coords={name: one.broadcast_like(first["block"]) for name, one in first.coords.items()})
+        runs = xr.Dataset(coords={name: array.broadcast_like(first["block"]) for name, array in first.coords.items()})
     names = ("width", "height", "cm_height", "inertia_factor")
     columns: dict[str, list[Any]] = {name: runs[name].values.astype(float).tolist() for name in names}
     if "depth" in runs.coords:

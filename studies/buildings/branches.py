@@ -136,11 +136,11 @@ def rates_over_branches(
     parts = []
     for rows in slabs:
         sampled = [one.of_items(rows) for one in every]
-        lost = [one.of_items(rows, lost=True) for one in every] if inventory.carried else sampled
+        lost = [chances.of_items(rows, lost=True) for chances in every] if inventory.carried else sampled
         parts.append(found.of(sampled))
         for name, each in amounts.items():
             share = members[:, rows] * each[rows]
-            of_slab = [one.summed(share) for one in (lost if name == LOSS else sampled)]
+            of_slab = [drawn.summed(share) for drawn in (lost if name == LOSS else sampled)]
             before = totals.get(name)
             totals[name] = of_slab if before is None else [a.plus(b) for a, b in zip(before, of_slab, strict=True)]
     found.keep(ITEM_RATE, ("item",), [np.concatenate(each) for each in zip(*parts, strict=True)], PER_YEAR)

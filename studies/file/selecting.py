@@ -156,7 +156,7 @@ class SelectTable(Table):
     def doubts_of_making(self, table: MotionsTable, folder: Path) -> list[Doubt]:
         """Return the doubts in the generators of the candidates."""
         made = (one.made_by(folder) for one in (table, *(self.also or [])))
-        return [doubt for one in made if one is not None for doubt in doubts_of_making(one)]
+        return [doubt for generator in made if generator is not None for doubt in doubts_of_making(generator)]
 
     def chosen(
         self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path

@@ -125,7 +125,7 @@ class SupportTable(Table):
         support = self.made()
         try:
             with noted():  # (strikes are said below)
-                found = [support.motions(one) for one in below]
+                found = [support.motions(floor) for floor in below]
         except ValueError as error:
             raise ValueError(f"support: {error}") from None
         return found, support.stops.doubts(found) if isinstance(support, shaking.Isolator) else []

@@ -156,7 +156,7 @@ class Study(ABC):
     def _laws(self) -> list[str]:
         """The laws by the names that the file gives."""
         given = self.configuration.get("models") or [self.configuration.get("model") or {}]
-        return [str(one.get("law", "discrete")) for one in given if isinstance(one, dict)]
+        return [str(law.get("law", "discrete")) for law in given if isinstance(law, dict)]
 
     @classmethod
     @abstractmethod
@@ -252,7 +252,7 @@ class Study(ABC):
         """The approximate memory and disk space that the study needs."""
         plain = [record for array in self.arrays for record in records(array)]
         dt = float(np.mean([record.dt for record in plain]))
-        per_sample = float(np.mean([seconds_per_sample(one, dt) for one in self.of_each_law]))
+        per_sample = float(np.mean([seconds_per_sample(oscillator, dt) for oscillator in self.of_each_law]))
         return Resources.of(
             chunks_of(self.work, [record.acceleration.size for record in plain], per_sample),
             float(self.bytes_a_run * self.work),

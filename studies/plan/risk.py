@@ -235,7 +235,7 @@ class Risk:
         """
         rules = self.below, self.above, OUTSIDE
         ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
-        (dims, *_), rates = zip(*((dims, bounded(one)) for dims, one in ends), strict=True)
+        (dims, *_), rates = zip(*((dims, bounded(rates)) for dims, rates in ends), strict=True)
         chances = [probability_in(one, self.years) for one in rates]
         return {
             **with_ends("rate", dims, rates, PER_YEAR, modelling),

@@ -398,7 +398,7 @@ def _share(share: Range) -> str:
     """Return the share of a piece's falls that a kit saves, with its interval."""
     if not math.isfinite(share.value):  # (-inf: it falls with the kit alone)
         return "–" if math.isnan(share.value) else "more falls"
-    value, *ends = (f"{100.0 * one:.0f}".replace("-", "−").replace("inf", "∞") for one in share)
+    value, *ends = (f"{100.0 * part:.0f}".replace("-", "−").replace("inf", "∞") for part in share)
     between = " to " if share.lower < 0.0 else "–"
     return f"{value}\u00a0%" if math.isnan(share.lower) else f"{value}\u00a0% ({between.join(dict.fromkeys(ends))})"
 

@@ -132,7 +132,9 @@ def rate(median, dispersion, k0):
 def studentised(side, medians, dispersions, k0):
     """Samples of a rate: steps of ln(rate) the other way, over the squares of the dispersions."""
     own = float(side["rate"])
-    return own * (own / rate(medians, dispersions, k0)) ** ((float(side["dispersion"]) / dispersions) ** 2)
+    return own * (own / rate(medians, dispersions, k0)) ** (
+        np.minimum(float(side["dispersion"]) / dispersions, 2.0) ** 2
+    )
 
 
 class TestCurves:

@@ -46,7 +46,7 @@ geometry = "linear"
 [motions]
 generator = "clough-penzien"
 number = 3
-seed = 5
+seed = 1
 dt_s = 0.02
 duration_s = 6
 
@@ -200,7 +200,9 @@ class TestStudies:
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    return tp.Study.from_toml(written(tmp_path_factory.mktemp("many"), many(120))).run()
+    path = written(tmp_path_factory.mktemp("many"), many(120))
+    path.write_text(path.read_text().replace("seed = 1", "seed = 5"))  # (under which half of them stand)
+    return tp.Study.from_toml(path).run()
 
 
 class TestSlabs:
@@ -554,8 +556,9 @@ class TestCommands:
     def test_rates_stand_beside_the_curves(self, folder, capsys):
         assert main(["export", str(folder / "out"), "--format", "csv"]) == 0
         printed = capsys.readouterr().out
-        # (of few curves a line each, of many one line)
-        assert re.search(r"no estimate \((no overturning|all overturned)\).* and \d\d more", printed)
+        assert "no estimate (all overturned): thin0" in printed  # (four of them: a line each)
+        assert printed.count("no estimate (no overturning)") == 1  # (13 and more under two laws: one line)
+        assert re.search(r"no estimate \(no overturning\) of 3\d: stout0.* and \d\d more", printed)
         separated = re.search(r"(\d+) of 50 curves are of separated data", printed)
         with xr.open_dataset(folder / "out" / "results.nc") as stored:
             found = stored.load()

@@ -55,7 +55,7 @@ def samples(flags, levels, weights):
     """Chances of the studentised bootstrap: steps of ln(rate) the other way, over the squares of dispersions."""
     (rate,), (dispersion,) = rates(flags, levels, [np.ones(flags.shape[1])])
     drawn, spread = rates(flags, levels, weights)
-    return -np.expm1(-YEARS * rate * (rate / drawn) ** ((dispersion / spread) ** 2))
+    return -np.expm1(-YEARS * rate * (rate / drawn) ** (np.minimum(dispersion / spread, 2.0) ** 2))
 
 
 def test_the_ratio_and_its_interval(results):

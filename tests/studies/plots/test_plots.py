@@ -476,7 +476,7 @@ class TestKinds:
         '[[blocks]]\nname = "rack"\nwidth_m = 0.6\nheight_m = 1.6\n'
     )
     LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "makris-konstantinidis"\n'
-    MOTIONS = '[motions]\ngenerator = "clough-penzien"\nnumber = 24\nduration_s = 4\ndt_s = 0.02\n'
+    MOTIONS = '[motions]\ngenerator = "clough-penzien"\nnumber = 16\nduration_s = 4\ndt_s = 0.02\n'
     LEVELS = 'levels = { from = 1.0, to = 12.0, number = 6, spacing = "log", unit = "m/s2" }\n'
     TOWER = '[building]\nkind = "flexural-shear"\nperiod_s = 0.8\nstoreys = 4\nfloors = [0, 2, 4]\n'
     HAZARD = '[hazard]\nlevels = [0.1, 0.3]\nrates = [1e-2, 1e-3]\nunit = "g"\n'
