@@ -1,6 +1,6 @@
 """Coverage of intervals: `python -m toppling.benchmarks.coverage [--full]` prints docs/coverage.md.
 
-Six minutes; with --full 1,000 studies per row, which takes much longer.
+Seven minutes; with --full 1,000 studies per row, which takes much longer.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ import math
 import sys
 import time
 
-from . import draws, goodness, levels, rates
+from . import draws, goodness, levels, others, rates
 from .drawn import Row
 
-PARTS = (levels, rates, draws, goodness)
+PARTS = (levels, rates, others, draws, goodness)
 """Modules whose `rows` make the tables."""
 HEAD = """# Coverage of intervals
 

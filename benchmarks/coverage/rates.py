@@ -60,11 +60,21 @@ def of_design(
 ) -> Iterator[Row]:
     """Yield the rows of annual rates under all hazard curves for studies of one design."""
     drawn = DESIGNS[design](truth, studies, motions, seed)
-    # (studies fitted together share bootstrap draws; each study of a cloud has its own intensities)
-    size = 1 if design == "cloud" else 50
+    of = f"{truth.name}, within motions {truth.correlation:g}" if DESIGNS[design] is ida else truth.name
+    what = f"annual rate, {design}" if form is None else f"annual rate of {form} curves, {design}"
+    yield from of_runs(drawn, replace(truth, name=of), motions, what, form, 1 if design == "cloud" else 50)
+
+
+def of_runs(
+    drawn: xr.Dataset, truth: Truth, motions: int, what: str, form: str | None = None, together: int = 50
+) -> Iterator[Row]:
+    """Yield the rows of annual rates under all hazard curves for drawn studies.
+
+    together: studies fitted together share bootstrap draws; each study of a cloud has its own intensities.
+    """
     each = [
-        fit_fragility(drawn.isel(study=slice(first, first + size)), form=form, keep_replicates=True, seed=first)
-        for first in range(0, studies, size)
+        fit_fragility(drawn.isel(study=slice(first, first + together)), form=form, keep_replicates=True, seed=first)
+        for first in range(0, drawn.sizes["study"], together)
     ]
     for name, hazard in hazards().items():
         if truth.probability is SKEWED_LEFT.probability and name == "slope 4":
@@ -73,10 +83,9 @@ def of_design(
         rate, lower, upper = (
             np.concatenate([rates[f"rate{end}"].values for rates in found]) for end in ("", "_lower", "_upper")
         )
-        length = _length(np.log(rate), np.log(lower), np.log(upper))
-        of = f"{truth.name}, within motions {truth.correlation:g}" if DESIGNS[design] is ida else truth.name
-        what = "annual rate" if form is None else f"annual rate of {form} curves"
-        yield row_of(f"{what}, {design}, {name}", of, motions, (lower, upper), true_rate(truth, hazard), length)
+        with np.errstate(divide="ignore"):  # (isotonic curves may have rates of 0)
+            length = _length(np.log(rate), np.log(lower), np.log(upper))
+        yield row_of(f"{what}, {name}", truth.name, motions, (lower, upper), true_rate(truth, hazard), length)
 
 
 def true_rate(truth: Truth, hazard: HazardCurve) -> float:

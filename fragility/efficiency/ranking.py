@@ -129,8 +129,9 @@ def rank_measures(
     that of the levels.
 
     Intervals are percentiles over bootstrap samples of motions (both runs of one that is run both ways are drawn
-    together), and contain their estimate; intervals of `excess` are paired.  There is no correction for multiple
-    comparisons: some of many equal measures are told apart by chance.
+    together), and contain their estimate; intervals of `excess` are paired.  Intervals of dispersions held the true
+    value in 76 % of simulated studies of 10 motions, in 90 % of 20 and in 96 % of 80; the others lay below it.  There
+    is no correction for multiple comparisons: some of many equal measures are told apart by chance.
 
     First overturnings depend on the levels, and no refinement settles them: closer levels find earlier ones.  The
     intervals of dispersions include that: from four levels on, bootstrap samples draw the levels, too, and keep the

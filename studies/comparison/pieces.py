@@ -13,9 +13,11 @@ from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.totals import chances, chances_of_any
 from ...fragility.risk.ratios import ratio_of
+from ...fragility.runs.provenance import number_of_motions
 from ...units import DIMENSIONLESS, PER_YEAR
 from ...wording import currency_of
 from ..buildings.assessment import BUILDING
+from ..buildings.notes import ENOUGH_MOTIONS
 from ..buildings.outcomes import DAY
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Piece, Range
@@ -139,6 +141,11 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
             lines.append(_line((a, b), both, rates, names, yearly))
     alone = items.only_a or items.only_b
     notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
+    if min(number_of_motions(side.results) for side in (a, b)) < ENOUGH_MOTIONS:
+        notes.append(
+            "95 % intervals of ratios of totals held the true ratio in 88 to 93 % of simulated studies with 10 or 20 "
+            "motions"
+        )
     if not _lossy(a, b) and any(map(_valued, (a, b))):
         notes.append("losses are not compared: one side has none, or another currency")
     for quantity, subject in ((DOWNTIME, "downtimes"), (INJURIES, "injuries")):
