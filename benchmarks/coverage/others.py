@@ -81,4 +81,6 @@ def _of_indices(samples: int, studies: int) -> Iterator[Row]:
             lower, upper = (
                 np.array([float(found[f"{name}_{end}"].values[i]) for found in each]) for end in ("lower", "upper")
             )
-            yield row_of(f"Sobol' index, {name}, by base samples", f"{value:.3f}", samples, (lower, upper), float(value))
+            yield row_of(
+                f"Sobol' index, {name}, by base samples", f"{value:.3f}", samples, (lower, upper), float(value)
+            )
