@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from ...core.streams import stream
 from ...fragility import RandomInputs, Uniform, overturning_probability, rank_measures, sobol_indices
-from ...streams import stream
 from ..sequential.truths import DISPERSION, MEDIAN, Truth
 from .drawn import LOGNORMAL, Row, ida, row_of
 from .rates import of_runs
@@ -81,4 +81,6 @@ def _of_indices(samples: int, studies: int) -> Iterator[Row]:
             lower, upper = (
                 np.array([float(found[f"{name}_{end}"].values[i]) for found in each]) for end in ("lower", "upper")
             )
-            yield row_of(f"Sobol' index, {name}, by base samples", f"{value:.3f}", samples, (lower, upper), float(value))
+            yield row_of(
+                f"Sobol' index, {name}, by base samples", f"{value:.3f}", samples, (lower, upper), float(value)
+            )
