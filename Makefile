@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: help study docs validation validate-experiments scenarios drawing schema gallery film p58 paper sensitivity walls kits directions runs consistency sliding-map scaling examples lint test test-slow test-all \
+.PHONY: help study docs validation validate-experiments scenarios schema gallery film p58 paper sensitivity walls kits directions runs consistency sliding-map scaling examples lint test test-slow test-all \
         coverage covered-lines engine-truth faults test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -56,10 +56,6 @@ validate-experiments: $(VENV)/installed
 # docs/scenarios.md: simulated earthquakes beside a ground-motion model (three quarters of an hour)
 scenarios: $(VENV)/installed
 	$(BIN)/python docs/scenarios.py
-
-# docs/architecture.md's tables and docs/architecture.svg: rooms from the docstrings, floors from the imports
-drawing: $(VENV)/installed
-	$(BIN)/python docs/drawing.py
 
 # studies/reference/study.schema.json: what `toppling schema` prints
 schema: $(VENV)/installed
@@ -123,7 +119,7 @@ lint: $(VENV)/installed-dev
 	$(BIN)/ruff format --check .
 	@# mypy wants the package by its name, whatever this folder is called
 	@mkdir -p $(VENV)/types && ln -sfn "$(CURDIR)" $(VENV)/types/toppling
-	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility benchmarks studies)
+	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,core models motions fragility benchmarks studies)
 
 # (whole runs of tests go to one process, which makes what they have in common once)
 SHARED = -n auto --dist worksteal

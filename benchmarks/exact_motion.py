@@ -29,7 +29,7 @@ from typing import NamedTuple
 import gmpy2
 from gmpy2 import atan2, const_pi, cos, log, mpfr, sin, sqrt
 
-from ..units import STANDARD_GRAVITY
+from ..core.units import STANDARD_GRAVITY
 from .kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, VISCOUS
 from .multiprecision import root, set_digits, slope, turns, value
 from .problems import DT, Problem

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ..writing import whole_file
+from ..core.writing import whole_file
 from .measure import ENGINE, Row
 from .precision import SHOWN
 

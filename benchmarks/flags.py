@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..aliases import Array, Flags
+from ..core.aliases import Array, Flags
+from ..core.units import STANDARD_GRAVITY
 from ..fragility.fitting.fit import LognormalFit, fit_lognormal
 from ..models import Block, DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, Law
 from ..models.runs import OUTPUTS, run_many
 from ..motions.arrays import Record
-from ..units import STANDARD_GRAVITY
 from .measure import Row, oscillators
 from .problems import problem, typical
 from .rivals.fixed_steps import Rival, located_runge_kutta, newmark, runge_kutta

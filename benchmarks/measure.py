@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from llvmlite.binding import get_host_cpu_features
 
-from ..aliases import Array, Flags
+from ..core.aliases import Array, Flags
 from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..models.runs import OUTPUTS, run_many, trace

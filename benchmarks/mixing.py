@@ -7,14 +7,14 @@ from functools import partial
 
 import numpy as np
 
-from ..aliases import Array, Index
+from ..core.aliases import Array, Index
+from ..core.units import STANDARD_GRAVITY
 from ..models import Law
 from ..models.batches import batch_of, lay_out
 from ..models.engine.starts import begin_runs
 from ..models.oscillator import Stack, stack
 from ..models.runs import TALLY, run_mixed, run_specimens
 from ..motions.arrays import Record
-from ..units import STANDARD_GRAVITY
 from .measure import Row, oscillators, seconds
 from .problems import HARD, LAWS
 from .speed import motions

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..writing import write_bytes
+from ..core.writing import write_bytes
 from . import figures
 from .measure import ENGINE, Row
 from .mixing import LEVELS, MOTION_TARGET, RATIO_TARGET, RUNS

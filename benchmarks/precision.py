@@ -8,7 +8,7 @@ from time import thread_time
 
 import numpy as np
 
-from ..aliases import Array
+from ..core.aliases import Array
 from ..models import Law
 from ..models.runs import run_many
 from .measure import ENGINE, TRUTH_RUNS, Row, answers, errors, multiplication, oscillators, seconds, true_record

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..aliases import Array
+from ..core.aliases import Array
+from ..core.units import STANDARD_GRAVITY
 from ..models import (
     Block,
     DiscreteDamping,
@@ -19,7 +20,6 @@ from ..models import (
     Vassiliou,
 )
 from ..motions import CloughPenzien, RiseStrongDecay, scale_to
-from ..units import STANDARD_GRAVITY
 from .kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
 
 TRUTH_FILE = Path(__file__).with_name("truth.nc")

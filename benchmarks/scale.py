@@ -17,11 +17,11 @@ import dask
 import numpy as np
 import xarray as xr
 
+from ..core.units import STANDARD_GRAVITY
 from ..fragility import ida
 from ..models import DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, runs
 from ..models.runs import run_many
 from ..motions import CloughPenzien, RiseStrongDecay
-from ..units import STANDARD_GRAVITY
 from .measure import Row, in_a_process, oscillators
 from .problems import DT, DURATION, record, typical
 from .whole.studies import bound

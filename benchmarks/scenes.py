@@ -8,10 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from ..aliases import Array
+from ..core.aliases import Array
+from ..core.units import STANDARD_GRAVITY
 from ..models import Block, EnergyConsistent, HousnerImpact, Law, Restraint, Wall
 from ..models.runs import run_many
-from ..units import STANDARD_GRAVITY
 from .measure import Row, oscillators, seconds
 from .problems import CASES, DT, record
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..aliases import Array
+from ..core.aliases import Array
+from ..core.units import STANDARD_GRAVITY
 from ..models import Block, Law
 from ..models.runs import TALLY, run_many
 from ..motions import CloughPenzien, RiseStrongDecay, records
 from ..motions.arrays import Record
-from ..units import STANDARD_GRAVITY
 from .measure import Row, is_rigid, oscillators, seconds
 from .problems import CASES, DT, DURATION, LAWS, problem, record, typical
 from .rivals.fixed_steps import Rival, runge_kutta, runge_kutta_at_rest

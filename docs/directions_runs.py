@@ -13,12 +13,12 @@ import numpy as np
 import xarray as xr
 
 import toppling as tp
+from toppling.core.streams import stream
 from toppling.models.friction import CONTACTS
 from toppling.motions import SiteBasedScenario
 from toppling.motions.simulated.generator import steps_of
 from toppling.motions.simulated.scenario import Parameters
 from toppling.motions.simulated.site_based import site_based_motions
-from toppling.streams import stream
 
 LAW = tp.HousnerImpact()
 GENERATOR = SiteBasedScenario(7.2, 8e3, 400.0, "strike-slip", dt=0.01)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from toppling.units import STANDARD_GRAVITY
+from toppling.core.units import STANDARD_GRAVITY
 
 ON_FLOOR, ON_WALL, ROCKS = 0, 1, 2
 MOST_IMPACTS = 12

@@ -18,6 +18,7 @@ import tempfile
 from itertools import groupby
 from pathlib import Path
 
+from toppling.core.wording import counted, whole_percent
 from toppling.models.friction import CONTACTS
 from toppling.motions.intensity.jma import CLASSES
 from toppling.studies.plan.piece_classes import COLUMNS, NAMES, PieceClass
@@ -39,7 +40,6 @@ from toppling.studies.validation.validate import (
     trials_text,
     validate,
 )
-from toppling.wording import counted, whole_percent
 
 HERE = Path(__file__).resolve().parent
 GRANITE, PULSES = "TOPPLING_GRANITE", "TOPPLING_PULSES"

@@ -20,12 +20,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from toppling import motions
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import records
 from toppling.motions.intensity.cumulative import husid
 from toppling.motions.intensity.peaks import velocity
 from toppling.studies.plots.axes import COLOURS
 from toppling.studies.single.motions import draw_spectra
-from toppling.units import STANDARD_GRAVITY
 
 HERE = Path(__file__).parent
 SAMPLES = 3  # histories in a figure

@@ -5,6 +5,7 @@ They go into docs/_made, which git does not keep.
 
 from __future__ import annotations
 
+import ast
 import importlib
 import importlib.util
 import inspect
@@ -87,6 +88,21 @@ def study_file_page() -> str:
     return head + key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
 
 
+def modules_page() -> str:
+    """Every module of the package with the first line of its docstring."""
+    root = Path(importlib.import_module("toppling").__file__ or "").parent
+    parts = ["# All modules\n\nMade from their docstrings. [Architecture](../architecture.md) says how data flow.\n"]
+    for package in ("core", "models", "motions", "fragility", "studies"):
+        rows = []
+        for path in sorted((root / package).rglob("*.py")):
+            place = path.relative_to(root / package).as_posix()
+            if place != "__init__.py":
+                first = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
+                rows.append(f"| `{place.removesuffix('__init__.py')}` | {' '.join(first.split())} |\n")
+        parts.append(f"## `{package}`\n\n| module | what it is |\n|---|---|\n{''.join(rows)}")
+    return "\n".join(parts)
+
+
 def glossary_page() -> str:
     """Every term that reports define, with its definition."""
     terms = importlib.import_module("toppling.studies.text.glossary").TERMS
@@ -101,7 +117,7 @@ def gallery_text(_configuration: object, _script: str) -> None:
 
 def write(docs: Path) -> None:
     """Write every made page under `docs`/_made, where it is new or another."""
-    pages = {"study-file.md": study_file_page(), "glossary.md": glossary_page()}
+    pages = {"study-file.md": study_file_page(), "glossary.md": glossary_page(), "modules.md": modules_page()}
     for package, about in {**PACKAGES, **MODULES}.items():
         pages[f"api/{package}.rst"] = api_page(package, about)
     for name, text in pages.items():

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from toppling import motions
-from toppling.units import STANDARD_GRAVITY
+from toppling.core.units import STANDARD_GRAVITY
 
 LEVELS = (0.1, 0.2, 0.4, 0.8)
 """PGA of the ground motions, g."""

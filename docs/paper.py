@@ -21,7 +21,7 @@ from p58 import table
 from paper_numbers import CONCRETE, DELTA, DELTAS, PEAKS, RIVALS
 
 import toppling as tp
-from toppling.units import STANDARD_GRAVITY
+from toppling.core.units import STANDARD_GRAVITY
 
 HERE = Path(__file__).parent
 SHOWN = (1, 2, 5, 10)

@@ -17,9 +17,9 @@ from matplotlib.ticker import PercentFormatter
 from paper_numbers import CONCRETE, DELTA, FIGURE_6, RIVALS, X0, E
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.studies.plot import history, hysteresis, moment
 from toppling.studies.plots.axes import COLOURS, plain_log
-from toppling.units import STANDARD_GRAVITY
 
 _SIZED = ("font.size", "axes.labelsize", "axes.titlesize", "legend.fontsize", "figure.labelsize")
 LOOKS: dict[str, Any] = dict.fromkeys(_SIZED, 10.5)

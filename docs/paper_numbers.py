@@ -16,10 +16,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.models import Law
 from toppling.models.runs import trace
 from toppling.studies.plots.axes import COLOURS
-from toppling.units import STANDARD_GRAVITY
 
 E, DELTA, X0 = 0.925, 0.05, 0.5
 """Restitution of the concrete block, half width of the zone, and the rotation over α from which it is let go."""

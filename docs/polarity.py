@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import binom
 
+from toppling.core.streams import stream
 from toppling.fragility import binomial_interval
-from toppling.streams import stream
 
 REPLICATES = 4000
 

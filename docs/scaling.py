@@ -26,6 +26,7 @@ import numpy as np
 from distributed import Client, LocalCluster
 
 import toppling as tp
+from toppling.core.wording import time_text
 from toppling.fragility import Work
 from toppling.fragility.runs.cluster import Cluster
 from toppling.fragility.runs.graph import output_arrays
@@ -35,7 +36,6 @@ from toppling.models.runs import TALLY
 from toppling.motions import records
 from toppling.studies.store import shards as store
 from toppling.studies.store.watch import Stop, Watch, run_log
-from toppling.wording import time_text
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "scaling_measured.json"

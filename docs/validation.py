@@ -18,6 +18,7 @@ import xarray as xr
 from scipy.stats import binom
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import binomial_interval, discrete_rate, fit_fragility
 from toppling.fragility.curves import published
 from toppling.models.friction import friction_at_impact, friction_at_uplift
@@ -25,7 +26,6 @@ from toppling.models.laws import Law
 from toppling.models.oscillator import Oscillator
 from toppling.models.runs import run_many, trace
 from toppling.motions import HalfSine, KanaiTajimi, OneCycleCosine, OneCycleSine, RectangularPulse, scale_to_mean
-from toppling.units import STANDARD_GRAVITY as G
 
 HERE = Path(__file__).resolve().parent
 SECTIONS = {

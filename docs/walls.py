@@ -20,10 +20,10 @@ from matplotlib import rc_context
 from polarity import Share, clustered, crossing, decidable, decided, difference, share, share_of_free
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions import Generator, KanaiTajimi, NearFault, SiteBasedScenario
 from toppling.motions.arrays import records
 from toppling.motions.polarity import both_polarities
-from toppling.units import STANDARD_GRAVITY
 
 HERE = Path(__file__).resolve().parent
 PIECES = (

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from ..faces import face
+from ..core.faces import face
 
 if TYPE_CHECKING:
     from .block import Block, describe_block

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..aliases import Array, Index
-from ..units import STANDARD_GRAVITY
+from ..core.aliases import Array, Index
+from ..core.units import STANDARD_GRAVITY
 from .engine import tables
 from .oscillator import Stack
 

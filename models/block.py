@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .. import checks
-from ..units import STANDARD_GRAVITY
+from ..core import checks
+from ..core.units import STANDARD_GRAVITY
 from .scenes.bed import Bed, balance_on_bed, check_bed, describe_bed
 from .scenes.edge import Edge, describe_edge
 from .scenes.restraint import Restraint, describe_restraint

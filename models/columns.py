@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import checks
-from ..aliases import Array, Flags, Index
-from ..units import STANDARD_GRAVITY
+from ..core import checks
+from ..core.aliases import Array, Flags, Index
+from ..core.units import STANDARD_GRAVITY
 from .block import MAX_SIZE, MIN_ANGLE, UNIFORM_INERTIA_FACTOR, Block, describe_scene
 
 

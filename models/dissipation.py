@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .. import checks
+from ..core import checks
 from .block import Block
 from .laws import Law, oscillator_of
 from .oscillator import Oscillator

@@ -15,10 +15,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import checks
-from ..aliases import Array, Flags
-from ..distributions import Lognormal, Normal, Uniform
-from ..units import STANDARD_GRAVITY
+from ..core import checks
+from ..core.aliases import Array, Flags
+from ..core.distributions import Lognormal, Normal, Uniform
+from ..core.units import STANDARD_GRAVITY
 from .block import UNIFORM_INERTIA_FACTOR
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import checks
-from ..aliases import Array
-from ..labelled import spare_dask
-from ..units import (
+from ..core import checks
+from ..core.aliases import Array
+from ..core.labelled import spare_dask
+from ..core.units import (
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
     DIMENSIONLESS,

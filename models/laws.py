@@ -17,8 +17,8 @@ from abc import ABC, abstractmethod
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, ClassVar
 
-from .. import checks
-from ..units import STANDARD_GRAVITY
+from ..core import checks
+from ..core.units import STANDARD_GRAVITY
 from .assembly import Zone, assemble
 from .block import Block
 from .engine import tables as engine

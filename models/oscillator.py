@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..aliases import Array, Index
+from ..core.aliases import Array, Index
 from .engine import tables as engine
 
 MOST = 1.0 + 1e-15

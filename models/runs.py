@@ -14,9 +14,9 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from .. import checks
-from ..aliases import Array, Index
-from ..units import STANDARD_GRAVITY
+from ..core import checks
+from ..core.aliases import Array, Index
+from ..core.units import STANDARD_GRAVITY
 from .batches import Records, batch_of, flushed, lay_out
 from .engine import tables
 from .engine.exact_runs import run_exact
@@ -322,11 +322,12 @@ def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -
 @lru_cache(maxsize=1)
 def engine_identity() -> dict[str, str]:
     """Return the versions, the source hash and the processor that, with the inputs, determine a run to the last bit."""
-    from ..machine_code import processor  # noqa: PLC0415 - numba, which takes a second
+    from ..core.machine_code import processor  # noqa: PLC0415 - numba, which takes a second
 
     source = hashlib.sha256()
     here = Path(__file__).parent
-    for file in (here.parent / "compiled.py", here.parent / "machine_code.py", *sorted(here.rglob("*.py"))):
+    core = here.parent / "core"
+    for file in (core / "compiled.py", core / "machine_code.py", *sorted(here.rglob("*.py"))):
         source.update(file.read_bytes())
     versions = {name: metadata.version(name) for name in ("toppling", "numpy", "numba")}
     return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}

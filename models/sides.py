@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from ..units import STANDARD_GRAVITY
+from ..core.units import STANDARD_GRAVITY
 from .assembly import SMALLEST, Chord, Contact, Side, Spring, Surroundings, Zone
 from .block import Block
 from .engine import tables as engine

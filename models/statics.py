@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from .. import checks
-from ..units import STANDARD_GRAVITY
+from ..core import checks
+from ..core.units import STANDARD_GRAVITY
 from .block import Block
 
 

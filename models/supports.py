@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .. import checks
+from ..core import checks
 from .block import Block
 
 MOST_DELTA = 0.3

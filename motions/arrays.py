@@ -17,11 +17,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .. import checks
-from ..aliases import Array, Flags
-from ..doubts import Doubt, warn
-from ..labelled import spare_dask
-from ..units import ACCELERATION, METRE, RADIAN, SECOND
+from ..core import checks
+from ..core.aliases import Array, Flags
+from ..core.doubts import Doubt, warn
+from ..core.labelled import spare_dask
+from ..core.units import ACCELERATION, METRE, RADIAN, SECOND
 
 spare_dask()
 

@@ -15,9 +15,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from .. import checks
-from ..aliases import Array
-from ..doubts import warn
+from ..core import checks
+from ..core.aliases import Array
+from ..core.doubts import warn
 from .arrays import filter_doubts, records
 
 # Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import checks
-from ..aliases import Array
-from ..streams import stream
-from ..units import DIMENSIONLESS, RADIAN
+from ..core import checks
+from ..core.aliases import Array
+from ..core.streams import stream
+from ..core.units import DIMENSIONLESS, RADIAN
 from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
 from .readers.directions import direction_of, of_file, of_the_ground, said_of
 from .readers.lines import RecordError

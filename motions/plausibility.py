@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..aliases import Array, Index
-from ..doubts import Doubt, first_names, first_of
-from ..units import STANDARD_GRAVITY
-from ..wording import counted, short_digits, two_digit_percent, two_digits
+from ..core.aliases import Array, Index
+from ..core.doubts import Doubt, first_names, first_of
+from ..core.units import STANDARD_GRAVITY
+from ..core.wording import counted, short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
 from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import checks
-from ..units import DIMENSIONLESS
+from ..core import checks
+from ..core.units import DIMENSIONLESS
 from .arrays import REVERSE_OF, VERTICAL, Record, records
 
 AS_RECORDED, BOTH = "as recorded", "both"

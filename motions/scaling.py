@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from .. import checks
-from ..aliases import Array
+from ..core import checks
+from ..core.aliases import Array
 from .arrays import records
 from .intensity.dataset import measure_named, positive_measure
 from .intensity.measure import Measure

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ..wording import system_reason
-from ..writing import whole_file
+from ..core.wording import system_reason
+from ..core.writing import whole_file
 from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
 from .text.error import StudyError
 from .text.names import drawable

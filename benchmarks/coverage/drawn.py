@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ...aliases import Array
-from ...streams import stream
+from ...core.aliases import Array
+from ...core.streams import stream
 from ..sequential.truths import MEDIAN, TRUTHS, Truth
 
 ONE_CAPACITY, _, TWO_POPULATIONS, _, SKEWED_LEFT = TRUTHS

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
+from ...core.streams import stream
 from ...fragility.curves.means import quantiles, share_error
 from ...fragility.numerics.totals import fallen_pieces
 from ...fragility.uncertainty.joint import INDEPENDENT, PIECES, Variability, drawn_pieces
-from ...streams import stream
 from .drawn import Row, row_of
 
 VARIANTS, SEEDS = 16, 200

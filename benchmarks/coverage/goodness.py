@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.streams import stream
 from ...fragility import goodness_of_fit
-from ...streams import stream
 from ..sequential.truths import MEDIAN, Truth
 from .drawn import ATTRIBUTES, LEVELS, LOGNORMAL, Row, cloud, ida, stripes
 

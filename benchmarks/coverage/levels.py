@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...fragility.fitting.fit import fit_fragility
 from ...fragility.fitting.intervals import PROFILE
 from ..sequential.truths import MEDIAN, Truth

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from ...core.streams import stream
 from ...fragility import RandomInputs, Uniform, overturning_probability, rank_measures, sobol_indices
-from ...streams import stream
 from ..sequential.truths import DISPERSION, MEDIAN, Truth
 from .drawn import LOGNORMAL, Row, ida, row_of
 from .rates import of_runs

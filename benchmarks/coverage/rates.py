@@ -10,11 +10,11 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.streams import stream
 from ...fragility import HazardCurve, annual_rate, fit_fragility
 from ...fragility.curves.means import mean_interval, resampled_means
 from ...fragility.risk.ratios import ratio_of
-from ...streams import stream
 from ..sequential.truths import MEDIAN, Truth
 from .drawn import LEVELS, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
 

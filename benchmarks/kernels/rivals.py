@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 RK4, NEWMARK, RK4_AT_REST = range(3)
 # Kinds of damping of a problem (see `problems.Problem`).

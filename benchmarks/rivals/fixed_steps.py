@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 from ..kernels import rivals as kernels
 from ..problems import Problem
 

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numba import carray, cfunc, njit  # type: ignore[attr-defined]
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..kernels import rivals as kernels
 from ..kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
 from ..problems import Problem

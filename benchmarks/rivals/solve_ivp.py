@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..kernels import rivals as kernels
 from ..kernels.rivals import EXACT, VISCOUS
 from ..problems import Problem

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from ..kernels import rivals as kernels
 from ..kernels.rivals import EXACT
 from ..problems import Problem

@@ -14,11 +14,11 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
+from ...core.streams import stream
 from ...fragility import HazardCurve, annual_rate, fit_fragility
 from ...motions import Mixture
 from ...motions.selection.choosing import Problem, choose
-from ...streams import stream
 from .worlds import AT, GIVEN, MEASURES, Pool, Site, pool, site
 
 SITES = 1000

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr, ndtr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...motions import Target
 
 GIVEN = "Sa(1)"

@@ -17,7 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
+from ...core.streams import stream
+from ...core.wording import counted
 from ...fragility.adaptive.probit import Observations, fit_probit
 from ...fragility.adaptive.until import MEDIAN as CENTRE
 from ...fragility.adaptive.until import Until
@@ -26,8 +28,6 @@ from ...models.oscillator import stack
 from ...models.runs import OUTPUTS, TALLY, run_mixed
 from ...motions import CloughPenzien, SiteBasedScenario, records
 from ...motions.arrays import Record
-from ...streams import stream
-from ...wording import counted
 from .promises import GRID, MOST, Outcome, Row, common_levels, grid_levels, sequential, summary
 from .truths import MEDIAN
 

@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.streams import stream
 from ...fragility import HazardCurve
 from ...fragility.adaptive.curve import SequentialCurve
 from ...fragility.adaptive.probit import Observations, fit_probit, local_probit
@@ -22,7 +23,6 @@ from ...fragility.adaptive.stopping import REACHED, StoppingRule, next_wave
 from ...fragility.adaptive.until import DISPERSION as SPREAD
 from ...fragility.adaptive.until import MEDIAN as CENTRE
 from ...fragility.adaptive.until import PROBABILITY, RATE, Until
-from ...streams import stream
 from .truths import DISPERSION, MEDIAN, TRUTHS, Truth
 
 TOLERANCES = (0.10, 0.05, 0.02)

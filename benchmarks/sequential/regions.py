@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
+from ...core.streams import stream
 from ...fragility.adaptive.probit import Observations, fit_probit
 from ...fragility.analyses.pooled import pooled
 from ...fragility.analyses.surface_results import surface_curves
@@ -30,7 +31,6 @@ from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions import CloughPenzien, SiteBasedScenario
 from ...motions.simulated.generator import Generator
-from ...streams import stream
 
 MOTIONS = CloughPenzien(duration=20.0, dt=0.005)
 SITE_BASED = SiteBasedScenario(magnitude=6.8, distance=15e3, vs30=620.0)

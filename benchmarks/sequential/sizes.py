@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
+from ...core.units import STANDARD_GRAVITY
 from ...fragility.adaptive.probit import Observations, fit_probit, local_probit
 from ...fragility.analyses.surface_results import surface_curves
 from ...fragility.analyses.waves import MotionSource, run_wave, scaled_to
 from ...fragility.runs.request import check_request
 from ...models.columns import BlockArray
 from ...models.laws import oscillator_of
-from ...units import STANDARD_GRAVITY
 from .promises import GRID
 from .regions import LAWS, MOTIONS, blocks_of, direct_medians, pooled_of
 

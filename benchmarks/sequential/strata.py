@@ -12,7 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
+from ...core.streams import stream
+from ...core.units import STANDARD_GRAVITY
 from ...fragility.adaptive.curve import SequentialCurve
 from ...fragility.adaptive.rate import draw_levels, hazard_cells
 from ...fragility.adaptive.until import until_of
@@ -23,8 +25,6 @@ from ...models.runs import OUTPUTS, run_mixed
 from ...motions import records
 from ...motions.arrays import Record
 from ...motions.simulated.generator import Generator
-from ...streams import stream
-from ...units import STANDARD_GRAVITY
 from .databases import BLOCK, DATABASES
 
 MOTIONS = 10_000

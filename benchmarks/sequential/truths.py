@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 
 MEDIAN, DISPERSION = 2.0, 0.4
 

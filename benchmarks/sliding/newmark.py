@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ...models.sliding.law import Slider
 from ...models.sliding.runs import SLIDES, friction_table, run_sliders
-from ...units import STANDARD_GRAVITY
 from ..measure import Row, seconds
 from ..speed import motions
 

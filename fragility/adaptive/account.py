@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ...wording import counted
+from ...core.wording import counted
 from .curve import SequentialCurve
 from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed, reason_text
 from .until import PROBABILITY, RATE

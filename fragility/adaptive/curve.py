@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array, Flags, Index
-from ...streams import stream
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
+from ...core.streams import stream
 from ..fitting.states import ALL, NONE
 from ..hazard.curve import HazardCurve
 from ..numerics.proportions import binomial_interval

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from ..fitting.likelihood import STATUSES, FactorData, FittedLines, fit_lines
 from ..fitting.links import LINKS, LOGNORMAL, Link
 from ..fitting.trials import gap_between

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from ..fitting.links import LINKS
 from ..hazard.curve import HazardCurve
 from .probit import FEWEST, Estimate, Observations, fit_line

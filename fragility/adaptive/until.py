@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ... import checks
+from ...core import checks
 
 MEDIAN, DISPERSION, RATE, PROBABILITY = "median", "dispersion", "rate", "probability"
 TARGETS = (MEDIAN, DISPERSION, RATE, PROBABILITY)

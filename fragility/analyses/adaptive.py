@@ -14,9 +14,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags
-from ...doubts import Doubt, warn
+from ...core import checks
+from ...core.aliases import Array, Flags
+from ...core.doubts import Doubt, warn
+from ...core.units import STANDARD_GRAVITY
 from ...models import Block, RandomSliding
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES
@@ -26,7 +27,6 @@ from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.generator import Generator
-from ...units import STANDARD_GRAVITY
 from ..adaptive.account import reached_so_far
 from ..adaptive.curve import SequentialCurve, WavePlan
 from ..adaptive.rate import check_ends

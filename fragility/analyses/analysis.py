@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from ...doubts import Doubt, warn
+from ...core.doubts import Doubt, warn
+from ...core.units import provenance
 from ...models import Block, describe_block, describe_law
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
 from ...motions.intensity.measure import MEASURES
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import BOTH
-from ...units import provenance
 from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axes, check_outputs, of_both
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.graph import output_arrays

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
+from ...core.streams import stream
 from ...models import Block, Model, RandomSliding
 from ...models.runs import Specimen
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import Record
-from ...streams import stream
 from ..runs.request import Request
 
 DRAWS = (0, 4)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from ...aliases import Progress
+from ...core.aliases import Progress
 from ...models import Block, Model
 from ...motions.arrays import other_coordinates, records
 from ...motions.intensity.measure import Measure

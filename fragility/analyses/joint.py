@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Flags, Progress
+from ...core import checks
+from ...core.aliases import Array, Flags, Progress
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS, provenance
 from ...models import Block, Law
 from ...models.columns import BlockArray
 from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
-from ...streams import stream
-from ...units import DIMENSIONLESS, provenance
 from ..adaptive.probit import student
 from ..adaptive.until import CONFIDENCE
 from ..numerics.proportions import binomial_interval

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS
 from ...motions.intensity.dataset import measure
 from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import MEASURES, Measure
-from ...units import DIMENSIONLESS
 from ..adaptive.probit import Observations
 from ..surfaces.gain import CONFIDENCE, Gain, measure_gain
 from .waves import MotionWave, Scaled

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from ... import checks
-from ...aliases import Progress
-from ...doubts import warn
+from ...core import checks
+from ...core.aliases import Progress
+from ...core.doubts import warn
+from ...core.units import provenance
+from ...core.wording import counted
 from ...models import Block, Law
 from ...models.columns import BlockArray
 from ...models.laws import describe_law
@@ -22,8 +24,6 @@ from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.generator import Generator
-from ...units import provenance
-from ...wording import counted
 from ..adaptive.rate import check_ends
 from ..adaptive.stopping import ALL_FELL, NONE_FELL
 from ..adaptive.until import MEDIAN, Until, until_of

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index, Progress
-from ...doubts import Doubt, warn
+from ...core.aliases import Array, Flags, Index, Progress
+from ...core.doubts import Doubt, warn
+from ...core.streams import stream
+from ...core.units import STANDARD_GRAVITY
 from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...motions.plausibility import record_doubts
-from ...streams import stream
-from ...units import STANDARD_GRAVITY
 from ..adaptive.stopping import MOST_MOTIONS, NO_MORE, REACHED, motions_needed
 from ..adaptive.until import Until
 from ..hazard.curve import HazardCurve

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Progress
-from ...doubts import warn
+from ...core import checks
+from ...core.aliases import Array, Progress
+from ...core.doubts import warn
+from ...core.units import DIMENSIONLESS
 from ...models import Block
 from ...models.friction import Friction
 from ...models.runs import Specimen
@@ -23,7 +24,6 @@ from ...models.sliding.runs import LABELS, TRIP_VELOCITY
 from ...models.sliding.trip import OF_TRIPS, TRIPS, trips
 from ...motions.arrays import AS_GIVEN, DRAW, POLARITY, RECORD, Record, polarity_coordinate
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, REVERSED
-from ...units import DIMENSIONLESS
 from ..numerics.slabs import in_memory
 from ..runs.axes import RULES, along_depth, along_width, axes_of
 from ..runs.plan import Work, plan_chunks

@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
+from ...core.units import DIMENSIONLESS, PER_YEAR, provenance
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.dataset import measure_named, measure_variables
 from ...motions.intensity.naming import GROUND
-from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ..adaptive.account import account, half_width
 from ..adaptive.curve import SequentialCurve, WavePlan
 from ..adaptive.stopping import reason_text

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Flags, Progress
-from ...doubts import warn
+from ...core import checks
+from ...core.aliases import Array, Flags, Progress
+from ...core.doubts import warn
+from ...core.units import DIMENSIONLESS
 from ...models import Block, Model
 from ...motions.arrays import AS_GIVEN, RECORD, Record, other_coordinates, records
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, arrays_under
 from ...motions.selection.select import Selection
-from ...units import DIMENSIONLESS
 from ..runs.factors import dense, unscaled
 from ..runs.labels import measured
 from ..runs.provenance import STRIPES
@@ -73,7 +73,7 @@ def stripes(
     scale : bool
         True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
         were selected, or simulated, for that level and scatter about it.  Motions that have another measure are warned
-        of (`toppling.doubts.ImplausibleInput`); studies refuse them.
+        of (`toppling.core.doubts.ImplausibleInput`); studies refuse them.
     inconsistent : bool
         True takes selections that do not agree with the hazard; False (default) refuses them.
     ground : sequence of motions or of sequences of them, optional

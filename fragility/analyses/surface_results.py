@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY
+from ...core.wording import counted
 from ...models import Block
 from ...models.columns import BlockArray
-from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY
-from ...wording import counted
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
 from ..runs.labels import law_coordinates

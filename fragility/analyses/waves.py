@@ -13,16 +13,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Index
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS
 from ...models import Block
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, Record
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, records_under
 from ...motions.simulated.generator import Generator
-from ...streams import stream
-from ...units import DIMENSIONLESS
 from ..runs.axes import along_width, axes_of, both_works
 from ..runs.plan import LEAST_OF_A_WAVE
 from ..runs.request import Request, collect, collect_both, work_of

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...units import PER_YEAR
+from ...core.units import PER_YEAR
 from ..adaptive.rate import weighted_samples
 from ..fitting.bootstrap import draw_motions
 from ..fitting.states import OVERTURNED, State, flags_of, needed_output

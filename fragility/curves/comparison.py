@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...units import DIMENSIONLESS
-from ...wording import given_percent
+from ...core import checks
+from ...core.units import DIMENSIONLESS
+from ...core.wording import given_percent
 from ..fitting.bootstrap import percentile_interval
 from ..runs.provenance import provenance_from
 

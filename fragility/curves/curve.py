@@ -12,9 +12,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...units import DIMENSIONLESS
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS
 from ..fitting.links import LINKS, LOGNORMAL
 from ..runs.provenance import load_coordinates
 

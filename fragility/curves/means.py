@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ... import checks
-from ...aliases import Array, Flags, Index
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
 from ..fitting.bootstrap import draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory

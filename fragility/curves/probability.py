@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...doubts import warn_of_results
-from ...units import DIMENSIONLESS
-from ...wording import given_percent
+from ...core import checks
+from ...core.doubts import warn_of_results
+from ...core.units import DIMENSIONLESS
+from ...core.wording import given_percent
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..numerics.proportions import METHOD_NAMES, binomial_interval
 from ..runs.provenance import carried_attributes, motions_by_floor, number_of_motions

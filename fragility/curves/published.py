@@ -16,13 +16,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import warn
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import warn
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, provenance
 from ...models import Block
 from ...models.block import MAX_SIZE
 from ...motions.intensity.measure import MEASURES
-from ...units import DIMENSIONLESS, STANDARD_GRAVITY, provenance
 from ..fitting.states import OK
 from ..runs.labels import block_coordinates
 from ..runs.request import labelled_sequence

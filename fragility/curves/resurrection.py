@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS
 from ..fitting.states import OVERTURNED, State, reached
 from ..runs.provenance import IDA, carried_attributes, design_of, motions_by_floor
 

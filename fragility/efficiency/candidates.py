@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, METRE, SECOND
 from ...motions.arrays import Record, records
 from ...motions.intensity.dataset import measure
 from ...motions.intensity.measure import MEASURES, Measure
 from ...motions.intensity.naming import FLOOR, long_name_at, place_in
-from ...units import DIMENSIONLESS, METRE, SECOND
 from ..runs.provenance import blocks_of, records_of
 from ..runs.scaling import BLOCK_MEASURES, SCALE, BlockMeasure, intensity_measure
 from .capacity import OrderedRuns

@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array
-from ...units import DIMENSIONLESS
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels

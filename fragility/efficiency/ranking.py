@@ -14,12 +14,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags, Index
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS
+from ...core.wording import given_percent
 from ...motions.intensity.measure import Measure
-from ...streams import stream
-from ...units import DIMENSIONLESS
-from ...wording import given_percent
 from ..fitting.bootstrap import draw_clusters, percentile_interval
 from ..fitting.first_overturning import FEWEST, brackets
 from ..fitting.states import OVERTURNED, State, state_name

@@ -13,11 +13,11 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Flags, Index
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
+from ...core.units import DIMENSIONLESS
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
-from ...units import DIMENSIONLESS
 from ..runs.provenance import STRIPES, clusters_of, design_of, provenance_from
 
 FACTOR = "factor"

@@ -14,7 +14,7 @@ import scipy
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from ..fitting.states import ALL, DECREASING, FAILED, NONE, OK, SEPARATED
 from ..kernels import censored as engine
 from ..runs.provenance import BED

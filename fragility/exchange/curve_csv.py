@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...units import DIMENSIONLESS, PER_YEAR, UNITS
+from ...core.units import DIMENSIONLESS, PER_YEAR, UNITS
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import INCOMPLETE, OK
@@ -124,7 +124,7 @@ def read_curve_csv(path: str | os.PathLike[str], im: str | None = None) -> xr.Da
     path : path
         The CSV: a heading, then a row a curve.  Needed are a column measure (pga, pgv, Sa(1.0), …) and median (unit)
         and dispersion, or level (unit) and probability; all columns before measure except id are labels.  Units are
-        those of `toppling.units.UNITS`: g, m/s2, cm/s2, gal, m/s, cm/s, m, cm, mm, 1.
+        those of `toppling.core.units.UNITS`: g, m/s2, cm/s2, gal, m/s, cm/s, m, cm, mm, 1.
     im : str, optional
         The measure to read where the table has several.
 

@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, UNITS, provenance
 from ...motions.arrays import floor_coordinates
 from ...motions.intensity.naming import FLOOR, GROUND, place_in
-from ...units import DIMENSIONLESS, UNITS, provenance
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import ABSENT, OK

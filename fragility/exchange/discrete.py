@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..fitting.links import LINKS, LOGNORMAL
 from .rows import CurveParameters, CurveRow
 

@@ -6,9 +6,9 @@ import math
 import os
 from pathlib import Path
 
-from ...limits import CURVE_BYTES
-from ...wording import system_reason
-from ...writing import write_bytes
+from ...core.limits import CURVE_BYTES
+from ...core.wording import system_reason
+from ...core.writing import write_bytes
 
 
 class ExchangeError(ValueError):

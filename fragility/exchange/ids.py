@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...doubts import warn
+from ...core.doubts import warn
 from ..fitting.states import OK, SEPARATED
 from ..validity.plausibility import level_doubts
 from .files import ExchangeError

@@ -14,11 +14,11 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, long_name_at
-from ...units import DIMENSIONLESS, METRE, PER_YEAR
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import INCOMPLETE, OK

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Index
-from ...streams import stream
+from ...core.aliases import Array, Index
+from ...core.streams import stream
 from .trials import STATES
 
 

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags
-from ...units import DIMENSIONLESS
+from ...core.aliases import Array, Flags
+from ...core.units import DIMENSIONLESS
 
 FEWEST = 4
 """Fewest levels of which every other one still has an interval."""

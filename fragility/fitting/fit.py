@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Index
-from ...doubts import warn_of_results
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.doubts import warn_of_results
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes, motions_by_floor

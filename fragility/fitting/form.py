@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from .bootstrap import percentile_interval
 from .intervals import BOOTSTRAP, INTERVALS, Options, ResampledData
 from .states import NO_RUNS, OK

@@ -23,10 +23,10 @@ import scipy
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Index
-from ...streams import stream
-from ...units import DIMENSIONLESS
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS
 from ..runs.provenance import ADAPTIVE, CLOUD, carried_attributes
 from .fit import METHODS, check_method, fit_fragility, form_named
 from .form import Fit, Form

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from ..kernels import binomial as engine
 from .bootstrap import draw_counts, percentile_interval
 from .likelihood import PENALTIES, FactorData, FittedLines, covariance_of, data_of, fit_lines, status_of

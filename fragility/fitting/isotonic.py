@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..numerics.proportions import binomial_interval
 from .bootstrap import percentile_interval
 from .form import Columns, Form, log_likelihood_of, percentile_columns

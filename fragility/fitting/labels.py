@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...units import DIMENSIONLESS
-from ...wording import given_percent
+from ...core.units import DIMENSIONLESS
+from ...core.wording import given_percent
 from .trials import Trials
 
 LEVEL = "unit of the level"

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from ..kernels import binomial as engine
 from .links import Link
 from .patterns import Patterns

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from .form import Columns
 from .intervals import Estimate, Options, estimate
 from .labels import OBSERVED

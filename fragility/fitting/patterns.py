@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...aliases import Index
+from ...core.aliases import Index
 from ..numerics import slabs
 
 DENSE = 4

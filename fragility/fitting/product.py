@@ -7,7 +7,7 @@ import math
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..kernels import binomial as engine
 from .intervals import Ends, Estimate, LineFits
 from .likelihood import FittedLines

@@ -14,10 +14,10 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from ... import checks
+from ...core import checks
+from ...core.units import DIMENSIONLESS
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
-from ...units import DIMENSIONLESS
 from ..runs.plan import UNKNOWN
 from ..runs.provenance import RUN, about_both_axes, load_coordinates
 

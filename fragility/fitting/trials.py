@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags, Index
-from ...units import DIMENSIONLESS
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
+from ...core.units import DIMENSIONLESS
 from ..kernels import resampling as engine
 from ..numerics import slabs
 from ..runs.provenance import (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from .form import Columns, Form
 from .intervals import Estimate, LineFits, Options, ResampledData, estimate, median_bound, unlogged
 from .likelihood import data_of, fit_lines

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from . import product
 from .bootstrap import studentised_interval
 from .form import Columns, Form, log_likelihood_of

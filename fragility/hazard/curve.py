@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, in_si

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 
-from ... import checks
+from ...core import checks
 from ...motions.intensity.measure import Measure
 from ...motions.readers.lines import Lines, RecordError
 from .curve import HazardCurve

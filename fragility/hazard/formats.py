@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import first_names
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import first_names
 from ...motions.readers.lines import Lines, plain
 from ...motions.readers.units import told
 from .curve import HazardCurve, unit_to_si

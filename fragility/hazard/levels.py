@@ -11,8 +11,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 
 
 class Hazard(Protocol):

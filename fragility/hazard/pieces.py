@@ -10,8 +10,8 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags
+from ...core import checks
+from ...core.aliases import Array, Flags
 
 EXTEND: Final = "extend"
 NONE: Final = "none"

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...aliases import Array
-from ...doubts import Doubt
+from ...core.aliases import Array
+from ...core.doubts import Doubt
+from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...motions.intensity.naming import written_level
-from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from .curve import HazardCurve
 from .pieces import NONE
 from .rates import IMPOSSIBLY_OFTEN

@@ -7,10 +7,10 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import Doubt, warn
-from ...units import PER_YEAR
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import Doubt, warn
+from ...core.units import PER_YEAR
 
 IMPOSSIBLY_OFTEN = 10.0
 """Annual rate of damaging shaking above which nothing real can be meant."""

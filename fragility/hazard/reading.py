@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import our_name, program_unit
 from ...motions.readers.lines import Lines, plain

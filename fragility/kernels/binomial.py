@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 PROBIT, LOGIT, CLOGLOG = range(3)
 BINOMIAL, INTERVAL = range(2)

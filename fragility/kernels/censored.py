@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 OK = 0
 NONE = 1

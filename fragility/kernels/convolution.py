@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .binomial import ROOT_2PI, ROOT_HALF, mills_ratio
 
 CLOSED = 3.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 
 @kernel(keep=True, error_model="python")

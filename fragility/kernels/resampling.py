@@ -1,6 +1,6 @@
 """Compiled resampling of motions: how often each pattern of outcomes is drawn, and the runs in each cell."""
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 
 @kernel(keep=True, error_model="python")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..kernels import products as engine
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 
 Ends = tuple[Array, Array]
 

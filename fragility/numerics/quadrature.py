@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 
 # Kronrod's 15 points with the 7 of Gauss among them (as in QUADPACK, Piessens et al. 1983): abscissae from the end to
 # the middle, both weights.

@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import warn_of_results
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import warn_of_results
+from ...core.units import DIMENSIONLESS, PER_YEAR, provenance
+from ...core.wording import given_percent
 from ...motions.intensity.naming import long_name_at
-from ...units import DIMENSIONLESS, PER_YEAR, provenance
-from ...wording import given_percent
 from ..curves.curve import OUTSIDE, REFUSE, coordinates_on, form_name, has_replicates
 from ..fitting.bootstrap import Percentiles, percentile_interval
 from ..fitting.links import LOGNORMAL

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Index
-from ...units import DIMENSIONLESS, PER_YEAR
-from ...wording import given_percent
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.wording import given_percent
 from ..fitting.bootstrap import draw_motions, percentile_interval
 from ..fitting.fit import FORMS, REPLICATES, fitted_curves
 from ..fitting.intervals import PROFILE, Options

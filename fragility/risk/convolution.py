@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 from ..curves.curve import LEAST, MOST, REFUSE, CurveArrays, LognormalCurves, TabulatedCurves
 from ..hazard.pieces import EXTEND, HOLD, NONE, Pieces
 from ..kernels import convolution as engine

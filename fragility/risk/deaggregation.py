@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..curves.curve import LEAST, REFUSE, CurveArrays
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import HOLD, Pieces

@@ -14,10 +14,10 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...streams import stream
-from ...units import DIMENSIONLESS, PER_YEAR, provenance
+from ...core import checks
+from ...core.aliases import Array
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS, PER_YEAR, provenance
 from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND

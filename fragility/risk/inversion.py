@@ -11,10 +11,10 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Index
-from ...units import DIMENSIONLESS, provenance
-from ...wording import given_percent
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.units import DIMENSIONLESS, provenance
+from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...units import DIMENSIONLESS
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS
 from ..curves.curve import LognormalCurves, form_name
 from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from ..curves.curve import LEAST, MOST, CurveArrays, LognormalCurves, TabulatedCurves
 from ..hazard.pieces import Pieces
 from ..numerics.quadrature import integrate

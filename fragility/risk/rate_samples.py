@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..curves.curve import LEAST, CurveArrays, LognormalCurves, TabulatedCurves, curve_arrays
 from ..fitting.labels import OBSERVED
 from ..hazard.pieces import Pieces

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..fitting.bootstrap import percentile_interval
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array
-from ...units import DIMENSIONLESS, RADIAN, provenance
-from ...wording import given_percent
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, RADIAN, provenance
+from ...core.wording import given_percent
 from ..curves.curve import REFUSE, CurveArrays, LognormalCurves, coordinates_on, has_replicates, im_of
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import NO_RATE, OK, TOO_HIGH, TOO_LOW

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 
 MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
     "models",

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...motions.intensity.measure import Measure
 from ..numerics.slabs import RUNS, Where
 

@@ -11,7 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND
 from ...models import Block, Model
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
@@ -20,7 +21,6 @@ from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF, describe_edge
 from ...models.sliding.mode import MODE, demand, mode_of
 from ...models.sliding.runs import LABELS
 from ...motions.intensity.measure import RESULT_MEASURES
-from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND
 from ..numerics.slabs import Allocator
 from .axes import AXIS
 from .factors import dense

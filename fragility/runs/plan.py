@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from ...models.engine.tables import MOST_PIECES
 from ...models.oscillator import Oscillator, Stack
 from ...models.runs import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...aliases import Progress
+from ...core.aliases import Progress
 
 
 def part_of(progress: Progress | None, before: int, total: int | None = None) -> Progress | None:

@@ -15,14 +15,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
+from ...core.units import provenance
 from ...models import LAWS, Block, Law
 from ...models.block import block_from
 from ...motions.arrays import BOTH_AXES, DRAW, POLARITY, RECORD, Record, floor_coordinates
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
-from ...units import provenance
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 from .scaling import BlockMeasure, intensity_measure
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Index, Progress
+from ...core import checks
+from ...core.aliases import Index, Progress
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.runs import TALLY, Specimen

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...units import STANDARD_GRAVITY
+from ...core.units import STANDARD_GRAVITY
 from .provenance import configuration_of, levels_of_the_ground
 
 KNOWN_IN = ("pga", "pga_normalised")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from ..adaptive.probit import Observations, fit_probit
 from ..numerics.products import times
 from .surface import Surface

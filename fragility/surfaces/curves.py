@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
-from ...streams import stream
+from ...core.aliases import Array, Flags, Index
+from ...core.streams import stream
 from ..adaptive.probit import Observations, student
 from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, StoppingRule, margin, next_wave
 from ..adaptive.until import Until

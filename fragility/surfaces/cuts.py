@@ -11,7 +11,7 @@ import math
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..numerics.products import times
 from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, cut_score, fit_surface, number_of_terms
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags
-from ...streams import stream
+from ...core.aliases import Array, Flags
+from ...core.streams import stream
 from ..numerics.products import crossed, squares, times
 from .surface import Cut, terms_at
 

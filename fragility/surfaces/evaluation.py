@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 from ..adaptive.probit import student
 from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces

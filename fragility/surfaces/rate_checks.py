@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from ..adaptive.rate import draw_levels, hazard_cells
 from ..hazard.curve import HazardCurve
 from ..numerics.products import crossed, squares, times

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from ..kernels import surfaces as engine
 from ..numerics.products import crossed, squares, times
 

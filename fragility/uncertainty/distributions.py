@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array
-from ...distributions import Beta, Continuous, Distribution, Least, Lognormal, Normal, Uniform
+from ...core import checks
+from ...core.aliases import Array
+from ...core.distributions import Beta, Continuous, Distribution, Least, Lognormal, Normal, Uniform
 from ...models import Law
 
 __all__ = ["Beta", "Categorical", "Continuous", "Distribution", "Least", "Lognormal", "Normal", "Uniform"]

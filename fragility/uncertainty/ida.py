@@ -12,14 +12,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Progress
+from ...core import checks
+from ...core.aliases import Progress
+from ...core.units import DIMENSIONLESS
 from ...models import Block, Law, describe_block, describe_law
 from ...models.laws import oscillator_of
 from ...motions.arrays import BOTH_AXES
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED
-from ...units import DIMENSIONLESS
 from ..analyses.analysis import Specimens, analyse
 from ..analyses.ida import incremental
 from ..runs.axes import axes_of, check_axes

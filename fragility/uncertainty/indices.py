@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array
-from ...streams import stream
-from ...units import DIMENSIONLESS, provenance
-from ...wording import given_percent
+from ...core import checks
+from ...core.aliases import Array
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS, provenance
+from ...core.wording import given_percent
 from ..runs.provenance import configuration_of
 from .distributions import Categorical
 from .inputs import RandomInputs

@@ -15,12 +15,12 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import Doubt, first_of
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import Doubt, first_of
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS, provenance
 from ...models import Block, Law
-from ...streams import stream
-from ...units import DIMENSIONLESS, provenance
 from .distributions import Categorical, Distribution
 from .realisation import (
     KNOWN,

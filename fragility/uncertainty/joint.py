@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags, Index, Progress
+from ...core import checks
+from ...core.aliases import Array, Flags, Index, Progress
+from ...core.streams import key_of, stream
 from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
-from ...streams import key_of, stream
 from ..runs.axes import AXIS, both_works
 from ..runs.request import Request, collect, collect_both, runner_of, work_of
 from ..runs.runners import Runner

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ...core.units import DIMENSIONLESS, METRE, NEWTON, RADIAN, STIFFNESS
 from ...models import LAWS, Block, Law, Restraint
-from ...units import DIMENSIONLESS, METRE, NEWTON, RADIAN, STIFFNESS
 from .distributions import Categorical, Distribution
 
 

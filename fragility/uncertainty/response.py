@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ...aliases import Progress
+from ...core.aliases import Progress
+from ...core.units import DIMENSIONLESS
 from ...models import Block, Law
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED
-from ...units import DIMENSIONLESS
 from ..curves.probability import overturning_probability
 from ..fitting.fit import fit_fragility
 from ..fitting.states import OK, OVERTURNED, State, needed_output

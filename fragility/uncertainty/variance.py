@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...units import DIMENSIONLESS, provenance
+from ...core import checks
+from ...core.units import DIMENSIONLESS, provenance
 from ..efficiency.capacity import overturning_capacity
 from ..fitting.states import OVERTURNED, State
 from ..numerics.slabs import gathered

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
+from ...core.units import HERTZ
+from ...core.wording import given_percent
 from ...motions.arrays import Record
 from ...motions.intensity.peaks import half_cycle_peaks
 from ...motions.intensity.spectra import BAND_SHARES, energy_band
-from ...units import HERTZ
-from ...wording import given_percent
 from .reasons import labelled
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
-from ...wording import counted
+from ...core.aliases import Array
+from ...core.wording import counted
 from ..numerics.proportions import runs_for_half_width, wilson_half_width
 from ..runs.provenance import BED
 from .reasons import ELASTIC_MODE, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SQUAT

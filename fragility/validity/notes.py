@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Flags
-from ...doubts import NAMED, first_names
+from ...core import checks
+from ...core.aliases import Array, Flags
+from ...core.doubts import NAMED, first_names
+from ...core.wording import counted, listed_name, two_digit_percent, two_digits
 from ...models import Block
 from ...models.columns import BlockArray
 from ...motions.arrays import POLARITY
-from ...wording import counted, listed_name, two_digit_percent, two_digits
 from ..numerics.proportions import runs_for_half_width, wilson_interval
 from ..runs.provenance import BED, RUN, about_both_axes, runs_near_curves
 from .plausibility import block_doubts

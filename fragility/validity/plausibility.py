@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from ...aliases import Array, Flags
-from ...doubts import NAMED, Doubt, first_names, first_of
+from ...core.aliases import Array, Flags
+from ...core.doubts import NAMED, Doubt, first_names, first_of
+from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from ...core.wording import counted, short_digits, two_digits
 from ...models import Block, Model, Sliding
 from ...models.block import WIDEST, likely_sizes
 from ...models.columns import BlockArray
 from ...models.scenes.restraint import Restraint
-from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
-from ...wording import counted, short_digits, two_digits
 
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
 UNITS = "units"

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS
 from ..numerics.slabs import Where
 
 

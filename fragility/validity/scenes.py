@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from ...core.wording import listed_name
 from ...models import Block
 from ...models.sides import sides, surroundings
-from ...wording import listed_name
 
 DRIFT = 0.005
 """Storey drift over height that is taken where none is known: strong shaking of a frame (judgement)."""

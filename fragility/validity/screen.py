@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Progress
+from ...core import checks
+from ...core.aliases import Progress
 from ...models.friction import Friction
 from ...models.sliding.law import SlidingLaw
 from ...motions.simulated.generator import Generator

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Index
+from ...core.aliases import Index
+from ...core.units import HERTZ, STANDARD_GRAVITY
 from ...models.friction import FixedFriction, Friction
 from ...models.runs import leaves_floor
 from ...motions.arrays import DOWNWARD, POLARITY, RECORD
-from ...units import HERTZ, STANDARD_GRAVITY
 from ..numerics.proportions import wilson_half_width, wilson_interval
 from ..numerics.slabs import Allocator, Where, put, slabs
 from ..runs.factors import ScaleFactors

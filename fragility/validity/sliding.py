@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ...models.friction import FixedFriction, Friction, friction_at_impact, friction_at_uplift, friction_of
-from ...units import STANDARD_GRAVITY
 from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled
 
 ANY_FLOOR = FixedFriction(1.0)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Flags, Index, Progress
+from ...core.aliases import Flags, Index, Progress
 from ...models import Block, Law
 from ...models.friction import FixedFriction, Friction
 from ...motions.arrays import POLARITY, Record

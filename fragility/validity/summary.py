@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS
 from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import DOWNWARD, OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
-from ...units import DIMENSIONLESS
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Where
 from ..runs.factors import ScaleFactors

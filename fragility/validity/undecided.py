@@ -15,13 +15,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Flags, Progress
+from ...core import checks
+from ...core.aliases import Flags, Progress
+from ...core.units import DIMENSIONLESS
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
-from ...units import DIMENSIONLESS
 from ..numerics.slabs import Where, slabs
 from ..runs.axes import along_depth
 from ..runs.factors import Factors, either_side

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .hops import flight_terms, landing
 from .pieces import solve_sample
 from .regions import lesser_peak

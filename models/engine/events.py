@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .series import evaluate, state_at
 from .tables import ACCELERATION, FUSED, MOVED, SPEED
 

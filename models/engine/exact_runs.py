@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .free import follow_free, is_safe
 from .lanes import begin_run, store_fallen, store_sample, write_result
 from .pieces import at_edge, solve_piece, solve_sample

@@ -2,7 +2,7 @@
 
 import math
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .pieces import solve_piece
 from .regions import energy_of, potential_energy, raise_peak
 from .rest import uplift

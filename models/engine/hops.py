@@ -2,7 +2,7 @@
 
 import math
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .regions import greatest, later, lesser_peak, near_zero, raise_peak, value, with_rate
 from .rest import comes_to_rest, rest_at
 from .tables import (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .bounces import bounce, no_flights
 from .free import follow_free, is_safe
 from .lanes import (

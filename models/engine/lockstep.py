@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .lanes import freeze_lane, set_lane_amplitude
 from .propagators import fill_step
 from .regions import captures

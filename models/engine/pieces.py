@@ -2,7 +2,7 @@
 
 import math
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .events import AT_UPPER, NO_EVENT, TURN, first_event
 from .hops import solve_hops, solve_low_hops
 from .regions import captures, energy_of, greatest, held_damping, later, lesser_peak, potential_energy, raise_peak

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .series import rate_bound
 from .tables import (
     BARE,

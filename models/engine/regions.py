@@ -10,7 +10,7 @@ engine then has the arithmetic of one that knows nothing of the weight.
 import math
 from typing import Any, NamedTuple
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .tables import (
     BACK,
     BARE,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .bounces import lands_soon
 from .lanes import set_apart
 from .lockstep import follow

@@ -2,7 +2,7 @@
 
 import math
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .regions import greatest, later, least_weight, rate, rounding, value, weight_at
 from .tables import (
     BREAK_TIME,

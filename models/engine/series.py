@@ -2,7 +2,7 @@
 
 import math
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .regions import rate, value
 from .tables import ACCELERATION, DEGREE, EPSILON, FUSED, INVERSE, MOVED, SPEED
 

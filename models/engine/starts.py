@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .free import cannot_fall, find_barrier, follow_free
 from .lanes import reset
 from .lockstep import step_reach

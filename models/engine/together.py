@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .events import TURN, first_event
 from .regions import raise_peak
 from .series import evaluate, linear_series, rate_bound, series_degree

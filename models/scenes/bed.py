@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ... import checks
+from ...core import checks
 
 MOST_SETTLEMENT = 0.1
 """Largest settlement over the half width."""

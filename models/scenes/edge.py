@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import checks
-from ...units import DIMENSIONLESS
+from ...core import checks
+from ...core.units import DIMENSIONLESS
 
 CENTRE, FOOT = "centre", "foot"
 FALLS_WHEN = (CENTRE, FOOT)

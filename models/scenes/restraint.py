@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from ... import checks
-from ...wording import with_article
+from ...core import checks
+from ...core.wording import with_article
 
 KINDS = ("strap", "bracket", "cable", "pole", "tendon", "adhesive")
 TEST_STRENGTH = 267.0

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ... import checks
+from ...core import checks
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
-from ...units import ACCELERATION, METRE, SECOND, VELOCITY, provenance
+from ...core.aliases import Array
+from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, provenance
 from ..block import Block, describe_block
 from ..laws import describe_law
 from ..scenes.edge import FALLEN_OFF, OF_FALLEN_OFF

@@ -9,8 +9,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..block import Block
 from ..friction import Friction
 from ..laws import Model

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...aliases import Array
-from ...units import DIMENSIONLESS, STANDARD_GRAVITY
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..block import Block
 
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
-from ...units import STANDARD_GRAVITY
+from ...core.aliases import Array, Flags, Index
+from ...core.units import STANDARD_GRAVITY
 from ..slip import columns
 from ..slip.plane import slide_in_plane
 from ..slip.tables import OUT_PEAK

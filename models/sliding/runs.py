@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...aliases import Array, Index
-from ...units import DIMENSIONLESS, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
+from ...core.aliases import Array, Index
+from ...core.units import DIMENSIONLESS, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
 from ..slip import tables
 from ..slip.lanes import slide
 from ..slip.obstacle import run_into

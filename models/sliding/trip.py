@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...units import DIMENSIONLESS, STANDARD_GRAVITY
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..block import Block
 
 TRIPS = "trips"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .sample import follow_sample, slide_out
 from .tables import (
     BACKWARD,

@@ -6,7 +6,7 @@ r w' = p - (w.p) w.  The coefficients follow one from the other.
 
 import math
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 from .columns import (
     ACROSS,
     ALONG,

@@ -14,10 +14,10 @@ from typing import Any, overload
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import warn
-from ...units import ACCELERATION, DIMENSIONLESS, VELOCITY, provenance
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import warn
+from ...core.units import ACCELERATION, DIMENSIONLESS, VELOCITY, provenance
 from ..arrays import (
     BOTH_AXES,
     HORIZONTAL,

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...limits import netcdf_problem
+from ...core import checks
+from ...core.limits import netcdf_problem
 from ..arrays import RECORDED, floor_array, records
 from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing
 from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, told, unit_factor, unit_of

@@ -14,7 +14,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..arrays import RECORDED, Record, floor_array
 from ..polarity import REVERSED
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
-from ...units import STANDARD_GRAVITY
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ..supports.isolator import BILINEAR, Isolator
 from ..supports.support import Support
 

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...aliases import Array
+from ...core.aliases import Array
 
 MOST_BEAM_MODES = 100
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...units import ACCELERATION, DIMENSIONLESS, STANDARD_GRAVITY, VELOCITY, provenance
+from ...core import checks
+from ...core.units import ACCELERATION, DIMENSIONLESS, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import floor_coordinates
 from .building import MAX_PERIOD, MIN_PERIOD, storey_heights
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ... import checks
+from ...core import checks
 
 
 class System(NamedTuple):

@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import warn
-from ...streams import key_of, stream
-from ...units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOCITY, provenance
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import warn
+from ...core.streams import key_of, stream
+from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
 from ..plausibility import collapse_doubts, record_doubts

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from ...aliases import Array
-from ...units import STANDARD_GRAVITY
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 
 
 def arias_intensity(acceleration: Array, dt: float) -> float:

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...units import STANDARD_GRAVITY, provenance
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY, provenance
 from ..arrays import HORIZONTAL, Record, motion_coordinates, records
 from .directions import PAIR_MEASURES, PairMeasure
 from .measure import MEASURES, Measure

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..arrays import Record
 from .measure import Measure
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 
 CLASSES = {
     "5-lower": (4.5, 5.0),

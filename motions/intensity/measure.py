@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...aliases import Array
-from ...units import ACCELERATION, METRE, SECOND, VELOCITY
+from ...core.aliases import Array
+from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY
 from ..arrays import Record
 from .cumulative import (
     arias_intensity,

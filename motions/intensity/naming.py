@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from ...units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
+from ...core.units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
 from ..readers.units import unit_factor
 from .measure import Measure
 

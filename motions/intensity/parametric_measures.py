@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ... import checks
-from ...aliases import Array
-from ...units import ACCELERATION, METRE, VELOCITY
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import ACCELERATION, METRE, VELOCITY
 from ..kernels import oscillators as engine
 from .measure import Measure
 from .peaks import velocity

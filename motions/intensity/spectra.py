@@ -15,9 +15,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...units import ACCELERATION, METRE, SECOND, VELOCITY, provenance
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, provenance
 from ..arrays import motion_coordinates, records
 from ..kernels import oscillators as engine
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..arrays import Record
 from .peaks import peak_acceleration, peak_velocity
 from .spectra import DAMPING, peak_displacements

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 # Products and sums are fused where the processor can; the sums over pulses keep their order.
 _FUSED: dict[str, Any] = {"fastmath": {"contract", "nsz"}}

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 _LANES: dict[str, Any] = {"_nrt": False}
 # sums may be taken in another order, the same one on every call

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 _LANES: dict[str, Any] = {"_nrt": False}
 

@@ -2,7 +2,7 @@
 
 import math
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 NEAR = 1e-9
 """A root nearer to the start than this, rad, is the stop that the piece begins at."""

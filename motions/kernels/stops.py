@@ -7,7 +7,7 @@ looked for on this series; the earliest event ends the piece, and the next piece
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 TERMS = 40
 """Most terms of a series; a piece that needs more is halved."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compiled import kernel
+from ...core.compiled import kernel
 
 # Products and sums are fused where the processor can, and storeys go side by side.
 _FUSED: dict[str, Any] = {"fastmath": {"contract", "nsz"}}

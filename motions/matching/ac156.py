@@ -14,10 +14,10 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import noted, warn
-from ...units import DIMENSIONLESS, HERTZ, SECOND, VELOCITY, provenance
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import noted, warn
+from ...core.units import DIMENSIONLESS, HERTZ, SECOND, VELOCITY, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95
 from ..intensity.peaks import peak_velocity

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import Doubt, first_of
-from ...units import DIMENSIONLESS, METRE, VELOCITY
-from ...wording import two_digit_percent
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import Doubt, first_of
+from ...core.units import DIMENSIONLESS, METRE, VELOCITY
+from ...core.wording import two_digit_percent
 from ..arrays import from_array
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine

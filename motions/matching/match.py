@@ -7,9 +7,9 @@ import math
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import warn
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import warn
 from ..arrays import records
 from ..intensity.peaks import peak_displacement, peak_velocity
 from .adjustment import (

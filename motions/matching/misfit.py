@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
-from ...units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, provenance
+from ...core.aliases import Array
+from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, provenance
 from ..arrays import motion_coordinates, records
 from ..intensity.peaks import displacement, peak_displacement, peak_velocity, velocity
 from ..intensity.spectra import peak_displacements

@@ -13,10 +13,10 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import warn
-from ...streams import stream
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import warn
+from ...core.streams import stream
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
 from ..simulated.envelopes import Envelope, RiseStrongDecay

@@ -13,9 +13,9 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
-from ...units import STANDARD_GRAVITY
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
 from ..readers.lines import Lines, RecordError, plain
 from ..readers.units import agreed, quantities, told, unit_factor, unit_of

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ...units import STANDARD_GRAVITY
-from ...wording import system_reason
-from ...writing import write_bytes
+from ...core.units import STANDARD_GRAVITY
+from ...core.wording import system_reason
+from ...core.writing import write_bytes
 from ..arrays import from_array, records
 from .components import refuse_gaps, refuse_stated_peak
 from .lines import STEP, Lines, RecordError

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..arrays import from_array
 from .lines import RecordError, plain
 from .units import PEAK_TOLERANCE, unit_factor

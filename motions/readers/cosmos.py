@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 from .components import Component, refuse_other_peak, without_offset
 from .directions import place_of_sensor
 from .lines import Lines, RecordError

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import Doubt, first_names, warn
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, refuse_gaps, refuse_stated_peak, single
 from .directions import direction_of
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known

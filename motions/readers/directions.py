@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from ...doubts import Doubt, first_names, warn
-from ...wording import counted
+from ...core.doubts import Doubt, first_names, warn
+from ...core.wording import counted
 from .lines import RecordError
 
 _VERTICAL = re.compile(r"u-?d|up|down|dwn|dn|vert(?:i[ck]\w*)?|ver|vrt|v\d?|z|u|zup|上下", re.IGNORECASE)

@@ -18,10 +18,10 @@ from typing import Self
 
 import numpy as np
 
-from ...aliases import Array
-from ...doubts import Doubt, warn
-from ...limits import RECORD_BYTES
-from ...wording import system_reason
+from ...core.aliases import Array
+from ...core.doubts import Doubt, warn
+from ...core.limits import RECORD_BYTES
+from ...core.wording import system_reason
 
 MAX_LINE = 2**20
 MAX_SAMPLES = 50_000_000

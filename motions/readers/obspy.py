@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ...limits import OBSPY_BYTES
+from ...core.limits import OBSPY_BYTES
 from .components import Component, without_offset
 from .lines import MAX_SAMPLES, RecordError, beginning
 from .units import Unit, agreed, given_factor, unit_of

@@ -8,7 +8,7 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-from ...wording import system_reason
+from ...core.wording import system_reason
 from .lines import RecordError
 
 MOST_FILES = 100_000

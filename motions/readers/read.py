@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from ...doubts import Doubt, first_names, warn
+from ...core.doubts import Doubt, first_names, warn
 from .at2 import is_at2, read_at2
 from .components import Component, arrays_of, single
 from .cosmos import cosmos_components, is_cosmos

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from ... import checks
-from ...doubts import Doubt, warn
-from ...units import STANDARD_GRAVITY
+from ...core import checks
+from ...core.doubts import Doubt, warn
+from ...core.units import STANDARD_GRAVITY
 from .lines import RecordError, plain
 
 GAL = 0.01  # m/s²

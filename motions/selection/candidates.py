@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from ..arrays import records
 from ..intensity.dataset import measure, positive_measure
 from ..intensity.measure import Measure

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 
 DRAWS = 20
 RESTARTS = 5

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from .target import Mixture, Target

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..intensity.measure import MEASURES, Measure
 from ..intensity.parametric_measures import Sa
 from ..intensity.spectra import DAMPING

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import checks
-from ...doubts import Doubt, warn
+from ...core import checks
+from ...core.doubts import Doubt, warn
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.parametric_measures import Sa

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...units import STANDARD_GRAVITY
+from ...core.units import STANDARD_GRAVITY
 from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
 from ..intensity.naming import in_si, our_name

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import Doubt, warn
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import Doubt, warn
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.naming import in_si, our_name, program_unit, written_level

@@ -11,10 +11,10 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Index
-from ...streams import stream
-from ...units import provenance
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.streams import stream
+from ...core.units import provenance
 from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
 from .candidates import Candidates

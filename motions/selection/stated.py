@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..intensity.measure import Measure
 from ..intensity.naming import written_level
 from .target import FORMULAS, Conditional, Target

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.parametric_measures import AvgSa, Sa

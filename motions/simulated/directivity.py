@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from .marginals import BoundedBeta, ExponentialOfBeta, LognormalMarginal, Marginal, TwoSidedExponential
 from .scenario import FAULTINGS, TWO_PI, Parameters
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 
 
 class Envelope(ABC):

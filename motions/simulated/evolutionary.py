@@ -12,9 +12,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...units import STANDARD_GRAVITY
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
 from ..intensity.dataset import measure
 from ..kernels.drifting_filters import drifting_ground

@@ -10,7 +10,7 @@ import math
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ..kernels.constant_filters import second_order
 
 SETTLING = 10.0

@@ -8,8 +8,8 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ...aliases import Array, Flags
-from ...units import STANDARD_GRAVITY
+from ...core.aliases import Array, Flags
+from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
 from ..intensity.cumulative import energy_at_samples
 from .modulation import ratio_limits

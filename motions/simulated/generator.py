@@ -13,10 +13,10 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...streams import stream
-from ...units import DIMENSIONLESS, METRE
+from ...core import checks
+from ...core.aliases import Array
+from ...core.streams import stream
+from ...core.units import DIMENSIONLESS, METRE
 from ..arrays import from_array
 from ..pairs import join
 from .ground_motion_models import Scenario

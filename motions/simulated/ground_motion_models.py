@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...streams import stream
-from ...units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, provenance
+from ...core import checks
+from ...core.aliases import Array
+from ...core.streams import stream
+from ...core.units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import records
 from ..intensity.dataset import measure, measure_named
 from ..intensity.parametric_measures import Sa

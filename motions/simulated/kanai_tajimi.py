@@ -9,8 +9,8 @@ from typing import ClassVar, Self
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..intensity.peaks import velocity
 from ..scaling import parabolic_baseline
 from .envelopes import Envelope, RiseStrongDecay

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 
 
 class Marginal(ABC):

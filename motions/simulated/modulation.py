@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...aliases import Array
+from ...core.aliases import Array
 
 # Range of shapes: from an exponential decay (q finite at 0) to a burst whose length is 0.1 of its delay.
 LEAST_SHAPE, MOST_SHAPE = 1.0, 1000.0

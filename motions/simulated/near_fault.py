@@ -9,9 +9,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Index
-from ...streams import stream
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.streams import stream
 from .directivity import MIDDLE, TRUNCATION, NearFaultEquations, background_parameters, pulse_parameters
 from .generator import Streams, counts, steps_of
 from .modulation import modulation

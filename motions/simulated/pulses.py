@@ -10,8 +10,8 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ..arrays import from_array
 from .generator import Generator
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import checks
-from ...aliases import Array
-from ...units import STANDARD_GRAVITY
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from .marginals import BoundedBeta, GammaLaw, LognormalMarginal, Marginal, TwoSidedExponential
 
 FAULTINGS = ("strike-slip", "reverse")

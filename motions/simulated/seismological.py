@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from .generator import Generator, Streams, ensemble, steps_of
 from .ground_motion_models import Scenario
 

@@ -13,10 +13,10 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Flags, Index
-from ...streams import stream
-from ...units import STANDARD_GRAVITY
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
+from ...core.streams import stream
+from ...core.units import STANDARD_GRAVITY
 from ..kernels.drifting_filters import drifting_noise
 from .filters import filtered, high_pass, settling
 from .fitting import fit_site_based

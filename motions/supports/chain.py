@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...units import ACCELERATION, DIMENSIONLESS, METRE
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import ACCELERATION, DIMENSIONLESS, METRE
 from ..arrays import HORIZONTAL, OWN_LEVEL, records
 
 MOST_RATIO = 0.1

@@ -9,10 +9,10 @@ from typing import overload
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import noted, warn
-from ...units import STANDARD_GRAVITY
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import noted, warn
+from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
 from ..kernels.pendulum import pendulum_response
 from ..kernels.stops import stopped_response

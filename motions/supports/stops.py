@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...doubts import Doubt
-from ...wording import counted, short_digits
+from ...core import checks
+from ...core.doubts import Doubt
+from ...core.wording import counted, short_digits
 
 RESTITUTION = 0.6
 """Share of its velocity with which a platform leaves a stop (judgement)."""

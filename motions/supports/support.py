@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import warn
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import warn
 from ..kernels.oscillators import oscillator_history
 from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only

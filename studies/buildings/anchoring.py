@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags, Index
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
+from ...core.units import DIMENSIONLESS
+from ...core.wording import given_percent
 from ...fragility.curves.means import REPLICATES, Interval, mean_interval, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
-from ...units import DIMENSIONLESS
-from ...wording import given_percent
 from .outcomes import ANY
 from .savings import AdditiveItems, AnchoringOrder, EventItems, FreeItems, ItemChances, Load, order_of, score_of
 from .variables import JOINT, PER_YEAR, Year, carried_items, level_index, per_year, variable

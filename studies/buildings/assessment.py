@@ -17,9 +17,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags
-from ...doubts import warn
+from ...core import checks
+from ...core.aliases import Array, Flags
+from ...core.doubts import warn
+from ...core.units import DIMENSIONLESS, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
@@ -48,7 +49,6 @@ from ...motions.floors.histories import FloorHistories
 from ...motions.intensity.measure import Measure
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED, BOTH
-from ...units import DIMENSIONLESS, provenance
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Contents, Inventory, row_doubts
 from .axes import placed_on_axes

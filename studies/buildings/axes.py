@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from ...doubts import first_names
+from ...core.doubts import first_names
+from ...core.wording import listed_name, two_digit_percent
 from ...fragility.runs.axes import WEAK_RATIO, check_axes
 from ...fragility.uncertainty.joint import with_restitution
 from ...models import Law
 from ...models.block import describe_scene
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS
-from ...wording import listed_name, two_digit_percent
 from ..inventory.contents import Contents, Inventory
 from ..text.axes import held_notes
 from .shaking import Shaking

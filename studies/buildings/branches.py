@@ -11,15 +11,15 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
+from ...core.streams import key_of, stream
+from ...core.units import DIMENSIONLESS
 from ...fragility import HazardCurve
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.levels import level_weights, line_weights
 from ...fragility.risk.epistemic import FRACTILES
 from ...fragility.risk.weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
 from ...fragility.uncertainty.joint import PieceDraws
-from ...streams import key_of, stream
-from ...units import DIMENSIONLESS
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS, NEWTON
 from ...motions import Building
-from ...units import DIMENSIONLESS, NEWTON
 from ..codes.check import Code, CodeCheck, Component
 from ..inventory.contents import Contents, Inventory
 from .variables import variable

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from .modelling import ShiftedLevels, joined
 from .outcomes import JointFlags
 

@@ -15,11 +15,11 @@ from typing import Self
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
+from ...core.streams import key_of, stream
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import LevelWeights
 from ...fragility.risk.modelling import blurred
-from ...streams import key_of, stream
 from ..inventory.contents import Inventory
 from .outcomes import ANY, JointFlags, JointOutcomes
 

@@ -9,8 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags
-from ...doubts import first_names
+from ...core.aliases import Array, Flags
+from ...core.doubts import first_names
+from ...core.units import DIMENSIONLESS
+from ...core.wording import counted, listed_name, whole_percent
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
 from ...fragility.numerics.proportions import wilson_interval
@@ -21,8 +23,6 @@ from ...models import Block
 from ...models.friction import LOCKED
 from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import BOTH
-from ...units import DIMENSIONLESS
-from ...wording import counted, listed_name, whole_percent
 from ..inventory.contents import Inventory
 from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
 from ..text.spread import branch_names

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
+from ...core.units import DIMENSIONLESS
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, fallen_pieces
 from ...fragility.uncertainty.joint import INDEPENDENT, PieceDraws, drawn_pieces
-from ...units import DIMENSIONLESS
 from ..inventory.consequences import COLUMNS, Consequence, PieceScores
 from ..inventory.contents import Inventory
 

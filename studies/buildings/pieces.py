@@ -7,7 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
 from ...fragility.validity.slab_screen import SQUAT_RATIO
 from ..money.budget import Choice, best_set

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
 from ...fragility.numerics.slabs import Allocator, slabs
 from ...fragility.numerics.totals import chances, chances_of_any
 from .variables import Year, carried_items, fall_flags

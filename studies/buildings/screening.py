@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags, Index, Progress
+from ...core.aliases import Array, Flags, Index, Progress
 from ...fragility.runs.axes import along_depth
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import BED, DESCRIBED

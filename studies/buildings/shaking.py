@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS
 from ...fragility.runs.axes import along_depth, along_width, axes_of
 from ...fragility.runs.factors import ScaleFactors, dense, unscaled
 from ...fragility.runs.scaling import SCALE, Scaling, ground_of, increasing, intensity_measure, scaling
@@ -30,7 +31,6 @@ from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND, long_name_at
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, records_under
-from ...units import DIMENSIONLESS
 from ..inventory.contents import Contents, Inventory, floor_text
 from ..inventory.stands import Stand
 

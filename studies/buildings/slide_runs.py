@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
-from ...doubts import Doubt
+from ...core.aliases import Array, Flags, Index
+from ...core.doubts import Doubt
+from ...core.streams import stream
 from ...fragility.analyses.sliding import AFTER, SLIPS, coefficients_of, sliders_of, slides_below, slips_of
 from ...fragility.numerics.slabs import RUNS
 from ...fragility.runs.axes import along_depth
@@ -30,7 +31,6 @@ from ...models.sliding.mode import demand, demand_in_plane
 from ...models.sliding.runs import TRIP_VELOCITY
 from ...models.sliding.trip import trips
 from ...motions.arrays import Record
-from ...streams import stream
 from ..inventory.consequences import REALISATIONS
 from ..inventory.contents import Contents, Inventory
 from ..plan.slides import DISTANCES, is_free

@@ -10,14 +10,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
+from ...core.units import DIMENSIONLESS, METRE
+from ...core.wording import listed_name, two_digit_percent
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.hazard.levels import LevelWeights
 from ...fragility.numerics.slabs import RUNS
 from ...fragility.runs.provenance import AXES, configuration_of
 from ...models.friction import FixedFriction
-from ...units import DIMENSIONLESS, METRE
-from ...wording import listed_name, two_digit_percent
 from ..inventory.contents import Contents, Inventory
 from ..plan.slides import (
     GATED,

@@ -11,8 +11,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Flags, Index
+from ...core import checks
+from ...core.aliases import Array, Flags, Index
+from ...core.units import DIMENSIONLESS
+from ...core.wording import given_percent
 from ...fragility.curves.means import mean_interval, quantiles, share_error
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
@@ -22,8 +24,6 @@ from ...fragility.numerics.slabs import slabs
 from ...fragility.numerics.totals import exceedances
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...motions.arrays import POLARITY, RECORD
-from ...units import DIMENSIONLESS
-from ...wording import given_percent
 from ..inventory.contents import Contents
 from ..plan.design_shaking import at_level
 from .modelling import Mixture, covering

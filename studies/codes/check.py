@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from ...units import STANDARD_GRAVITY
+from ...core.units import STANDARD_GRAVITY
 
 REQUIRED, EXEMPT, UNCHECKED = "required", "exempt", "not checked"
 CLASSES = ("storage", "laboratory", "equipment", "furniture", "movable")

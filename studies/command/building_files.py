@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...core.wording import counted, currency_of
 from ...fragility import Written
 from ...fragility.curves.curve import ISOTONIC
 from ...fragility.exchange.ids import TABLE_MARKS, is_id
 from ...fragility.exchange.pelicun.building import FILES, Line, write_building
 from ...fragility.exchange.pelicun.consequences import UNITS, Amount, currency_unit
 from ...fragility.fitting.isotonic import isotonic_probabilities
-from ...wording import counted, currency_of
 from ..buildings.variables import JOINT
 from ..inventory.consequences import LOGNORMAL, Consequence, PieceScores
 from ..report.method import study_of

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Group, Parameter
 from cyclopts.exceptions import CycloptsError
 
-from ...wording import counted, system_reason
+from ...core.wording import counted, system_reason
 from ..single.command import simulate_one
 from ..text.encoding import json_text, printable, write_anything
 from ..text.terminal import fitted, say, terminal
@@ -567,7 +567,7 @@ def validate(
 @app.command(group=TOPPLING)
 def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
     """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
-    from ...writing import write_bytes
+    from ...core.writing import write_bytes
 
     stored = SCHEMA.read_bytes()
     if out is None:

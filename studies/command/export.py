@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ...aliases import Index
+from ...core.aliases import Index
 from ...fragility import ExchangeError, Written, with_modelling, write_curve_csv, write_nrml, write_pelicun
 from ...fragility.curves.curve import TABULATED
 from ...fragility.exchange.pelicun.building import FILES, FRAGILITY

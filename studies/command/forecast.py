@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from ...core.wording import counted, size_text, time_text
 from ...fragility.runs.runners import thread_count
-from ...wording import counted, size_text, time_text
 from ..kinds.study import Expected, Study
 from ..store.resources import free_bytes
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ...wording import confidence_text, system_reason
-from ...writing import write_bytes
+from ...core.wording import confidence_text, system_reason
+from ...core.writing import write_bytes
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.outputs import own_files

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.wording import system_reason
+from ...core.writing import remove_leftovers
 from ...motions import SiteBasedScenario
 from ...motions.arrays import records
 from ...motions.intensity.dataset import measure
 from ...motions.readers.at2 import write_at2
 from ...motions.readers.lines import RecordError
-from ...wording import system_reason
-from ...writing import remove_leftovers
 from ..file.analyses import LevelsTable
 from ..file.schema import read_study_file
 from ..inventory.reading import KIND, example_path

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from ...wording import part_text
+from ...core.wording import part_text
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
 from ..store.manifest import MOST_RUNS, REACHED, REFUSED, kept_runs, read_manifest
 from ..store.netcdf import load_small, opened, title_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...wording import counted
+from ...core.wording import counted
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN
 from .ratios import ANCHORED_IN, Line, Quantity, law_text
 

@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from ...wording import confidence_text, system_reason
-from ...writing import write_bytes
+from ...core.wording import confidence_text, system_reason
+from ...core.writing import write_bytes
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import csv_bytes

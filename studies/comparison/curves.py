@@ -11,15 +11,15 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.wording import years_text
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import RUN
-from ...units import DIMENSIONLESS, PER_YEAR
-from ...wording import years_text
 from ..buildings.recommendations import YEARS, Range
 from ..file.analyses import FitTable
 from ..file.hazard import HazardTable

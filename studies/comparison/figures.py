@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...fragility.curves.curve import LEAST, curve_arrays, has_replicates
 from ...fragility.fitting.bootstrap import percentile_interval
 from ..plots import axes

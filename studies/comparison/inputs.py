@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...core.wording import counted, listed_name, short_digits
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
-from ...wording import counted, listed_name, short_digits
 from ..store.differences import APART, changes, corrects, makes_motions
 from .sides import PIECES, Matched, Side, same_motions
 

@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Index
+from ...core.aliases import Array, Index
+from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.wording import currency_of
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.totals import chances, chances_of_any
 from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import number_of_motions
-from ...units import DIMENSIONLESS, PER_YEAR
-from ...wording import currency_of
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import ENOUGH_MOTIONS
 from ..buildings.outcomes import DAY

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...wording import about_percent, chances_between, interval_text, ratio_text, three_digits
+from ...core.wording import about_percent, chances_between, interval_text, ratio_text, three_digits
 from ..buildings.recommendations import Range
 from ..tables.values import ValueTable, known
 from ..text.rows import Rows

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, field_validator, model_validator
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
@@ -30,7 +31,6 @@ from ...motions.intensity.dataset import as_known
 from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...motions.polarity import BOTH, POLARITIES
-from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..plan.estimates import Fit
 from ..plan.piece_classes import NAMES, with_class
 from ..plan.slides import DISTANCES, Slides

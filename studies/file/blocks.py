@@ -11,13 +11,13 @@ from typing import Annotated, Any, NoReturn, Self
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from ...doubts import warn
+from ...core.doubts import warn
+from ...core.wording import listed_name, with_article
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.edge import CENTRE, FALLS_WHEN
 from ...models.scenes.restraint import KINDS
-from ...wording import listed_name, with_article
 from .csv_table import CsvLine, CsvTable, TableKind
 from .refusals import refusal
 from .table import KeyInfo, Table, one_of, shown

@@ -11,9 +11,9 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, NoReturn, TypeVar
 
-from ... import checks
-from ...doubts import Doubt, first_of, warn
-from ...wording import system_reason
+from ...core import checks
+from ...core.doubts import Doubt, first_of, warn
+from ...core.wording import system_reason
 from ..text.error import StudyError
 from .table import meant, shown, unended
 from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows

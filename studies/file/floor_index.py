@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from ...doubts import Doubt, first_of, warn
+from ...core.doubts import Doubt, first_of, warn
 from ...motions.arrays import records
 from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
 from ...motions.readers.read import read_file

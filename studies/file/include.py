@@ -16,9 +16,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
-from ...doubts import warn
-from ...limits import ENTRIES, KEYS, STUDY_BYTES
-from ...wording import system_reason
+from ...core.doubts import warn
+from ...core.limits import ENTRIES, KEYS, STUDY_BYTES
+from ...core.wording import system_reason
 from ..text.error import StudyError
 from .table import PartialTable, RelativePath, Table, shown, unended
 

@@ -13,7 +13,9 @@ import xarray as xr
 from pydantic import Field, model_validator
 
 from ... import motions as shaking
-from ...doubts import noted
+from ...core.doubts import noted
+from ...core.units import STANDARD_GRAVITY
+from ...core.wording import short_digits
 from ...motions import RecordError
 from ...motions.arrays import BOTH_AXES, HORIZONTAL, VERTICAL, WEAK_AXIS
 from ...motions.floors.strength import LARGEST_IMPORTANCE, SYSTEMS, Strength, code_strength
@@ -27,8 +29,6 @@ from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
 from ...motions.simulated.scenario import FAULTINGS
 from ...motions.simulated.seismological import SITES
-from ...units import STANDARD_GRAVITY
-from ...wording import short_digits
 from ..plan.size import refuse_samples
 from .table import KeyInfo, RelativePath, Table, bare, construct, one_of, refuse_foreign
 

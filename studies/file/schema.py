@@ -17,9 +17,10 @@ import numpy as np
 import xarray as xr
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from ... import checks
-from ...aliases import Array
-from ...doubts import KINDS, Doubt, noted
+from ...core import checks
+from ...core.aliases import Array
+from ...core.doubts import KINDS, Doubt, noted
+from ...core.wording import with_article
 from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import MEDIAN, TARGETS
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
@@ -38,7 +39,6 @@ from ...motions import Generator
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
-from ...wording import with_article
 from ..plan.designs import Cloud, Design, Events, Incremental, OfRuns, Pooled, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples

@@ -12,7 +12,7 @@ import xarray as xr
 from pydantic import Field, model_validator
 
 from ... import motions as shaking
-from ...doubts import Doubt, noted
+from ...core.doubts import Doubt, noted
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import disaggregation_doubts
 from ...motions.selection.files import correlations_in

@@ -8,7 +8,7 @@ import xarray as xr
 from pydantic import Field
 
 from ... import motions as shaking
-from ...doubts import Doubt, noted
+from ...core.doubts import Doubt, noted
 from ...motions.supports.stops import LEAST_FREQUENCY, LEAST_RESTITUTION, RESTITUTION
 from .table import KeyInfo, Table, one_of, refuse_foreign
 

@@ -16,8 +16,8 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
-from ...doubts import Doubt
-from ...units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
+from ...core.doubts import Doubt
+from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
 from ..text.error import StudyError
 
 MOST_ERRORS = 5

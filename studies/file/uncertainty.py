@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import METRE, NEWTON, RADIAN, STIFFNESS
 from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInputs, Uniform
 from ...fragility.uncertainty.distributions import Distribution
 from ...fragility.uncertainty.realisation import KNOWN
 from ...models.laws import MIN_DELTA
-from ...units import METRE, NEWTON, RADIAN, STIFFNESS
 from .table import KeyInfo, Table, bare, checked, one_of, refuse_foreign
 
 # Each distribution, the keys that must be given and the keys that may be; lower and upper truncate the first two.

@@ -13,8 +13,8 @@ import warnings
 import zipfile
 from typing import TYPE_CHECKING, Any
 
-from ...doubts import first_of
-from ...limits import workbook_problem
+from ...core.doubts import first_of
+from ...core.limits import workbook_problem
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -102,7 +102,7 @@ def sheet_rows(
     Raises
     ------
     WorkbookError
-        The content is no workbook, unfolds to more than `toppling.limits` allow, or reaches beyond MOST_ROWS or
+        The content is no workbook, unfolds to more than `toppling.core.limits` allow, or reaches beyond MOST_ROWS or
         MOST_COLUMNS.
     """
     if content.startswith(_OLD):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from ... import checks
+from ...core import checks
 from ..text.histories import block_of
 from .frames import frames_of
 from .scene import PALETTE, Scene

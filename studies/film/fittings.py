@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...models import Block, Restraint
 from ...models.sides import sides, surroundings
 from .frames import rotated

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array, Flags
+from ...core import checks
+from ...core.aliases import Array, Flags
 from ...models import Block
 from ...models.sides import sides
 from ...motions.intensity.peaks import displacement, velocity

@@ -19,9 +19,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.transforms import Affine2D
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ...models import Block
-from ...units import STANDARD_GRAVITY
 from ..plots import axes
 from ..plots.response import HIGHEST
 from ..text.histories import FLAT

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ...writing import whole_file
+from ...core.writing import whole_file
 
 Pixels = NDArray[np.uint8]
 FRAME_RATES = (5, 10, 20, 25, 50)

@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ... import checks
-from ...aliases import Array
-from ...distributions import Normal
-from ...streams import key_of, stream
+from ...core import checks
+from ...core.aliases import Array
+from ...core.distributions import Normal
+from ...core.streams import key_of, stream
 
 LOGNORMAL, NORMAL = DISTRIBUTIONS = ("lognormal", "normal")
 MOST_DISPERSION = {LOGNORMAL: 3.0, NORMAL: 0.5}

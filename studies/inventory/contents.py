@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ... import checks
-from ...doubts import Doubt, first_of
+from ...core import checks
+from ...core.doubts import Doubt, first_of
 from ...fragility.validity.plausibility import UNITS, block_doubts, restitution_doubts
 from ...models import Block
 from ...models.block import describe_scene

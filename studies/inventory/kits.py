@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Self
 
-from ... import checks
+from ...core import checks
 from ...models import Block, Restraint
 from ..file.blocks import AT_A_HEIGHT, RestraintTable
 from .contents import MAX_VALUE, Contents

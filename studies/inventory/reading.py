@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ...doubts import warn
+from ...core.doubts import warn
 from ...models import Block, Edge
 from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, FixedFriction, LognormalFriction
 from ...models.scenes.edge import FALLS_WHEN
@@ -192,8 +192,8 @@ def read_inventory(
     Of a workbook the values count, those of formulas as they were when it was saved.  Dates, errors, formulas without a
     value, merged cells, and numbers that are shown in another unit than the heading's are refused; macros are ignored.
 
-    Warnings (`toppling.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells than
-    the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible sheets
+    Warnings (`toppling.core.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells
+    than the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible sheets
     that are not; and sizes that are not plausible.
 
     Examples

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from ...doubts import Doubt, noted
+from ...core.doubts import Doubt, noted
 from ...motions.arrays import Record, from_array
 from ...motions.supports.isolator import Isolator
 from ...motions.supports.support import Support

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Progress
-from ...doubts import Doubt
+from ...core.aliases import Array, Progress
+from ...core.doubts import Doubt
+from ...core.wording import counted
 from ...fragility import notes, screen
 from ...fragility.analyses.sliding import number_of_slides
 from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, reached, state_name
@@ -31,7 +32,6 @@ from ...models import Block, Law, Restraint
 from ...models.block import describe_scene
 from ...models.friction import FixedFriction, Friction
 from ...motions.polarity import BOTH
-from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Cloud, OfRuns, Stripes

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
-from ...doubts import noted
+from ...core.aliases import Array
+from ...core.doubts import noted
 from ...motions import Building, Generator
 from ...motions.floors.histories import FloorHistories
 from ...motions.plausibility import ringing_doubts

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...doubts import first_names
+from ...core.doubts import first_names
+from ...core.units import DIMENSIONLESS
 from ...models import Block
-from ...units import DIMENSIONLESS
 from ..buildings.variables import PER_YEAR, per_year, variable
 from ..file.analyses import PerformanceTable
 from ..file.csv_table import NO, YES

@@ -11,15 +11,15 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Index
-from ...doubts import Doubt, noted
+from ...core.aliases import Array, Index
+from ...core.doubts import Doubt, noted
+from ...core.units import DIMENSIONLESS, METRE
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...motions import Generator, records
 from ...motions.arrays import Record
 from ...motions.floors.histories import FloorHistories, History
 from ...motions.plausibility import collapse_doubts
 from ...motions.scaling import scale_to
-from ...units import DIMENSIONLESS, METRE
 from ..buildings.shaking import Shaking
 from ..buildings.variables import variable
 from ..file.analyses import LEVEL_UNITS, PerformanceTable

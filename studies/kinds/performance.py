@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Progress
-from ...doubts import Doubt, noted
+from ...core.aliases import Array, Progress
+from ...core.doubts import Doubt, noted
+from ...core.units import DIMENSIONLESS
+from ...core.wording import counted
 from ...fragility import HazardCurve
 from ...fragility import notes as screen_notes
 from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
@@ -31,8 +33,6 @@ from ...motions import Building, Generator
 from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import AS_RECORDED, BOTH
-from ...units import DIMENSIONLESS
-from ...wording import counted
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import (
     assess,

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Progress
-from ...doubts import Doubt
+from ...core.aliases import Progress
+from ...core.doubts import Doubt
+from ...core.units import DIMENSIONLESS
+from ...core.wording import counted, years_text
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
@@ -24,8 +26,6 @@ from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...models import Block, Law
 from ...models.columns import BlockArray
-from ...units import DIMENSIONLESS
-from ...wording import counted, years_text
 from ..file.schema import StudyFile
 from ..plan.designs import Pooled
 from ..plan.risk import Risk

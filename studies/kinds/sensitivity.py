@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Progress
-from ...doubts import Doubt
+from ...core.aliases import Progress
+from ...core.doubts import Doubt
+from ...core.units import STANDARD_GRAVITY
+from ...core.wording import counted
 from ...fragility import RandomInputs, ida, notes, overturning_response, sobol_indices, tornado
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
@@ -24,8 +26,6 @@ from ...fragility.validity.undecided import count_flips, perturbed_runs
 from ...models import Block, HousnerImpact, Law
 from ...models.friction import Friction
 from ...motions import OneCycleSine
-from ...units import STANDARD_GRAVITY
-from ...wording import counted
 from ..file.schema import StudyFile
 from ..file.uncertainty import GIVEN, OWN, PREVIOUS, RIGID, Sweep
 from ..plan.designs import Incremental

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Progress
+from ...core.aliases import Progress
+from ...core.wording import counted
 from ...fragility import notes
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
@@ -25,7 +26,6 @@ from ...fragility.runs.request import DERIVED
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
 from ...motions.arrays import LIFTS
-from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.adaptive_slides import SLIP_HALF, adaptive_slides, groups
 from ..plan.designs import Sequential

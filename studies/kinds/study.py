@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Progress
-from ...doubts import Doubt, noted
+from ...core import checks
+from ...core.aliases import Progress
+from ...core.doubts import Doubt, noted
+from ...core.wording import with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
@@ -42,7 +43,6 @@ from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
-from ...wording import with_article
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.motions import strength_notes
 from ..file.schema import StudyFile, read_study_file

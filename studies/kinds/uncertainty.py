@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Progress
-from ...doubts import Doubt
+from ...core.aliases import Progress
+from ...core.doubts import Doubt
+from ...core.units import DIMENSIONLESS
+from ...core.wording import counted
 from ...fragility import (
     RandomInputs,
     morris_indices,
@@ -38,8 +40,6 @@ from ...models import Block, Law
 from ...models.block import describe_scene
 from ...models.friction import Friction
 from ...motions import records
-from ...units import DIMENSIONLESS
-from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.designs import Incremental
 from ..plan.estimates import Fit

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON
+from ...core.wording import given_percent
 from ...fragility import HazardCurve
 from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
@@ -21,8 +23,6 @@ from ...models import Law, half_weight, required_force, static_capacity
 from ...motions import Building
 from ...motions.arrays import POLARITY
 from ...motions.polarity import AS_RECORDED, BOTH
-from ...units import ACCELERATION, DIMENSIONLESS, NEWTON
-from ...wording import given_percent
 from ..buildings.anchoring import Resampling, weights_of
 from ..buildings.assessment import assess, distinct_runs
 from ..buildings.savings import ItemChances

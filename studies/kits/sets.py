@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import DUTY, YEARS, Piece
 from ..money.budget import SAME, best_set, cheapest_set

@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ... import checks
-from ...aliases import Array, Index
+from ...core import checks
+from ...core.aliases import Array, Index
 
 NODES = 20_000
 """Most nodes of the search: lists of some hundred lines end long before, larger ones within the gap that is said."""

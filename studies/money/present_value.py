@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ... import checks
+from ...core import checks
 
 DISCOUNT = 0.04
 """Discount rate, 1/year, where a study names no other."""

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
+from ...core.wording import counted
 from ...fragility import Slip
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE
 from ...models import Block, RandomSliding
-from ...units import DIMENSIONLESS, METRE, PER_YEAR
-from ...wording import counted
 from ..text.precision import (
     SLIP_ACCOUNT,
     SLIP_HALF_WIDTH,

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...fragility import Branch, HazardCurve, epistemic_rates
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.annual_rate import rates_alone
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
-from ...units import DIMENSIONLESS, PER_YEAR
 from .designs import OfRuns
 from .estimates import Fit
 from .risk import OUTSIDE, Risk, bounded, worded

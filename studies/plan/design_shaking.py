@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...fragility import HazardCurve
 
 DESIGN_RATE = -math.log(0.9) / 50.0

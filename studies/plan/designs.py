@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Progress
-from ...doubts import Doubt, noted
+from ...core.aliases import Array, Progress
+from ...core.doubts import Doubt, noted
+from ...core.wording import counted
 from ...fragility import HazardCurve, cloud, ida, joint_falls, pooled, stripes
 from ...fragility.adaptive.curve import exploring
 from ...fragility.adaptive.stopping import usual_motions
@@ -37,7 +38,6 @@ from ...motions import Generator, records
 from ...motions.arrays import BOTH_AXES, REVERSE_OF
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.kept_motions import KEPT_BYTES, KeptMotions
-from ...wording import counted
 from ..text.words import value_in
 from .reading import UNREAD, Reading
 

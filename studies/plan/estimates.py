@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS
 from ...fragility import curve_probability, fit_fragility, overturning_probability, rank_measures, with_modelling
 from ...fragility.curves.curve import LEAST, TABULATED, form_name
 from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.modelling import capacity_factors, with_ends
 from ...fragility.runs.provenance import RUN, motions_by_floor
-from ...units import DIMENSIONLESS
 from ..text.curve_notes import curve_notes, misfit_notes
 from ..text.first_overturning import spacing_notes
 

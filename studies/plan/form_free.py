@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.wording import counted, given_percent, listed_name, whole_percent
 from ...fragility.adaptive.until import CONFIDENCE
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...models import Block
-from ...wording import counted, given_percent, listed_name, whole_percent
 from ..text.curve_notes import BEYOND, UNDER
 from .estimates import Fit
 from .gains import GAIN, gains_of_rates

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS
+from ...core.wording import years_text
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.ratios import ratio_of
 from ...models import Block
-from ...units import DIMENSIONLESS
-from ...wording import years_text
 from .risk import Risk
 
 GAIN = "chance_ratio"

@@ -11,7 +11,7 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any, NamedTuple
 
-from ...wording import counted
+from ...core.wording import counted
 
 TABLE = "piece_classes.csv"
 TESTS = "tests_of_class"

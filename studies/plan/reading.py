@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ...doubts import Doubt
+from ...core.doubts import Doubt
 from ...motions import Generator, over_model, records
 from ...motions.arrays import Record, filter_doubts
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability, pooled, variability

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, NEWTON
+from ...core.wording import given_percent
 from ...fragility import HazardCurve, overturning_probability
 from ...fragility.numerics.slabs import gathered
 from ...models import Block, Law, Restraint
-from ...units import DIMENSIONLESS, NEWTON
-from ...wording import given_percent
 from .design_shaking import at_level, design_level
 
 FLAG = "ruptured"

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
 from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.labels import OBSERVED
@@ -23,7 +24,6 @@ from ...fragility.risk.common_measure import per_block
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...motions.intensity.naming import FLOOR, GROUND_FLOORS
-from ...units import DIMENSIONLESS, PER_YEAR
 from ..text.curve_notes import (
     AT_HIGHEST,
     BEYOND,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ...aliases import Flags, Index, Progress
+from ...core.aliases import Flags, Index, Progress
 from ...fragility.runs.axes import along_depth
 from ...fragility.runs.factors import BlockFactors, Factors
 from ...fragility.runs.runners import Runner

@@ -6,12 +6,12 @@ import warnings
 
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.wording import years_text
 from ...fragility import capacity_variance_shares, fit_fragility, overturning_probability, variance_shares
 from ...fragility.fitting.intervals import WALD
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.slabs import gathered
-from ...units import DIMENSIONLESS, PER_YEAR
-from ...wording import years_text
 from .estimates import Fit
 from .risk import Risk
 

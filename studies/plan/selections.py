@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
+from ...core.units import DIMENSIONLESS
+from ...core.wording import counted
 from ...motions.intensity.dataset import measure_named
 from ...motions.selection.select import ALWAYS
-from ...units import DIMENSIONLESS
-from ...wording import counted
 
 PREFIX = "selection_"
 SI = "SI"

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
-from ...doubts import first_names, noted
+from ...core.aliases import Array
+from ...core.doubts import first_names, noted
+from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
+from ...core.wording import two_digit_percent, years_text
 from ...fragility import Slip, fit_fragility, overturning_probability, probability_in, reached, slide_runs
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.curve import LEAST, MOST
@@ -28,8 +30,6 @@ from ...models.sliding.law import check_free
 from ...models.sliding.mode import Mode
 from ...models.sliding.trip import TRIPS
 from ...motions.polarity import AS_RECORDED, BOTH
-from ...units import DIMENSIONLESS, METRE, PER_YEAR
-from ...wording import two_digit_percent, years_text
 from .estimates import Fit
 from .risk import Risk
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from ...wording import currency_of, percent, short_digits
+from ...core.wording import currency_of, percent, short_digits
 from ..buildings.pieces import SORTS, pieces_of
 from ..tables.assessment import MARK, MARKED, doubtful_items, objective_unit, place_name
 from ..text.words import reference_law

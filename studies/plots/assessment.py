@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
+from ...core.wording import counted, currency_of, percent, short_digits
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
-from ...wording import counted, currency_of, percent, short_digits
 from ..tables.assessment import fallen_word, pieces_at, place_name
 from ..text.words import display_unit, level_name
 from . import axes, selection

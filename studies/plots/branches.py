@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, NullFormatter, PercentFormatter
 
+from ...core.wording import two_digits
 from ...fragility.fitting.states import OVERTURNED, state_name
-from ...wording import two_digits
 from ..text.spread import WORDS
 from ..text.words import floor_name
 from . import axes

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
-from ...wording import percent
+from ...core.wording import percent
 from ..plan.estimates import RANK, ranking_of_measures
 from ..text.words import floor_name, measure_at
 from . import axes, selection

@@ -11,14 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, PercentFormatter
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.wording import percent
 from ...fragility import curve_probability
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, state_name, state_named
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import RUN, number_of_motions
 from ...motions.arrays import POLARITY
-from ...wording import percent
 from ..text.block_order import HALF, ORDERS, places
 from ..text.precision import runs_of_curve
 from ..text.reached import highest_level

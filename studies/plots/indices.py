@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ... import checks
-from ...aliases import Array
-from ...wording import percent
+from ...core import checks
+from ...core.aliases import Array
+from ...core.wording import percent
 from ..plan.estimates import middle_level
 from ..text.words import display_unit, input_name
 from . import axes, selection

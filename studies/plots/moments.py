@@ -13,8 +13,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
 from ...models import LAWS, Block, Law
 from ...models.block import block_from
 from ...models.laws import oscillator_of

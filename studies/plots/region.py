@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 from matplotlib.tri import Triangulation
 
-from ...aliases import Array
-from ...units import STANDARD_GRAVITY
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ..text.words import display_unit, level_name
 from . import axes
 

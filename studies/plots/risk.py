@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from ... import checks
-from ...aliases import Array
-from ...wording import in_years, percent
+from ...core import checks
+from ...core.aliases import Array
+from ...core.wording import in_years, percent
 from ..plan.risk import risk_of
 from ..text import block_order as falling
 from ..text.curve_notes import BEYOND

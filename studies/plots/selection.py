@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
+from ...core import checks
 from . import axes
 
 __all__ = ["DrawnLaw", "floors", "labels", "laws", "level_index", "looks", "one"]

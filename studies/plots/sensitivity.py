@@ -17,9 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from ... import checks
-from ...aliases import Array, Index
-from ...wording import confidence_text
+from ...core import checks
+from ...core.aliases import Array, Index
+from ...core.wording import confidence_text
 from ..file.uncertainty import RIGID
 from ..tables.sensitivity import GREEK, level_at, level_between, reference_name, reference_of
 from ..text.words import display_unit, input_name, level_name

@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from ... import checks
+from ...core import checks
 from ...models import Block
 from ...models.friction import CONTACTS, LognormalFriction
 from ..plan.slides import BAND

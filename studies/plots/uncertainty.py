@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from ... import checks
+from ...core import checks
+from ...core.wording import percent
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
-from ...wording import percent
 from ..text.words import axis_name, display_unit, input_name
 from . import axes, selection
 

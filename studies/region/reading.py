@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...models.columns import BlockArray
 from ..file.blocks import KIND, MOST_BLOCKS, read_blocks
 from ..file.csv_table import MAX_TEXT, CsvTable

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from ...core.wording import about_percent, chances_between, two_digits, whole_percent, with_article
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN
 from ...fragility.analyses.surface_results import POOLED
-from ...wording import about_percent, chances_between, two_digits, whole_percent, with_article
 from ..text.block_order import HALF
 from ..text.precision import measure_notes
 from ..text.rows import Rows

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from ...doubts import first_of
-from ...models.friction import LOCKED, ROLLING
-from ...wording import (
+from ...core.doubts import first_of
+from ...core.wording import (
     about_percent,
     about_years,
     currency_of,
@@ -22,6 +21,7 @@ from ...wording import (
     whole_percent,
     years_text,
 )
+from ...models.friction import LOCKED, ROLLING
 from ..buildings.pieces import SAFETY, on_moving_supports, pieces_of
 from ..buildings.recommendations import (
     ANCHORED,

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...fragility.fitting.states import ALL, OVERTURNED, state_name
-from ...wording import (
+from ...core.wording import (
     chance_text,
     confidence_text,
     currency_of,
@@ -26,6 +25,7 @@ from ...wording import (
     years_between,
     years_text,
 )
+from ...fragility.fitting.states import ALL, OVERTURNED, state_name
 from ..plan.estimates import middle_level
 from ..region.rows import event_sentences
 from ..sensitivity.claims import FAILS, HOLDS, OPEN

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...doubts import first_of
+from ...core.doubts import first_of
+from ...core.wording import confidence_text, counted, given_number
 from ...fragility.fitting.states import DIRECTIONS, state_name
 from ...fragility.risk.modelling import RANGE
 from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of, number_of_motions
 from ...fragility.validity.scenes import DRIFT, pushed_by_drift
 from ...motions.arrays import POLARITY
-from ...wording import confidence_text, counted, given_number
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, GATED, GATED_RATE, INSTEAD
 from ..text.spread import MODEL_RANGE

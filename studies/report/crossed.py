@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...core.wording import counted
 from ...fragility.fitting.states import ALL, OVERTURNED, state_name
-from ...wording import counted
 from ..text.block_order import places
 from ..text.curve_notes import infinitive_of, verb_of
 from ..text.reached import within_levels

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 from ...fragility import curve_probability
 from ..text.words import axis_of, display_unit
 from .results_file import without_motions

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...doubts import first_of
-from ...wording import about_percent, whole_percent
+from ...core.doubts import first_of
+from ...core.wording import about_percent, whole_percent
 from ..text.curve_notes import NOTABLE, extrapolated_shares
 from ..text.precision import FITTED_RATE
 from ..text.words import block_title, floor_name, reference_law

@@ -9,10 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from ...fragility.fitting.states import OVERTURNED, state_name
-from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
-from ...models import Block
-from ...wording import (
+from ...core.wording import (
     about_percent,
     about_years,
     counted,
@@ -24,6 +21,9 @@ from ...wording import (
     with_article,
     years_text,
 )
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
+from ...models import Block
 from ..buildings.recommendations import NOTHING, TOO_LITTLE, WORSE, Piece
 from ..plan.gains import GAIN, comparable
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.wording import counted, given_number, given_percent, short_digits
 from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of
 from ...models import Block
 from ...motions.arrays import POLARITY
 from ...motions.supports.stops import RESTITUTION
-from ...wording import counted, given_number, given_percent, short_digits
 from ..plan.slides import INSTEAD
 from ..text.block_order import chosen_of
 from ..text.names import clean

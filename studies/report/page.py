@@ -18,8 +18,8 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from ...wording import system_reason
-from ...writing import write_bytes
+from ...core.wording import system_reason
+from ...core.writing import write_bytes
 from .. import show
 from ..file.report import ReportTable
 from ..plan.slides import INSTEAD

@@ -9,9 +9,9 @@ from pathlib import Path
 import xarray as xr
 
 from ... import fragility
-from ...labelled import spare_dask
-from ...units import SCHEMA
-from ...wording import with_article
+from ...core.labelled import spare_dask
+from ...core.units import SCHEMA
+from ...core.wording import with_article
 from ..store.folder import UNREADABLE, damaged
 from ..store.netcdf import opened
 from ..text.error import StudyError

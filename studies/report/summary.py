@@ -13,10 +13,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array
-from ...doubts import first_of
-from ...fragility.fitting.states import ALL, OVERTURNED, state_name
-from ...wording import (
+from ...core.aliases import Array
+from ...core.doubts import first_of
+from ...core.wording import (
     about_percent,
     about_years,
     chances_between,
@@ -27,6 +26,7 @@ from ...wording import (
     with_article,
     years_text,
 )
+from ...fragility.fitting.states import ALL, OVERTURNED, state_name
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
 from ..plan.piece_classes import TESTS

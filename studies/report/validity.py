@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...core.wording import counted, listed_name, two_digit_percent
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.fitting.states import DIRECTIONS, OK, OVERTURNED, SEPARATED, state_name, state_named
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
@@ -24,7 +25,6 @@ from ...fragility.validity.reasons import ELASTIC_MODE, SCALED_FAR
 from ...fragility.validity.slab_screen import HALF_WIDTH, SQUAT_RATIO
 from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
-from ...wording import counted, listed_name, two_digit_percent
 from ..buildings.notes import AMOUNTS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..plan.slides import GATED, GATED_RATE, INSTEAD

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
+from ...core.wording import confidence_text, whole_percent
 from ...fragility.fitting.bootstrap import percentile_interval
-from ...wording import confidence_text, whole_percent
 from ..file.uncertainty import RIGID
 
 HOLDS, FAILS, OPEN = "holds", "does not hold", "open"

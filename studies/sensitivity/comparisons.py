@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
 from ...fragility import binomial_interval, fit_fragility
 from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.numerics.slabs import gathered

@@ -8,15 +8,15 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags, Index
+from ...core.aliases import Array, Flags, Index
+from ...core.units import DIMENSIONLESS, HERTZ
+from ...core.wording import given_percent
 from ...fragility import overturning_probability
 from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.numerics.slabs import Allocator, in_memory
 from ...fragility.runs.provenance import number_of_motions, polarity_pairs
 from ...models import Block, Law
 from ...models.friction import friction_at_impact
-from ...units import DIMENSIONLESS, HERTZ
-from ...wording import given_percent
 from ..file.uncertainty import RIGID, Sweep
 from .comparisons import Curves, excess, exponentials, flipped, swing, trend
 from .free_decay import free_decay

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Array
+from ...core import checks
+from ...core.aliases import Array
+from ...core.units import DIMENSIONLESS
 from ...models import Block, HousnerImpact, Law, free_rocking
-from ...units import DIMENSIONLESS
 
 HALF_CYCLES = 10
 SPAN, SAMPLES = 20.0, 401

@@ -153,7 +153,7 @@ LONG_SECONDS = 10.0
 
 def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
     """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
-    from ...wording import system_reason, time_text  # noqa: PLC0415
+    from ...core.wording import system_reason, time_text  # noqa: PLC0415
     from ..film.animate import animate  # noqa: PLC0415 - matplotlib
     from ..film.frames import frames_of  # noqa: PLC0415
     from ..film.writers import ffmpeg  # noqa: PLC0415

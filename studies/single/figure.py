@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...units import STANDARD_GRAVITY
+from ...core.units import STANDARD_GRAVITY
 from ..plots import axes
 from ..plots.moments import hysteresis
 from ..plots.response import HIGHEST, history, phase

@@ -12,11 +12,11 @@ import xarray as xr
 from pydantic import ValidationError
 
 from ... import motions as shaking
+from ...core.units import ACCELERATION, METRE, SECOND
 from ...models import Block, Law
 from ...motions.arrays import from_array, records
 from ...motions.intensity.dataset import positive_measure
 from ...motions.matching.adjustment import REACHED
-from ...units import ACCELERATION, METRE, SECOND
 from ..file.blocks import BlockTable
 from ..file.models import ModelTable
 from ..file.motions import PROCESSING, MotionsTable

@@ -20,7 +20,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from ... import motions as shaking
-from ...doubts import Doubt, noted
+from ...core.doubts import Doubt, noted
+from ...core.units import STANDARD_GRAVITY
+from ...core.wording import system_reason
+from ...core.writing import whole_file
 from ...motions.arrays import Record, digest, records
 from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
@@ -30,9 +33,6 @@ from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.readers.directions import BY_ITSELF, horizontal_motions
 from ...motions.readers.patterns import expand
 from ...motions.simulated.ground_motion_models import over_models
-from ...units import STANDARD_GRAVITY
-from ...wording import system_reason
-from ...writing import whole_file
 from ..file.floor_index import read_floor_index
 from ..file.schema import read_study_file
 from ..plan.reading import Reading

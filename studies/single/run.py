@@ -17,7 +17,10 @@ import numpy as np
 import xarray as xr
 
 from ... import motions as shaking
-from ...doubts import noted
+from ...core.doubts import noted
+from ...core.units import STANDARD_GRAVITY
+from ...core.wording import system_reason
+from ...core.writing import whole_file, write_bytes
 from ...fragility import ida
 from ...fragility.validity.notes import block_notes, not_modelled
 from ...fragility.validity.plausibility import stated_restitution_doubts
@@ -39,9 +42,6 @@ from ...models.laws import describe_law
 from ...motions.arrays import filter_doubts, records
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
-from ...units import STANDARD_GRAVITY
-from ...wording import system_reason
-from ...writing import whole_file, write_bytes
 from ..text.encoding import json_text
 from ..text.error import StudyError
 from ..text.histories import last_balance

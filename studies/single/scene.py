@@ -10,8 +10,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from ...core.units import KILOGRAM, METRE, NEWTON, RADIAN, STIFFNESS
 from ...models.scenes.restraint import KINDS
-from ...units import KILOGRAM, METRE, NEWTON, RADIAN, STIFFNESS
 from ..file.table import checked, quantity
 from ..text.error import StudyError
 

@@ -10,8 +10,8 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...wording import system_reason
-from ...writing import whole_file, write_bytes
+from ...core.wording import system_reason
+from ...core.writing import whole_file, write_bytes
 from ..text.error import StudyError
 from .netcdf import WHOLE_BYTES, load_small, look_through, opened, write
 

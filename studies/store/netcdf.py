@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 import netCDF4
 import numpy as np
 
-from ...limits import netcdf_problem
-from ...wording import system_reason
+from ...core.limits import netcdf_problem
+from ...core.wording import system_reason
 from ..text.error import StudyError
 
 if TYPE_CHECKING:

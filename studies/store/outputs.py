@@ -11,8 +11,8 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ...wording import system_reason
-from ...writing import write_bytes
+from ...core.wording import system_reason
+from ...core.writing import write_bytes
 from ..text.error import StudyError
 
 RECORD = ".toppling.json"

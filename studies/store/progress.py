@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Column
 
-from ...wording import part_text, time_text
+from ...core.wording import part_text, time_text
 from .watch import Watch
 
 LINE_SECONDS = 5.0

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Self
 
+from ...core.wording import size_text
 from ...fragility.runs.plan import number_of_chunks
-from ...wording import size_text
 from ..text.error import StudyError
 from .manifest import FOLDER
 from .shards import IN_MEMORY

@@ -23,12 +23,12 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.wording import system_reason
 from ...fragility.runs.factors import BlockFactors
 from ...fragility.runs.plan import OUTPUT_TYPES, Chunk, ChunkResult, Work
 from ...fragility.runs.runners import Runner
 from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
-from ...wording import system_reason
 from ..text.error import StudyError
 from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .folder import removed, write_whole

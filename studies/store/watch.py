@@ -15,9 +15,9 @@ from types import FrameType
 
 import numpy as np
 
+from ...core.wording import part_text, system_reason, whole_percent
 from ...fragility.runs.plan import ChunkResult
 from ...models.runs import TALLY
-from ...wording import part_text, system_reason, whole_percent
 from ..text.error import StudyError
 from .folder import without_link
 

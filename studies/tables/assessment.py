@@ -8,11 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Flags
-from ...fragility.risk.modelling import MODELLING
-from ...units import DIMENSIONLESS
-from ...wording import (
+from ...core import checks
+from ...core.aliases import Flags
+from ...core.units import DIMENSIONLESS
+from ...core.wording import (
     about_years,
     confidence_text,
     currency_of,
@@ -23,6 +22,7 @@ from ...wording import (
     whole_percent,
     years_between,
 )
+from ...fragility.risk.modelling import MODELLING
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
 from ..text.rows import Rows

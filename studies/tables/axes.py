@@ -6,8 +6,8 @@ import math
 
 import xarray as xr
 
+from ...core.wording import about_percent, counted, whole_percent
 from ...fragility.runs.axes import AXIS
-from ...wording import about_percent, counted, whole_percent
 from ..buildings.variables import SIDEWAYS
 from ..text.rows import Rows
 from ..text.words import reference_law

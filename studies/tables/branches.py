@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from ...core.wording import about_years, currency_of, given_percent, two_digits, whole_percent
 from ...fragility.fitting.states import OVERTURNED, state_name
-from ...wording import about_years, currency_of, given_percent, two_digits, whole_percent
 from ..buildings.assessment import BUILDING
 from ..text.curve_notes import branches_beyond, verb_of
 from ..text.rows import Rows

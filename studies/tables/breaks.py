@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...fragility.fitting.states import OVERTURNED, state_name
-from ...wording import (
+from ...core.wording import (
     about_percent,
     chances_between,
     confidence_text,
@@ -21,6 +20,7 @@ from ...wording import (
     with_article,
     years_text,
 )
+from ...fragility.fitting.states import OVERTURNED, state_name
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
 from ..text.curve_notes import verb_of
 from ..text.rows import Rows

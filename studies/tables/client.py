@@ -8,10 +8,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from ...fragility.fitting.states import ALL, NONE, OVERTURNED, state_name
-from ...fragility.hazard.rates import probability_in
-from ...fragility.risk.modelling import LOWER, UPPER
-from ...wording import (
+from ...core.wording import (
     UNKNOWN,
     about_percent,
     about_years,
@@ -22,6 +19,9 @@ from ...wording import (
     two_digits,
     years_text,
 )
+from ...fragility.fitting.states import ALL, NONE, OVERTURNED, state_name
+from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_of
 from ..text.one_side import falling_both_ways

@@ -12,11 +12,8 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from ...fragility.fitting.states import OVERTURNED, state_name
-from ...fragility.hazard.rates import probability_in
-from ...fragility.risk.modelling import LOWER, UPPER
-from ...units import PER_YEAR
-from ...wording import (
+from ...core.units import PER_YEAR
+from ...core.wording import (
     chance_text,
     chances_between,
     confidence_text,
@@ -29,6 +26,9 @@ from ...wording import (
     years_between,
     years_text,
 )
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import infinitive_of, reached_of, verb_of

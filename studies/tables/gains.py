@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.wording import about_percent, confidence_text, counted, ratio_text, years_text
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.risk.ratios import Ratio
 from ...fragility.runs.provenance import number_of_motions
-from ...wording import about_percent, confidence_text, counted, ratio_text, years_text
 from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..text.curve_notes import verb_of

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from ...core.wording import about_percent, about_years, chances_between, confidence_text
 from ...fragility.hazard.rates import probability_in
 from ...fragility.runs.provenance import EDGE
 from ...models import Edge
 from ...models.friction import LOCKED, ROLLING
 from ...models.scenes.edge import FOOT
-from ...wording import about_percent, about_years, chances_between, confidence_text
 from ..buildings.recommendations import YEARS
 from ..buildings.sliding import (
     GATED_RATE,

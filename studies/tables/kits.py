@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from ...units import STANDARD_GRAVITY
-from ...wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
+from ...core.units import STANDARD_GRAVITY
+from ...core.wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import HELPS, NOT_KNOWN, NOTHING, UNKNOWN, YEARS, Piece, Range
 from ..buildings.variables import RUPTURE

@@ -8,9 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ...fragility.hazard.rates import probability_in
-from ...fragility.risk.modelling import LOWER, UPPER
-from ...wording import (
+from ...core.wording import (
     about_percent,
     chances_between,
     confidence_text,
@@ -20,6 +18,8 @@ from ...wording import (
     three_digits,
     two_digits,
 )
+from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.pieces import SHARES, pieces_of
 from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE

@@ -13,11 +13,11 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from ...aliases import Array
-from ...doubts import first_of
+from ...core.aliases import Array
+from ...core.doubts import first_of
+from ...core.wording import two_digits, whole_percent, with_article
 from ...fragility.runs.provenance import blocks_of
 from ...models import Block
-from ...wording import two_digits, whole_percent, with_article
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, NAMES, OPEN, Claim, evidence_of
 from ..text.reached import within_levels

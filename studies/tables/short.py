@@ -8,8 +8,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from ...fragility.fitting.states import OVERTURNED, state_name
-from ...wording import (
+from ...core.wording import (
     about_percent,
     chances_between,
     confidence_text,
@@ -17,6 +16,7 @@ from ...wording import (
     three_digits,
     years_between,
 )
+from ...fragility.fitting.states import OVERTURNED, state_name
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Range
 from ..text.block_order import RATE, chosen_of, shown

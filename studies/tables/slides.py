@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from ...core.wording import about_percent, confidence_text, interval_text, two_digits, years_text
 from ...fragility.adaptive.until import PROBABILITY
 from ...fragility.hazard.rates import probability_in
-from ...wording import about_percent, confidence_text, interval_text, two_digits, years_text
 from ..plan.adaptive_slides import SLIP_HALF
 from ..plan.estimates import middle_level
 from ..plan.slides import (

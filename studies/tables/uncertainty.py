@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...wording import (
+from ...core.wording import (
     chance_text,
     confidence_text,
     given_percent,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ...core.wording import about_percent, about_years
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import number_of_motions
-from ...wording import about_percent, about_years
 from ..buildings.recommendations import YEARS
 
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import xarray as xr
 
-from ...doubts import first_names
+from ...core.doubts import first_names
+from ...core.wording import listed_name, two_digit_percent
 from ...fragility.runs.axes import AXIS
 from ...motions.arrays import HORIZONTAL
 from ...motions.intensity.directions import PAIR_MEASURES
-from ...wording import listed_name, two_digit_percent
 from .words import measure_name
 
 MOST_NAMED = 8

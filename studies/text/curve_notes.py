@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Flags
+from ...core.aliases import Flags
+from ...core.wording import given_percent, listed_name, whole_percent
 from ...fragility.fitting.states import SEPARATED, state_name
-from ...wording import given_percent, listed_name, whole_percent
 from .words import floor_name, level_text
 
 FEWEST = 5

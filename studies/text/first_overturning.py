@@ -7,7 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...wording import whole_percent
+from ...core.wording import whole_percent
 
 
 def spacing_notes(curves: xr.Dataset) -> list[str]:

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ... import checks
-from ...aliases import Flags
+from ...core import checks
+from ...core.aliases import Flags
 from ...models import Block
 from ...models.block import block_from
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ...units import UNITS
+from ...core.units import UNITS
 from .reached import EDGE
 
 EVERY = 0.0, math.inf

@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 import xarray as xr
 
-from ...doubts import first_of
+from ...core.doubts import first_of
+from ...core.wording import listed_name
 from ...fragility.fitting.fit import default_form
 from ...fragility.fitting.states import DIRECTIONS, FRONT, UPLIFTED, State, state_name
 from ...fragility.runs.provenance import blocks_of
 from ...models import Block, Law
 from ...models.sides import sides, surroundings
-from ...wording import listed_name
 
 FORCED = "rising_to_1"
 """Attribute of results with the names of the blocks whose curves rise to 1 though the probabilities need not."""

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Index
+from ...core.aliases import Index
+from ...core.wording import value_text, whole_percent
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
 from ...fragility.surfaces.gain import Gain, gain_words
-from ...wording import value_text, whole_percent
 from .rows import Rows
 from .words import axis_of, display_unit
 

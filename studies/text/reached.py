@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...wording import interval_text, three_digits
+from ...core.wording import interval_text, three_digits
 from .words import NOT_REACHED, axis_of
 
 BELOW = "below all levels"

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
-from ...wording import (
+from ...core.wording import (
     about_percent,
     about_years,
     chances_between,
@@ -19,6 +18,7 @@ from ...wording import (
     two_digits,
     whole_percent,
 )
+from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
 from .words import floor_name
 
 WORDS = {

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...fragility.runs.provenance import floor_of_each_motion
 from ...models import catalogue
 from ...motions.intensity.naming import FLOOR, place_in
-from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
 MEASURES = {
     "pga": "PGA",

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from ...aliases import Array
-from ...streams import stream
+from ...core.aliases import Array
+from ...core.streams import stream
 from .scores import SURE
 
 LEAST_CLUSTERS = 20

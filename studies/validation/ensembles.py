@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...core.aliases import Array
 from ...motions import NearFault, SiteBasedScenario
 from ...motions.arrays import records
 from ...motions.intensity.jma import jma_intensity

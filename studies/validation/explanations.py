@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Flags
+from ...core.aliases import Flags
 from ...models import Block, HousnerImpact, Restraint
 from ...motions import Building
 from ...motions.polarity import AS_RECORDED, BOTH

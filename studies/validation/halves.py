@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags, Index
-from ...streams import stream
+from ...core.aliases import Array, Flags, Index
+from ...core.streams import stream
 from .scores import SURE, Threshold, best_threshold
 
 RESAMPLES, SEED = 400, 1

@@ -12,12 +12,12 @@ import numpy as np
 import xarray as xr
 from scipy.stats import binom
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.wording import counted
 from ...fragility import binomial_interval, ida
 from ...models import Block, HousnerImpact
 from ...models.friction import contact_named
 from ...motions.polarity import BOTH
-from ...wording import counted
 from .ensembles import kinds_of, motions_of, scaled_to_class
 from .replays import Replays
 from .specimens import blocks_of, law_of, not_sliding

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags
-from ...doubts import ImplausibleInput
+from ...core.aliases import Array, Flags
+from ...core.doubts import ImplausibleInput
+from ...core.units import STANDARD_GRAVITY
 from ...models import Block
 from ...motions import from_array
-from ...units import STANDARD_GRAVITY
 from ..file.csv_table import CsvTable, TableKind
 from .halves import HalfFits, fit_halves
 from .replays import fallen

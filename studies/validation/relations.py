@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array
+from ...core.aliases import Array
+from ...core.units import STANDARD_GRAVITY
 from ...fragility.curves.published import japanese, p58_regression
 from ...models import Block, HousnerImpact
 from ...motions.arrays import records
 from ...motions.intensity.dataset import measure
-from ...units import STANDARD_GRAVITY
 from .ensembles import motions_of
 from .predictions import capacities
 from .table import BROADBAND, NEAR_FAULT

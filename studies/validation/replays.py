@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
+from ...core.units import STANDARD_GRAVITY
+from ...core.wording import system_reason
 from ...fragility import ida
 from ...models import Block, HousnerImpact
 from ...motions import from_array
 from ...motions.polarity import AS_RECORDED
-from ...units import STANDARD_GRAVITY
-from ...wording import system_reason
 from ..file.csv_table import CsvTable, TableKind
 from .table import ExperimentError
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
 from ...models import HousnerImpact
 from .classes import FACTORS, LEAST_CLUSTERS, ClassFit, Evidence, class_fit, too_few
 from .ensembles import kinds_of, scaled_to_class

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from ...aliases import Array, Flags
+from ...core.aliases import Array, Flags
+from ...core.streams import stream
 from ...fragility import binomial_interval
-from ...streams import stream
 
 Labels = NDArray[Any]
 """Names of rows, records or sources, or their numbers."""

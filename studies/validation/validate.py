@@ -14,9 +14,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from ...core.wording import counted, system_reason, whole_percent
+from ...core.writing import write_bytes
 from ...models.runs import engine_identity
-from ...wording import counted, system_reason, whole_percent
-from ...writing import write_bytes
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import Cell, ValueTable, csv_bytes, known

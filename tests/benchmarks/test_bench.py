@@ -18,8 +18,8 @@ from toppling.benchmarks.sliding.newmark import newmark as one_way
 from toppling.benchmarks.whole.making import making
 from toppling.benchmarks.whole.processes import spent
 from toppling.benchmarks.whole.studies import bound, speed_up
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.studies.command.cli import bench, main
-from toppling.units import STANDARD_GRAVITY
 
 FEW = (LAWS[0], LAWS[7])
 ROUNDING = 1e-12

@@ -10,8 +10,8 @@ from page_tables import table_below
 
 import toppling as tp
 from toppling import motions
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.friction import CONTACTS
-from toppling.units import STANDARD_GRAVITY as G
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

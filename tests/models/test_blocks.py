@@ -7,9 +7,9 @@ import pytest
 from shared_cases import SHARED, needs_shared
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models import catalogue
 from toppling.models.items import QUALITIES
-from toppling.units import STANDARD_GRAVITY as G
 
 INCH = 0.0254
 

@@ -9,11 +9,11 @@ from shared_cases import ELASTIC, LAWS, RIGID, lifts_at, shake
 from thresholds import overturns
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.engine import tables as engine
 from toppling.models.oscillator import Edge, Oscillator, Region
 from toppling.models.runs import OUTPUTS, run_many, trace
 from toppling.motions import CloughPenzien, OneCycleSine, scale_to
-from toppling.units import STANDARD_GRAVITY as G
 
 BLOCK = tp.Block.from_slenderness(0.2, 0.5)
 

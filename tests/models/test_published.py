@@ -11,9 +11,9 @@ from shared_cases import lifts_at
 from thresholds import boundary, overturns
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.laws import Law
 from toppling.motions import HalfSine, KanaiTajimi, OneCycleCosine, OneCycleSine, RectangularPulse, scale_to_mean
-from toppling.units import STANDARD_GRAVITY as G
 
 pytestmark = [pytest.mark.lowest, pytest.mark.newest]
 

@@ -9,8 +9,8 @@ from reference_cases import CASES, build
 from shared_cases import SHARED, needs_shared, shake
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.runs import trace
-from toppling.units import STANDARD_GRAVITY as G
 
 
 def random_draw(rng):

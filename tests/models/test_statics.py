@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models import half_weight, required_force, static_capacity
-from toppling.units import STANDARD_GRAVITY as G
 
 BLOCK = tp.Block(0.3, 1.8, mass=100.0)
 

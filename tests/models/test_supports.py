@@ -5,9 +5,9 @@ import math
 import pytest
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.models import delta_from_frequency, delta_from_settlement
 from toppling.models.sides import zone_of
-from toppling.units import STANDARD_GRAVITY
 
 BLOCK = tp.Block(0.4, 1.8)
 

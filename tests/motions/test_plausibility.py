@@ -7,10 +7,10 @@ import pytest
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
-from toppling.doubts import noted
+from toppling.core.doubts import noted
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import records
 from toppling.motions.plausibility import record_doubts, ringing_doubts
-from toppling.units import STANDARD_GRAVITY as G
 
 DT = 0.01
 

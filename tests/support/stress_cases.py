@@ -11,9 +11,9 @@ from reference_cases import CASES, build
 from shared_cases import lifts_at
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.engine.tables import MANY_IMPACTS
 from toppling.models.runs import OUTPUTS, prepare, trace
-from toppling.units import STANDARD_GRAVITY as G
 
 BLOCK = tp.Block.from_slenderness(0.2, 0.5)
 OVERTURNED, PEAK, UPLIFTED, IMPACTS = (OUTPUTS[k] for k in ("overturned", "peak_rotation", "uplifted", "impacts"))

@@ -10,7 +10,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import xarray as xr
 
-from ....aliases import Array
+from ....core.aliases import Array
 from ....motions import Sa
 from ...curves.curve import ISOTONIC
 from ...fitting.links import LOGNORMAL

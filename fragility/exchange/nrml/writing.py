@@ -17,10 +17,10 @@ from xml.sax.saxutils import escape, quoteattr
 import scipy
 import xarray as xr
 
-from .... import checks
-from ....aliases import Array
+from ....core import checks
+from ....core.aliases import Array
+from ....core.units import STANDARD_GRAVITY
 from ....motions.intensity.naming import GROUND
-from ....units import STANDARD_GRAVITY
 from ..datasets import curve_set
 from ..discrete import grid, probability_at
 from ..files import ExchangeError, target, write_text

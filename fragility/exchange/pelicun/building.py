@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ....units import DIMENSIONLESS
+from ....core.units import DIMENSIONLESS
 from ..datasets import curve_set
 from ..files import ExchangeError, write_text
 from ..ids import TABLE_MARKS

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from ....core.units import STANDARD_GRAVITY
 from ....motions import Sa, Sd, Sv
-from ....units import STANDARD_GRAVITY
 from ..files import ExchangeError
 from ..rows import CurveSet, spectral_period
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....aliases import Array
+from ....core.aliases import Array
 from ..discrete import grid, probability_at
 from ..files import ExchangeError, number
 from ..rows import CurveRow, levels_problem

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ....aliases import Array
+from ....core.aliases import Array
 from ...curves.curve import ISOTONIC
 from ...fitting.links import LOGNORMAL
 from ...fitting.states import INCOMPLETE

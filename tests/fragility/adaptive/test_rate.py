@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import scipy
 
+from toppling.core.streams import stream
 from toppling.fragility import HazardCurve
 from toppling.fragility.adaptive.probit import Observations
 from toppling.fragility.adaptive.rate import check_ends, draw_levels, hazard_cells, unseen_tail, weighted_rate
-from toppling.streams import stream
 
 MEDIAN, DISPERSION = 2.0, 0.4
 

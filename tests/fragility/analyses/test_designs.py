@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
 from toppling.fragility import reached
 from toppling.models.runs import OUTPUTS, trace
 

@@ -16,7 +16,7 @@ FRICTION = LognormalFriction(0.35, 0.3)
 LAW = RandomSliding(FRICTION, 0.85)
 SHAKES = tp.motions.CloughPenzien(duration=10.0, dt=0.02)
 OUTPUTS = (*SLIDES,)
-pytestmark = pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+pytestmark = pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
 
 
 def adaptive(**options):

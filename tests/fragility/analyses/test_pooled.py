@@ -12,7 +12,7 @@ import xarray as xr
 
 import toppling as tp
 from toppling.benchmarks.sequential.regions import Kinked, direct_medians
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
 from toppling.fragility import HazardCurve, pooled, surface_curves
 from toppling.fragility.analyses import region_runs
 from toppling.fragility.surfaces import curves as pooled_curves

@@ -8,10 +8,10 @@ import xarray as xr
 
 import toppling as tp
 from toppling import motions
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import notes, screen
 from toppling.fragility.fitting.states import reached
 from toppling.models.runs import OUTPUTS, run_many, trace
-from toppling.units import STANDARD_GRAVITY as G
 
 BLOCK = tp.Block(0.4, 1.6, name="shelf")
 LAW = tp.HousnerImpact()

@@ -9,9 +9,9 @@ import pytest
 from shared_cases import SHARED, needs_shared
 
 import toppling as tp
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility.curves import published
-from toppling.units import STANDARD_GRAVITY as G
 
 
 class TestFemaP58:

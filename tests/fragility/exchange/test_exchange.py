@@ -19,13 +19,13 @@ from scipy.special import ndtr
 from shared_cases import SHARED, needs_shared
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import ExchangeError, read_curve_csv, read_nrml, read_pelicun, write_nrml, write_pelicun
 from toppling.fragility.curves import published
 from toppling.fragility.curves.curve import curve_probability
 from toppling.fragility.exchange.ids import MAX_ID, is_id, make_ids
 from toppling.fragility.exchange.nrml.writing import arithmetic, median_and_dispersion
 from toppling.studies.command.cli import main
-from toppling.units import STANDARD_GRAVITY as G
 
 
 class TestRoundTrip:

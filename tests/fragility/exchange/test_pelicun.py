@@ -12,10 +12,10 @@ from exchange_cases import isotonic, lognormal, uplifting
 from library_metadata import SCHEMAS
 from scipy.special import ndtr
 
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import ExchangeError, read_pelicun, write_pelicun
 from toppling.fragility.curves import published
-from toppling.units import STANDARD_GRAVITY as G
 
 
 def weighted():

@@ -12,11 +12,11 @@ import xarray as xr
 from pydantic import ValidationError
 
 import toppling as tp
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
 from toppling.fragility.hazard.plausibility import hazard_doubts
 from toppling.studies.file.hazard import HazardTable
-from toppling.units import STANDARD_GRAVITY as G
 
 # The layouts are those of the programs, the numbers are made up.
 OPENQUAKE = (

@@ -10,10 +10,10 @@ from scipy.special import ndtr
 import toppling as tp
 from toppling.benchmarks.selection import worlds
 from toppling.benchmarks.selection.coverage import LEAST_OF_ALL, RETURN_PERIODS
+from toppling.core.streams import stream
 from toppling.fragility import HazardCurve, rates_by_measure
 from toppling.motions import Mixture, Target
 from toppling.motions.selection.choosing import Problem, choose
-from toppling.streams import stream
 
 MEASURES = ("Sa(1)", "pgv")
 UNITS = {"Sa(1)": "m s-2", "pgv": "m s-1", "pga": "m s-2"}

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 from risk_cases import SITE, curves, outer
 
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, annual_rate, design_for_rate, size_for_rate, slenderness_for_rate
-from toppling.units import STANDARD_GRAVITY as G
 
 
 class TestInversion:

@@ -9,6 +9,7 @@ import xarray as xr
 from risk_cases import LAW, ORACLE, SITE, X, curves
 from scipy.stats import norm
 
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import (
     HazardCurve,
     annual_rate,
@@ -23,7 +24,6 @@ from toppling.fragility.hazard.pieces import pieces_of
 from toppling.fragility.numerics.quadrature import GAUSS, KRONROD, NODES, integrate
 from toppling.fragility.risk.convolution import rates_and_slopes, rates_of
 from toppling.fragility.risk.quadrature import event_integral
-from toppling.units import STANDARD_GRAVITY as G
 
 
 def plain(log_median, dispersion, step=-np.inf, smooth=None):

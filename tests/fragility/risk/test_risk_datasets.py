@@ -11,9 +11,9 @@ import xarray as xr
 from risk_cases import SITE, X, curves, outer
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, annual_rate, discrete_rate, probability_in
 from toppling.fragility.risk.modelling import with_modelling
-from toppling.units import STANDARD_GRAVITY as G
 
 
 class TestUncertainty:

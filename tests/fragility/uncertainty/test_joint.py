@@ -13,6 +13,7 @@ from scipy.special import ndtr
 from shared_cases import lifts_at
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.curves.means import mean_interval, quantiles, resampled_means, sampling_error, share_error
 from toppling.fragility.hazard.levels import level_weights, line_weights
 from toppling.fragility.numerics.totals import (
@@ -24,7 +25,6 @@ from toppling.fragility.numerics.totals import (
     fallen_pieces,
 )
 from toppling.fragility.uncertainty.joint import Variability, drawn_pieces, oscillators_of_pieces, with_restitution
-from toppling.units import STANDARD_GRAVITY
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
 

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
 from toppling.studies.report.validity import INVALID, checks_of
 
 LEVELS = np.geomspace(1.0, 20.0, 6)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.doubts import ImplausibleInput, noted
+from toppling.core.doubts import ImplausibleInput, noted
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility.validity.plausibility import block_doubts, law_doubts, level_doubts, period_doubts, unit_doubts
 from toppling.models.columns import BlockArray
-from toppling.units import STANDARD_GRAVITY as G
 
 CABINET = tp.Block(0.4, 1.8, name="cabinet")
 SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)

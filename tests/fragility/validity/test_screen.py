@@ -11,6 +11,7 @@ from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, undecided_outcomes, wilson_interval
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from toppling.fragility.runs import plan
@@ -31,7 +32,6 @@ from toppling.motions.intensity.spectra import energy_band
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.plan.slides import Slides
-from toppling.units import STANDARD_GRAVITY as G
 
 BIT = {reason.name: reason.bit for reason in REASONS}
 BLOCKS = [tp.Block(0.4, 2.0, name="slender"), tp.Block(0.5, 0.8, name="squat")]
@@ -537,7 +537,7 @@ class TestErrors:
         with pytest.raises(TypeError, match="screen must be True or False, got 0"):
             tp.ida(BLOCKS, MODELS[0], shakes, [1.0], screen=0)
 
-    @pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+    @pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
     def test_sliding_blocks_have_no_screen_of_rocking(self):
         """Their runs would be called all right, whatever they do."""
         block, shakes = tp.Block(0.6, 1.8), noise(64)

@@ -5,6 +5,7 @@ import pytest
 from shared_cases import LAWS, lifts_at, shake
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.runs import plan
 from toppling.models import runs
 from toppling.models.batches import batch_of, lay_out
@@ -14,7 +15,6 @@ from toppling.models.oscillator import stack
 from toppling.models.runs import OUTPUTS, TALLY, run_many, run_mixed, run_specimens, stacked
 from toppling.models.sliding.law import Slider
 from toppling.motions.arrays import Record
-from toppling.units import STANDARD_GRAVITY
 
 BLOCKS = [tp.Block.from_slenderness(0.2, 0.5), tp.Block.from_slenderness(0.15, 1.5)]
 WAYS = {"peaks": (True, False), "whole": (False, False), "flags": (True, True)}

@@ -32,9 +32,9 @@ from stress_cases import (
 )
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.runs import TALLY, run_many, trace
 from toppling.motions import KanaiTajimi, OneCycleSine
-from toppling.units import STANDARD_GRAVITY as G
 
 
 @pytest.fixture(scope="module", autouse=True)

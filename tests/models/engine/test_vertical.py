@@ -8,11 +8,11 @@ from reference import integrate
 from stress_cases import IMPACTS, OVERTURNED, PEAK, UPLIFTED, follows, noise
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.engine.series import evaluate, exact_series
 from toppling.models.engine.tables import DEGREE, MOVED, SPEED
 from toppling.models.oscillator import exact_lever
 from toppling.models.runs import OUTPUTS, TALLY, run_many, trace
-from toppling.units import STANDARD_GRAVITY as G
 
 AIRBORNE = OUTPUTS["airborne"]
 TALL = tp.Block(0.4, 1.2)

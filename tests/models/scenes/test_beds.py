@@ -10,13 +10,13 @@ from scipy.optimize import brentq
 from shared_cases import shake
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models import apparent_restitution
 from toppling.models.block import block_from, describe_block
 from toppling.models.oscillator import Oscillator
 from toppling.models.runs import OUTPUTS, run_many, trace
 from toppling.models.scenes.bed import bed_moment, polygon
 from toppling.models.sides import sides
-from toppling.units import STANDARD_GRAVITY as G
 
 CABINET = tp.Block(0.4, 1.8, bed=tp.Bed(0.002))
 SOFTEST = tp.Block(0.4, 1.8, bed=tp.Bed(0.0043))

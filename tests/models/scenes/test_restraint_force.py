@@ -9,7 +9,7 @@ from scene_draws import case_of, scene_of
 from scene_reference import integrate_segments, record_segments
 
 import toppling as tp
-from toppling.units import STANDARD_GRAVITY as G
+from toppling.core.units import STANDARD_GRAVITY as G
 
 shake = tp.motions.from_array
 FORCE = "restraint_force"

@@ -13,10 +13,10 @@ from scipy import signal
 from shared_cases import shake
 
 from toppling import motions as mo
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.intensity.peaks import displacement, velocity
 from toppling.motions.intensity.spectra import peak_displacements, peak_responses
 from toppling.motions.kernels import oscillators as engine
-from toppling.units import STANDARD_GRAVITY
 
 OBJECTS = [
     mo.Sa(0.3),

@@ -9,6 +9,7 @@ import scipy
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
+from toppling.core.streams import stream
 from toppling.motions.arrays import records
 from toppling.motions.intensity.variability import (
     LEAST_SHAPE,
@@ -22,7 +23,6 @@ from toppling.motions.intensity.variability import (
     variability,
 )
 from toppling.motions.simulated.scenario import MARGINALS
-from toppling.streams import stream
 
 SCENARIO = (6.8, 20e3, 760.0)
 

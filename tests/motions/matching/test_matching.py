@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from toppling import motions as mo
-from toppling.doubts import noted
+from toppling.core.doubts import noted
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.intensity.peaks import displacement, velocity
 from toppling.motions.intensity.spectra import peak_displacements
 from toppling.motions.kernels import matching as engine
 from toppling.motions.matching.ac156 import checked_frequencies
 from toppling.motions.matching.adjustment import matching_doubts
-from toppling.units import STANDARD_GRAVITY as G
 
 PLATEAU = mo.TargetSpectrum((0.05, 0.12, 0.5, 4.0), (6.0, 10.0, 10.0, 1.2), name="plateau")
 

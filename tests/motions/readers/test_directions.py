@@ -9,7 +9,7 @@ import record_files as files
 
 import toppling as tp
 from toppling import motions as mo
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
 from toppling.motions import RecordError
 from toppling.motions.readers.directions import LEFT_OUT, direction_of, horizontal_motions
 from toppling.studies import StudyError

@@ -10,8 +10,8 @@ from record_files import COUNTS, SAMPLES, shaking
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions import RecordError
-from toppling.units import STANDARD_GRAVITY as G
 
 FORMATS = SHARED / "data/records/formats"
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from toppling import motions as mo
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions import RecordError
 from toppling.motions.readers.units import unit_factor
-from toppling.units import STANDARD_GRAVITY as G
 
 SAMPLES = [0.1, -0.2, 0.15, 0.05, -0.1, 0.0, 0.1, 0.2, -0.15, 0.05, 0.01, -0.02]
 COLUMN = "".join(f"{one}\n" for one in SAMPLES)

@@ -7,8 +7,8 @@ import pytest
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions import RecordError
-from toppling.units import STANDARD_GRAVITY as G
 
 HEADER = "PEER STRONG MOTION DATABASE RECORD\nSOMEWHERE 01/01/00, STATION\nACCELERATION TIME HISTORY IN UNITS OF G\n"
 

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from toppling.core.streams import stream
 from toppling.motions.selection import choosing
 from toppling.motions.selection.choosing import Problem, choose, improved, misfit, nearest
-from toppling.streams import stream
 
 
 def problem(seed, candidates=40, measures=4, most=1, groups=None):

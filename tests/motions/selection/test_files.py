@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from toppling import motions
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.selection.files import TargetError, read_target
 from toppling.motions.selection.ruptures import read_disaggregation
-from toppling.units import STANDARD_GRAVITY as G
 
 TABLE = "measure,unit,median,sigma\nSa(0.5),g,0.2774773026,0.639513096\nSA(1.0),g,0.1450798388,0.6924081166\n"
 TABLE += "PGV,cm/s,14.86829403,0.651475249\nd5_95,s,12.22547952,0.4301162634\n"

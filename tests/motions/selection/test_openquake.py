@@ -15,9 +15,9 @@ import pytest
 from scipy.special import ndtr
 
 from toppling import motions as mo
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import read_hazard
 from toppling.motions.selection import correlations
-from toppling.units import STANDARD_GRAVITY as G
 
 imt = pytest.importorskip("openquake.hazardlib.imt")
 

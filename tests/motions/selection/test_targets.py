@@ -11,10 +11,10 @@ import xarray as xr
 from scipy.special import ndtr
 
 from toppling import motions
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.selection import correlations as co
 from toppling.motions.selection import target as of_target
 from toppling.motions.selection.target import Mixture, Target
-from toppling.units import STANDARD_GRAVITY as G
 
 TABLE = Path(__file__).parents[4] / "shared/data/bb17_correlations.csv"
 PERIODS = (0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0)

@@ -16,6 +16,8 @@ from scipy import signal, stats
 from scipy.integrate import quad, solve_ivp
 
 from toppling import motions as mo
+from toppling.core.streams import stream
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.intensity.peaks import displacement, peak_velocity, velocity
 from toppling.motions.kernels.drifting_filters import drifting_noise
 from toppling.motions.simulated import directivity, scenario
@@ -33,8 +35,6 @@ from toppling.motions.simulated.marginals import (
 )
 from toppling.motions.simulated.modulation import modulation, ratio_limits
 from toppling.motions.simulated.scenario import SiteBasedEquations
-from toppling.streams import stream
-from toppling.units import STANDARD_GRAVITY
 
 EVOLUTIONARY = mo.EvolutionaryKanaiTajimi(omega_g=(30.0, 8.0), duration=5.0, dt=0.01)
 SITE_BASED = mo.SiteBased(d5_95=5.0, t_mid=3.0, f_c=0.4, dt=0.01)

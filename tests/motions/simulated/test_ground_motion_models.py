@@ -10,8 +10,8 @@ from study_texts import CABINET
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies import StudyError
-from toppling.units import STANDARD_GRAVITY as G
 
 # openquake.hazardlib 3.26.2, BooreEtAl2014 and ChiouYoungs2014, by magnitude, R_rup = R_jb = R_x (km), V_S30 (m/s) and
 # faulting, at a dip of 90° and Ztor = 0, with Z1.0 by Chiou and Youngs' formula of V_S30: medians of PGA (g),

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.core.wording import short_digits, three_digits
 from toppling.fragility import wilson_interval
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.uncertainty.joint import Variability
@@ -26,7 +27,6 @@ from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.anchoring import anchoring_figure
 from toppling.studies.plots.assessment import exceedance_figure, levels_figure
 from toppling.studies.tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows
-from toppling.wording import short_digits, three_digits
 
 mpl.use("Agg")
 

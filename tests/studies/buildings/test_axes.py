@@ -10,6 +10,7 @@ from scipy.stats import norm
 
 import toppling as tp
 from toppling import motions
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models.friction import LognormalFriction
@@ -31,7 +32,6 @@ from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.axes import axis_rows
 from toppling.studies.text.error import StudyError
-from toppling.units import STANDARD_GRAVITY as G
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*sways")  # (short motions on a swaying frame)
 PAIRS = motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlation=0.3)

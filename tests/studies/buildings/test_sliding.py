@@ -9,11 +9,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
+from toppling.core.streams import stream
 from toppling.fragility import HazardCurve
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction
-from toppling.streams import stream
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, Slipping

@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
+from toppling.core.streams import stream
 from toppling.fragility import HazardCurve, slide_runs
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import LognormalFriction
-from toppling.streams import stream
 from toppling.studies import StudyError
 from toppling.studies.buildings import assessment
 from toppling.studies.buildings.assessment import assess
@@ -23,7 +23,7 @@ from toppling.studies.plan.slides import Slides
 from toppling.studies.tables.item_slides import item_slide_rows, item_trip_sentences
 from toppling.studies.tables.pieces import piece_table
 
-pytestmark = pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+pytestmark = pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
 
 G = 9.80665
 LAW = tp.HousnerImpact()

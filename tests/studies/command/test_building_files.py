@@ -9,13 +9,13 @@ import pytest
 import xarray as xr
 from library_metadata import SCHEMAS
 
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies.command import building_files
 from toppling.studies.command import export as export_module
 from toppling.studies.command.cli import main
 from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.store.outputs import RECORD
 from toppling.studies.text.error import StudyError
-from toppling.units import STANDARD_GRAVITY as G
 
 LEVELS = np.array([1.0, 2.0, 4.0, 8.0])
 LINES = {

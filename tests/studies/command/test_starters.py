@@ -10,12 +10,12 @@ import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.validity.scenes import scene_notes
 from toppling.studies import StudyError, read_inventory
 from toppling.studies.command import starters
 from toppling.studies.command.cli import main
 from toppling.studies.file.schema import StudyFile
-from toppling.units import STANDARD_GRAVITY
 
 KINDS = {
     "bookcase": {"study.toml", "records"},

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
 from toppling.fragility import rank_measures, read_curve_csv
 from toppling.fragility.numerics import slabs
 from toppling.fragility.runs.factors import BlockFactors, dense, either_side

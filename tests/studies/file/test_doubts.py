@@ -9,7 +9,7 @@ from shared_cases import SHARED, needs_shared
 
 import toppling as tp
 from toppling import motions as mo
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
 from toppling.motions.readers.directions import BY_ITSELF, ON_PURPOSE
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main

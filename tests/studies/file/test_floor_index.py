@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions import RecordError
 from toppling.studies import StudyError
 from toppling.studies.file.floor_index import COLUMNS, LEVELS, read_floor_index
-from toppling.units import STANDARD_GRAVITY
 
 HEAD = "level (g),motion,floor,direction,file\n"
 

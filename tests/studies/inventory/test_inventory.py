@@ -15,7 +15,7 @@ import openpyxl
 import pytest
 
 import toppling as tp
-from toppling.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput
 from toppling.studies import StudyError
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
@@ -759,7 +759,7 @@ def replaced(book, parts):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+@pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
 def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):
     """2,000 damaged files: bytes changed, cut out, doubled, put in from a list of nasty ones."""
     whole = Path(example_path()).read_bytes()

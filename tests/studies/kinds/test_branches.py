@@ -9,6 +9,7 @@ import pytest
 from study_texts import HAZARD, IDA
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import digest, records
 from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
@@ -20,7 +21,6 @@ from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.branches import spread_rows
 from toppling.studies.tables.client import client_rows
 from toppling.studies.text.curve_notes import SLIPS_WITHOUT_BRANCHES
-from toppling.units import STANDARD_GRAVITY
 
 BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
 LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "discrete"\n'

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import toppling as tp
+from toppling.core.wording import three_digits
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.report.answers import answer
 from toppling.studies.tables.pieces import piece_table
-from toppling.wording import three_digits
 
 STUDY = """
 title = "Objects on pedestals"

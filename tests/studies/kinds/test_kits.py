@@ -11,6 +11,7 @@ import xarray as xr
 from rich.console import Console
 
 import toppling as tp
+from toppling.core.wording import two_digits
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.buildings.recommendations import Range
 from toppling.studies.command.cli import main
@@ -27,7 +28,6 @@ from toppling.studies.tables.kits import (
 )
 from toppling.studies.text.rows import plain_table
 from toppling.studies.text.terminal import fitted
-from toppling.wording import two_digits
 
 COLUMNS = "item,width_m,height_m,floor,count,mass_kg,wall_gap_mm,cm_offset_mm,lean_deg,value,currency,consequence"
 INVENTORY = f"""{COLUMNS},anchored

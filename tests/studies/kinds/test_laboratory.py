@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import toppling as tp
+from toppling.core.wording import two_digits
 from toppling.studies import show
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.report.actions import next_steps
@@ -19,7 +20,6 @@ from toppling.studies.report.validity import SLIDING, checks_of
 from toppling.studies.tables.item_slides import NOT_MODELLED, falling_off_sentences, item_slide_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
 from toppling.studies.text.error import StudyError
-from toppling.wording import two_digits
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 

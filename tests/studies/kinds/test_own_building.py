@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.curves.means import resampled_means
 from toppling.fragility.hazard.levels import level_weights
 from toppling.motions.floors.histories import FloorHistories, History
@@ -20,7 +21,6 @@ from toppling.studies.buildings.variables import Year
 from toppling.studies.command.cli import main
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import read_inventory
-from toppling.units import STANDARD_GRAVITY
 
 ROOT = Path(tp.__file__).parent
 EXAMPLES = ROOT / "studies/examples"

@@ -11,6 +11,7 @@ import xarray as xr
 from real_processes import same_after_ten_kills
 
 import toppling as tp
+from toppling.core.wording import about_percent, chances_between
 from toppling.fragility.surfaces.checks import BLOCKS, MOTIONS
 from toppling.models.columns import BlockArray
 from toppling.studies.command.cli import main
@@ -26,7 +27,6 @@ from toppling.studies.report.answers import answer
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import plain_answer
 from toppling.studies.text.error import StudyError
-from toppling.wording import about_percent, chances_between
 
 pytestmark = pytest.mark.lowest
 

@@ -12,6 +12,7 @@ import xarray as xr
 from real_processes import same_after_ten_kills
 
 import toppling as tp
+from toppling.core.wording import about_percent, in_years
 from toppling.fragility import Slip, notes, screen
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
@@ -34,7 +35,6 @@ from toppling.studies.tables.short import short_rows
 from toppling.studies.tables.slides import slide_rows
 from toppling.studies.text.error import StudyError
 from toppling.studies.text.precision import precision_rows
-from toppling.wording import about_percent, in_years
 
 STUDY = """
 title = "As many as needed"

@@ -13,10 +13,10 @@ from shared_cases import SHARED, needs_shared
 from study_texts import crate_study
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
+from toppling.core.wording import three_digits
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.units import STANDARD_GRAVITY as G
-from toppling.wording import three_digits
 
 mpl.use("Agg")
 

@@ -75,7 +75,7 @@ def slid(cables):
     return slide_runs(runs, cables.design.motions, LognormalFriction(0.15, 0.3), trip=trip)
 
 
-@pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+@pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
 class TestResults:
     def test_chances_are_those_of_slide_runs(self, results, slid):
         found = overturning_probability(slid, state="trips")

@@ -7,11 +7,11 @@ import pytest
 
 import toppling as tp
 from toppling import motions
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import LIFTS
 from toppling.studies import StudyError
 from toppling.studies.report.page import content
 from toppling.studies.store.content import AS_WRITTEN
-from toppling.units import STANDARD_GRAVITY as G
 
 DT = 0.01
 STUDY = """

@@ -13,6 +13,7 @@ from report_pages import INVENTORY, STUDIES, loaded, of_client
 from scipy.stats import norm
 
 import toppling as tp
+from toppling.core.wording import about_percent, three_digits, two_digits
 from toppling.studies import StudyError
 from toppling.studies.reference.json_schema import study_schema
 from toppling.studies.report import page as module
@@ -25,7 +26,6 @@ from toppling.studies.report.validity import CARE, GOOD, INVALID, SLIDING, UNKNO
 from toppling.studies.tables.client import client_rows
 from toppling.studies.text.glossary import TERMS
 from toppling.studies.text.words import reference_law
-from toppling.wording import about_percent, three_digits, two_digits
 
 
 class TestAnswer:

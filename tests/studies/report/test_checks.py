@@ -5,7 +5,7 @@ import json
 import pytest
 from report_pages import STUDIES, Page, loaded
 
-from toppling.doubts import KINDS
+from toppling.core.doubts import KINDS
 from toppling.studies.command.verdict import verdict
 from toppling.studies.report.answers import answer
 from toppling.studies.report.law_choice import law_choice

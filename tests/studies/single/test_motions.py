@@ -12,12 +12,12 @@ import xarray as xr
 from study_texts import CABINET
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import records
 from toppling.motions.intensity.cumulative import husid, significant_duration_5_75
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.single.motions import draw_spectra, measures_table, read_motions
-from toppling.units import STANDARD_GRAVITY as G
 
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"

@@ -12,13 +12,13 @@ from PIL import Image
 from plot_cases import faults
 
 import toppling as tp
+from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file.table import quantity
 from toppling.studies.film import writers as movies
 from toppling.studies.single.inputs import factor_of, motion_of
 from toppling.studies.single.run import Simulation
-from toppling.units import STANDARD_GRAVITY as G
 
 SHORT = ["--set", "duration_s=6", "--set", "dt_s=0.01"]
 

@@ -9,6 +9,7 @@ import xarray as xr
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
+from toppling.core.wording import three_digits, two_digits
 from toppling.fragility import uncertain_ida
 from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
@@ -16,7 +17,6 @@ from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
 from toppling.studies.text.curve_notes import LevelEnd, curve_notes, misfit_notes, rate_bounds, rate_notes
 from toppling.studies.text.one_side import one_side_notes
-from toppling.wording import three_digits, two_digits
 
 MODELS = """
 [[models]]

@@ -89,7 +89,7 @@ def warn_of_results(found: Iterable[str]) -> None:
 
 def _callers() -> list[str]:
     """Return the names of the package's modules on the stack, the caller of this function first."""
-    package = __name__.rpartition(".")[0]
+    package = __name__.partition(".")[0]
     found, frame = [], sys._getframe(1)
     while frame.f_back is not None and (name := str(frame.f_globals.get("__name__"))).partition(".")[0] == package:
         found.append(name)

@@ -1,11 +1,11 @@
-"""`toppling.labelled`: xarray answers as ever, with dask's arrays and without them."""
+"""`toppling.core.labelled`: xarray answers as ever, with dask's arrays and without them."""
 
 import subprocess
 import sys
 
 import pytest
 
-BEFORE = "import sys, numpy as np, xarray as xr\nfrom toppling.labelled import spare_dask\nspare_dask()\n"
+BEFORE = "import sys, numpy as np, xarray as xr\nfrom toppling.core.labelled import spare_dask\nspare_dask()\n"
 
 
 def run(code):

@@ -12,9 +12,9 @@ import pytest
 from numba.core.caching import UserProvidedCacheLocator
 
 import toppling
-from toppling import machine_code
-from toppling.compiled import Kernel
-from toppling.machine_code import Callee, FolderCache, folder_stamp
+from toppling.core import machine_code
+from toppling.core.compiled import Kernel
+from toppling.core.machine_code import Callee, FolderCache, folder_stamp
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
 from toppling.models.engine.pieces import solve_sample
@@ -23,7 +23,7 @@ from toppling.models.engine.regions import energy_consistent_zeta
 from toppling.models.engine.starts import begin_runs
 
 CALLER = """
-from toppling.compiled import kernel
+from toppling.core.compiled import kernel
 from .callee import increment
 
 @kernel(keep=True)
@@ -31,7 +31,7 @@ def twice(x):
     return increment(increment(x))
 """
 CALLEE = """
-from toppling.compiled import kernel
+from toppling.core.compiled import kernel
 
 @kernel()
 def increment(x):
@@ -89,9 +89,9 @@ for entry in (begin_runs, run_lanes, run_exact):
 THREADS = """
 import threading
 import time
-import toppling.machine_code
+import toppling.core.machine_code
 from folder.caller import twice
-from toppling.compiled import Kernel
+from toppling.core.compiled import Kernel
 
 def slow(kernel, make=Kernel.make):
     made = make(kernel)
@@ -272,9 +272,9 @@ def test_first_calls_in_several_threads(folder):
 
 INTERRUPTED = """
 import pickle
-import toppling.machine_code
+import toppling.core.machine_code
 from folder.caller import twice
-from toppling.compiled import Kernel
+from toppling.core.compiled import Kernel
 assert pickle.loads(pickle.dumps(twice)) is twice
 make, calls = Kernel.make, []
 

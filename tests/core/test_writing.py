@@ -12,9 +12,9 @@ import pytest
 from study_texts import crate_study
 
 import toppling as tp
+from toppling.core.writing import whole_file, write_bytes
 from toppling.studies.command.cli import main
 from toppling.studies.store.folder import folder_of_one
-from toppling.writing import whole_file, write_bytes
 
 
 class TestWholeFile:
@@ -47,7 +47,7 @@ class TestWholeFile:
         """A writer is killed; its file goes with the next write, and nothing else does."""
         path = tmp_path / "one.png"
         code = (
-            "import os, signal, sys; from pathlib import Path; from toppling.writing import whole_file\n"
+            "import os, signal, sys; from pathlib import Path; from toppling.core.writing import whole_file\n"
             "with whole_file(Path(sys.argv[1])): os.kill(os.getpid(), signal.SIGKILL)"
         )
         killed = subprocess.Popen([sys.executable, "-c", code, str(path)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from toppling.distributions import Beta, Least, Lognormal, Normal, Uniform
+from toppling.core.distributions import Beta, Least, Lognormal, Normal, Uniform
 from toppling.models.friction import LognormalFriction, NormalFriction, UniformFriction
 
 PROBABILITIES = np.array([1e-6, 0.01, 0.3, 0.5, 0.9, 0.999])
