@@ -193,8 +193,8 @@ def read_inventory(
     value, merged cells, and numbers that are shown in another unit than the heading's are refused; macros are ignored.
 
     Warnings (`toppling.core.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells
-    than the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible sheets
-    that are not; and sizes that are not plausible.
+    than the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible
+    sheets that are not; and sizes that are not plausible.
 
     Examples
     --------
