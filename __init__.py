@@ -4,104 +4,51 @@ Blocks and damping laws (`toppling.models`), motions (`toppling.motions`), incre
 curves (`toppling.fragility`), studies and figures (`toppling.studies`).  SI units and radians throughout.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .core.faces import face
+
 if TYPE_CHECKING:
-    from . import motions
+    from . import motions as motions
     from .fragility import (
-        HazardCurve,
-        annual_rate,
-        cloud,
-        fit_fragility,
-        ida,
-        overturning_probability,
-        read_hazard,
-        stripes,
+        HazardCurve as HazardCurve,
+        annual_rate as annual_rate,
+        cloud as cloud,
+        fit_fragility as fit_fragility,
+        ida as ida,
+        overturning_probability as overturning_probability,
+        read_hazard as read_hazard,
+        stripes as stripes,
     )
     from .models import (
-        Bed,
-        Block,
-        DiscreteDamping,
-        Edge,
-        EnergyConsistent,
-        GianniniMasiani,
-        HousnerImpact,
-        MakrisKonstantinidis,
-        Restraint,
-        Sliding,
-        Vassiliou,
-        ViscousDamping,
-        Wall,
-        catalogue,
-        free_rocking,
-        simulate,
+        Bed as Bed,
+        Block as Block,
+        DiscreteDamping as DiscreteDamping,
+        Edge as Edge,
+        EnergyConsistent as EnergyConsistent,
+        GianniniMasiani as GianniniMasiani,
+        HousnerImpact as HousnerImpact,
+        MakrisKonstantinidis as MakrisKonstantinidis,
+        Restraint as Restraint,
+        Sliding as Sliding,
+        Vassiliou as Vassiliou,
+        ViscousDamping as ViscousDamping,
+        Wall as Wall,
+        catalogue as catalogue,
+        free_rocking as free_rocking,
+        simulate as simulate,
     )
-    from .studies import Study, plot
-    from .studies.film.animate import animate
+    from .studies import Study as Study, plot as plot
+    from .studies.film.animate import animate as animate
 
     __version__: str
 
-__all__ = [
-    "Bed",
-    "Block",
-    "DiscreteDamping",
-    "Edge",
-    "EnergyConsistent",
-    "GianniniMasiani",
-    "HazardCurve",
-    "HousnerImpact",
-    "MakrisKonstantinidis",
-    "Restraint",
-    "Sliding",
-    "Study",
-    "Vassiliou",
-    "ViscousDamping",
-    "Wall",
-    "animate",
-    "annual_rate",
-    "catalogue",
-    "cloud",
-    "fit_fragility",
-    "free_rocking",
-    "ida",
-    "motions",
-    "overturning_probability",
-    "plot",
-    "read_hazard",
-    "simulate",
-    "stripes",
-]
-
-# Every name is loaded when it is first used: nobody waits for libraries that are not needed, and the command can be
-# interrupted from its first moment.
-_MODELS = (
-    "Bed", "Block", "DiscreteDamping", "Edge", "EnergyConsistent", "GianniniMasiani", "HousnerImpact",
-    "MakrisKonstantinidis", "Restraint", "Sliding", "Vassiliou", "ViscousDamping", "Wall", "catalogue", "free_rocking",
-    "simulate",
-)  # fmt: skip
-_FRAGILITY = (
-    "HazardCurve", "annual_rate", "cloud", "fit_fragility", "ida", "overturning_probability", "read_hazard", "stripes",
-)  # fmt: skip
-_HOME = (
-    dict.fromkeys(_MODELS, ".models")
-    | dict.fromkeys(_FRAGILITY, ".fragility")
-    | {"Study": ".studies", "animate": ".studies.film.animate"}
-)
-_MODULES = ("models", "motions", "fragility", "studies")
+_public, __dir__, __all__ = face(__name__)
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return import_module("importlib.metadata").version("toppling")
-    if name == "plot":
-        return import_module(".studies.plot", __name__)
-    if name in _MODULES:
-        return import_module(f".{name}", __name__)
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOME[name], __name__), name)
+        from importlib.metadata import version  # noqa: PLC0415 - hardly anyone asks
 
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_MODULES})
+        return version("toppling")
+    return _public(name)

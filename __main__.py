@@ -25,8 +25,7 @@ def main() -> int:
     # Figures are drawn into files: no backend of a notebook or a desktop is needed, nor need it be there.
     os.environ["MPLBACKEND"] = "agg"
     try:
-        from .studies.command.cli import main as command  # noqa: PLC0415 - what takes long
-        from .studies.command.cli import prepare_streams  # noqa: PLC0415
+        from .studies.command.cli import main as command, prepare_streams  # noqa: PLC0415
 
         if interruptible:
             signal.signal(signal.SIGINT, signal.default_int_handler)

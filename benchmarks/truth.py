@@ -25,9 +25,16 @@ from gmpy2 import mpfr
 
 from .exact_motion import WORKING_DIGITS, Result, integrate
 from .multiprecision import set_digits
-from .problems import DT, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, Problem
-from .problems import problem as problem_of
-from .problems import record as the_record
+from .problems import (
+    DT,
+    LAWS,
+    TRUTH_BLOCKS,
+    TRUTH_FACTORS,
+    TRUTH_FILE,
+    Problem,
+    problem as problem_of,
+    record as the_record,
+)
 
 DIGITS = 40
 STRIDE = 20

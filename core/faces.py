@@ -2,35 +2,37 @@
 
 from __future__ import annotations
 
+import ast
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 
-def face(package: str, homes: Mapping[str, tuple[str, ...]]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the `__getattr__` and `__dir__` of a package whose names lie in the modules of `homes`.
+def face(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return `__getattr__`, `__dir__` and `__all__` of a package, whose names its own `if TYPE_CHECKING:` imports.
 
     Nobody waits for libraries that are not needed: a command that prints a list loads no labelled arrays, and a single
     simulation no statistics.
-
-    Parameters
-    ----------
-    package : str
-        Full name of the package.
-    homes : mapping
-        The public names of each module, by the module's name inside the package.
     """
-    home_of = {name: module for module, names in homes.items() for name in names}
+    source = Path(str(sys.modules[package].__file__)).read_text(encoding="utf-8")
+    block = next(node for node in ast.parse(source).body if isinstance(node, ast.If))
+    home_of = {name.name: node.module for node in block.body if isinstance(node, ast.ImportFrom) for name in node.names}
 
     def load(name: str) -> Any:
-        if name not in home_of:
+        home = home_of.get(name)
+        if home is not None:
+            found = getattr(import_module(f"{package}.{home}"), name)
+        elif name.startswith("_") or find_spec(f"{package}.{name}") is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        found = getattr(import_module(f"{package}.{home_of[name]}"), name)
+        else:
+            found = import_module(f"{package}.{name}")
         setattr(sys.modules[package], name, found)  # (the next use finds it without this function)
         return found
 
     def names() -> list[str]:
         return sorted({*vars(sys.modules[package]), *home_of})
 
-    return load, names
+    return load, names, sorted(home_of)

@@ -21,8 +21,7 @@ from pathlib import Path
 from toppling.core.wording import counted, whole_percent
 from toppling.models.friction import CONTACTS
 from toppling.motions.intensity.jma import CLASSES
-from toppling.studies.plan.piece_classes import COLUMNS, NAMES, PieceClass
-from toppling.studies.plan.piece_classes import TABLE as CLASS_TABLE
+from toppling.studies.plan.piece_classes import COLUMNS, NAMES, TABLE as CLASS_TABLE, PieceClass
 from toppling.studies.show import save_figures
 from toppling.studies.tables.values import with_units
 from toppling.studies.validation import classes, ensembles, explanations, relations, replays, specimens, table

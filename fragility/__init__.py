@@ -5,174 +5,72 @@ from typing import TYPE_CHECKING
 from ..core.faces import face
 
 if TYPE_CHECKING:
-    from .analyses.cloud import cloud
-    from .analyses.ida import ida
-    from .analyses.joint import joint_falls
-    from .analyses.pooled import pooled
-    from .analyses.sliding import slide_runs
-    from .analyses.stripes import stripes
-    from .analyses.surface_results import surface_curves
-    from .curves.comparison import median_ratio, size_regression
-    from .curves.curve import curve_probability
-    from .curves.probability import overturning_probability
-    from .curves.resurrection import resurrections
-    from .efficiency.capacity import overturning_capacity
-    from .efficiency.ranking import rank_measures
-    from .efficiency.sufficiency import reweighted_stripes, stripe_sufficiency
-    from .exchange.curve_csv import read_curve_csv, write_curve_csv
-    from .exchange.files import ExchangeError
-    from .exchange.nrml.reading import read_nrml
-    from .exchange.nrml.writing import write_nrml
-    from .exchange.pelicun.reading import read_pelicun
-    from .exchange.pelicun.writing import write_pelicun
-    from .exchange.rows import Written
-    from .fitting.fit import FORMS, fit_fragility, fit_lognormal
-    from .fitting.goodness import compare_forms, goodness_of_fit
-    from .fitting.states import Slip, reached
-    from .hazard.curve import HazardCurve
-    from .hazard.files import read_hazard
-    from .hazard.rates import discrete_rate, probability_in, rate_from_probability
-    from .hazard.reading import HazardError
-    from .numerics.proportions import binomial_interval, wilson_interval
-    from .risk.annual_rate import annual_rate, rate_share_above
-    from .risk.conditioning import rates_by_measure
-    from .risk.epistemic import Branch, epistemic_rates
-    from .risk.inversion import Design, design_for_rate, size_for_rate
-    from .risk.modelling import with_modelling
-    from .risk.slenderness import slenderness_for_rate
-    from .runs.plan import Chunk, Work, plan_chunks, run_chunk
-    from .uncertainty.distributions import Beta, Categorical, Distribution, Least, Lognormal, Normal, Uniform
-    from .uncertainty.ida import uncertain_ida
-    from .uncertainty.indices import morris_indices, sobol_indices, tornado
-    from .uncertainty.inputs import RandomInputs
-    from .uncertainty.response import overturning_response
-    from .uncertainty.variance import capacity_variance_shares, variance_shares
-    from .validity.notes import block_notes, notes
-    from .validity.screen import screen
-    from .validity.undecided import undecided_outcomes
+    from .analyses.cloud import cloud as cloud
+    from .analyses.ida import ida as ida
+    from .analyses.joint import joint_falls as joint_falls
+    from .analyses.pooled import pooled as pooled
+    from .analyses.sliding import slide_runs as slide_runs
+    from .analyses.stripes import stripes as stripes
+    from .analyses.surface_results import surface_curves as surface_curves
+    from .curves.comparison import median_ratio as median_ratio, size_regression as size_regression
+    from .curves.curve import curve_probability as curve_probability
+    from .curves.probability import overturning_probability as overturning_probability
+    from .curves.resurrection import resurrections as resurrections
+    from .efficiency.capacity import overturning_capacity as overturning_capacity
+    from .efficiency.ranking import rank_measures as rank_measures
+    from .efficiency.sufficiency import (
+        reweighted_stripes as reweighted_stripes,
+        stripe_sufficiency as stripe_sufficiency,
+    )
+    from .exchange.curve_csv import read_curve_csv as read_curve_csv, write_curve_csv as write_curve_csv
+    from .exchange.files import ExchangeError as ExchangeError
+    from .exchange.nrml.reading import read_nrml as read_nrml
+    from .exchange.nrml.writing import write_nrml as write_nrml
+    from .exchange.pelicun.reading import read_pelicun as read_pelicun
+    from .exchange.pelicun.writing import write_pelicun as write_pelicun
+    from .exchange.rows import Written as Written
+    from .fitting.fit import FORMS as FORMS, fit_fragility as fit_fragility, fit_lognormal as fit_lognormal
+    from .fitting.goodness import compare_forms as compare_forms, goodness_of_fit as goodness_of_fit
+    from .fitting.states import Slip as Slip, reached as reached
+    from .hazard.curve import HazardCurve as HazardCurve
+    from .hazard.files import read_hazard as read_hazard
+    from .hazard.rates import (
+        discrete_rate as discrete_rate,
+        probability_in as probability_in,
+        rate_from_probability as rate_from_probability,
+    )
+    from .hazard.reading import HazardError as HazardError
+    from .numerics.proportions import binomial_interval as binomial_interval, wilson_interval as wilson_interval
+    from .risk.annual_rate import annual_rate as annual_rate, rate_share_above as rate_share_above
+    from .risk.conditioning import rates_by_measure as rates_by_measure
+    from .risk.epistemic import Branch as Branch, epistemic_rates as epistemic_rates
+    from .risk.inversion import Design as Design, design_for_rate as design_for_rate, size_for_rate as size_for_rate
+    from .risk.modelling import with_modelling as with_modelling
+    from .risk.slenderness import slenderness_for_rate as slenderness_for_rate
+    from .runs.plan import Chunk as Chunk, Work as Work, plan_chunks as plan_chunks, run_chunk as run_chunk
+    from .uncertainty.distributions import (
+        Beta as Beta,
+        Categorical as Categorical,
+        Distribution as Distribution,
+        Least as Least,
+        Lognormal as Lognormal,
+        Normal as Normal,
+        Uniform as Uniform,
+    )
+    from .uncertainty.ida import uncertain_ida as uncertain_ida
+    from .uncertainty.indices import (
+        morris_indices as morris_indices,
+        sobol_indices as sobol_indices,
+        tornado as tornado,
+    )
+    from .uncertainty.inputs import RandomInputs as RandomInputs
+    from .uncertainty.response import overturning_response as overturning_response
+    from .uncertainty.variance import (
+        capacity_variance_shares as capacity_variance_shares,
+        variance_shares as variance_shares,
+    )
+    from .validity.notes import block_notes as block_notes, notes as notes
+    from .validity.screen import screen as screen
+    from .validity.undecided import undecided_outcomes as undecided_outcomes
 
-__all__ = [
-    "FORMS",
-    "Beta",
-    "Branch",
-    "Categorical",
-    "Chunk",
-    "Design",
-    "Distribution",
-    "ExchangeError",
-    "HazardCurve",
-    "HazardError",
-    "Least",
-    "Lognormal",
-    "Normal",
-    "RandomInputs",
-    "Slip",
-    "Uniform",
-    "Work",
-    "Written",
-    "annual_rate",
-    "binomial_interval",
-    "block_notes",
-    "capacity_variance_shares",
-    "cloud",
-    "compare_forms",
-    "curve_probability",
-    "design_for_rate",
-    "discrete_rate",
-    "epistemic_rates",
-    "fit_fragility",
-    "fit_lognormal",
-    "goodness_of_fit",
-    "ida",
-    "joint_falls",
-    "median_ratio",
-    "morris_indices",
-    "notes",
-    "overturning_capacity",
-    "overturning_probability",
-    "overturning_response",
-    "plan_chunks",
-    "pooled",
-    "probability_in",
-    "rank_measures",
-    "rate_from_probability",
-    "rate_share_above",
-    "rates_by_measure",
-    "reached",
-    "read_curve_csv",
-    "read_hazard",
-    "read_nrml",
-    "read_pelicun",
-    "resurrections",
-    "reweighted_stripes",
-    "run_chunk",
-    "screen",
-    "size_for_rate",
-    "size_regression",
-    "slenderness_for_rate",
-    "slide_runs",
-    "sobol_indices",
-    "stripe_sufficiency",
-    "stripes",
-    "surface_curves",
-    "tornado",
-    "uncertain_ida",
-    "undecided_outcomes",
-    "variance_shares",
-    "wilson_interval",
-    "with_modelling",
-    "write_curve_csv",
-    "write_nrml",
-    "write_pelicun",
-]
-
-__getattr__, __dir__ = face(
-    __name__,
-    {
-        "analyses.cloud": ("cloud",),
-        "analyses.ida": ("ida",),
-        "analyses.joint": ("joint_falls",),
-        "analyses.pooled": ("pooled",),
-        "analyses.surface_results": ("surface_curves",),
-        "analyses.sliding": ("slide_runs",),
-        "analyses.stripes": ("stripes",),
-        "curves.comparison": ("median_ratio", "size_regression"),
-        "curves.curve": ("curve_probability",),
-        "curves.probability": ("overturning_probability",),
-        "curves.resurrection": ("resurrections",),
-        "efficiency.capacity": ("overturning_capacity",),
-        "efficiency.ranking": ("rank_measures",),
-        "efficiency.sufficiency": ("reweighted_stripes", "stripe_sufficiency"),
-        "exchange.curve_csv": ("read_curve_csv", "write_curve_csv"),
-        "exchange.files": ("ExchangeError",),
-        "exchange.nrml.reading": ("read_nrml",),
-        "exchange.nrml.writing": ("write_nrml",),
-        "exchange.pelicun.reading": ("read_pelicun",),
-        "exchange.pelicun.writing": ("write_pelicun",),
-        "exchange.rows": ("Written",),
-        "fitting.fit": ("FORMS", "fit_fragility", "fit_lognormal"),
-        "fitting.goodness": ("compare_forms", "goodness_of_fit"),
-        "fitting.states": ("Slip", "reached"),
-        "hazard.curve": ("HazardCurve",),
-        "hazard.files": ("read_hazard",),
-        "hazard.rates": ("discrete_rate", "probability_in", "rate_from_probability"),
-        "hazard.reading": ("HazardError",),
-        "numerics.proportions": ("binomial_interval", "wilson_interval"),
-        "risk.annual_rate": ("annual_rate", "rate_share_above"),
-        "risk.conditioning": ("rates_by_measure",),
-        "risk.epistemic": ("Branch", "epistemic_rates"),
-        "risk.inversion": ("Design", "design_for_rate", "size_for_rate"),
-        "risk.modelling": ("with_modelling",),
-        "risk.slenderness": ("slenderness_for_rate",),
-        "runs.plan": ("Chunk", "Work", "plan_chunks", "run_chunk"),
-        "uncertainty.distributions": ("Beta", "Categorical", "Distribution", "Least", "Lognormal", "Normal", "Uniform"),
-        "uncertainty.ida": ("uncertain_ida",),
-        "uncertainty.indices": ("morris_indices", "sobol_indices", "tornado"),
-        "uncertainty.inputs": ("RandomInputs",),
-        "uncertainty.response": ("overturning_response",),
-        "uncertainty.variance": ("capacity_variance_shares", "variance_shares"),
-        "validity.notes": ("block_notes", "notes"),
-        "validity.screen": ("screen",),
-        "validity.undecided": ("undecided_outcomes",),
-    },
-)
+__getattr__, __dir__, __all__ = face(__name__)

@@ -5,93 +5,34 @@ from typing import TYPE_CHECKING
 from ..core.faces import face
 
 if TYPE_CHECKING:
-    from .block import Block, describe_block
-    from .columns import BlockArray
-    from .dissipation import apparent_restitution
-    from .history import free_rocking, simulate
-    from .items import Catalogue, Item, catalogue
+    from .block import Block as Block, describe_block as describe_block
+    from .columns import BlockArray as BlockArray
+    from .dissipation import apparent_restitution as apparent_restitution
+    from .history import free_rocking as free_rocking, simulate as simulate
+    from .items import Catalogue as Catalogue, Item as Item, catalogue as catalogue
     from .laws import (
-        LAWS,
-        DiscreteDamping,
-        EnergyConsistent,
-        GianniniMasiani,
-        HousnerImpact,
-        Law,
-        MakrisKonstantinidis,
-        Model,
-        Vassiliou,
-        ViscousDamping,
-        describe_law,
+        LAWS as LAWS,
+        DiscreteDamping as DiscreteDamping,
+        EnergyConsistent as EnergyConsistent,
+        GianniniMasiani as GianniniMasiani,
+        HousnerImpact as HousnerImpact,
+        Law as Law,
+        MakrisKonstantinidis as MakrisKonstantinidis,
+        Model as Model,
+        Vassiliou as Vassiliou,
+        ViscousDamping as ViscousDamping,
+        describe_law as describe_law,
     )
-    from .scenes.bed import Bed
-    from .scenes.edge import Edge
-    from .scenes.restraint import Restraint
-    from .scenes.wall import Wall
-    from .sliding.law import RandomSliding, Sliding
-    from .statics import half_weight, required_force, static_capacity
-    from .supports import delta_from_frequency, delta_from_settlement
+    from .scenes.bed import Bed as Bed
+    from .scenes.edge import Edge as Edge
+    from .scenes.restraint import Restraint as Restraint
+    from .scenes.wall import Wall as Wall
+    from .sliding.law import RandomSliding as RandomSliding, Sliding as Sliding
+    from .statics import (
+        half_weight as half_weight,
+        required_force as required_force,
+        static_capacity as static_capacity,
+    )
+    from .supports import delta_from_frequency as delta_from_frequency, delta_from_settlement as delta_from_settlement
 
-__all__ = [
-    "LAWS",
-    "Bed",
-    "Block",
-    "BlockArray",
-    "Catalogue",
-    "DiscreteDamping",
-    "Edge",
-    "EnergyConsistent",
-    "GianniniMasiani",
-    "HousnerImpact",
-    "Item",
-    "Law",
-    "MakrisKonstantinidis",
-    "Model",
-    "RandomSliding",
-    "Restraint",
-    "Sliding",
-    "Vassiliou",
-    "ViscousDamping",
-    "Wall",
-    "apparent_restitution",
-    "catalogue",
-    "delta_from_frequency",
-    "delta_from_settlement",
-    "describe_block",
-    "describe_law",
-    "free_rocking",
-    "half_weight",
-    "required_force",
-    "simulate",
-    "static_capacity",
-]
-
-__getattr__, __dir__ = face(
-    __name__,
-    {
-        "block": ("Block", "describe_block"),
-        "columns": ("BlockArray",),
-        "dissipation": ("apparent_restitution",),
-        "history": ("free_rocking", "simulate"),
-        "items": ("Catalogue", "Item", "catalogue"),
-        "laws": (
-            "LAWS",
-            "DiscreteDamping",
-            "EnergyConsistent",
-            "GianniniMasiani",
-            "HousnerImpact",
-            "Law",
-            "MakrisKonstantinidis",
-            "Model",
-            "Vassiliou",
-            "ViscousDamping",
-            "describe_law",
-        ),
-        "scenes.bed": ("Bed",),
-        "scenes.edge": ("Edge",),
-        "scenes.restraint": ("Restraint",),
-        "scenes.wall": ("Wall",),
-        "sliding.law": ("RandomSliding", "Sliding"),
-        "statics": ("half_weight", "required_force", "static_capacity"),
-        "supports": ("delta_from_frequency", "delta_from_settlement"),
-    },
-)
+__getattr__, __dir__, __all__ = face(__name__)

@@ -5,231 +5,95 @@ from typing import TYPE_CHECKING
 from ..core.faces import face
 
 if TYPE_CHECKING:
-    from .arrays import from_array, records
-    from .corrections import bandpass, baseline, highpass, lowpass, pad, resample, taper, trim, trim_husid
-    from .floors.building import Building
-    from .floors.files import read_floors
-    from .floors.p58 import p58_floor_demands
-    from .floors.strength import default_yield_coefficient
-    from .floors.yielding import CollapsingBuilding, YieldingBuilding
-    from .generators import GENERATORS
-    from .intensity.dataset import measure_named, measures
-    from .intensity.directions import GeometricMean, RotD50, RotD100
-    from .intensity.measure import MEASURES, Measure
-    from .intensity.parametric_measures import FIV3, AvgSa, Sa, Sd, Sv
-    from .intensity.spectra import response_spectrum
-    from .matching.ac156 import AC156, ac156_acceptance
-    from .matching.adjustment import TargetMissed
-    from .matching.match import match
-    from .matching.misfit import matching_report
-    from .matching.spectrum_compatible import SpectrumCompatible
-    from .matching.targets import TargetSpectrum
-    from .pairs import as_recorded, both_axes, join, read_pairs, rotate, weak_axis
-    from .readers.at2 import read_at2, write_at2
-    from .readers.csv import read_csv
-    from .readers.lines import RecordError
-    from .readers.read import example_path, read, read_all
-    from .scaling import parabolic_baseline, scale_to, scale_to_mean
-    from .selection.candidates import Candidates
-    from .selection.consistency import rebuilt_rates
-    from .selection.correlations import DoubtfulCorrelations
-    from .selection.expected import expected_target
-    from .selection.files import TargetError, read_target
-    from .selection.ruptures import Disaggregation, read_disaggregation
-    from .selection.select import InconsistentSelection, Selection, select
-    from .selection.stated import Stated
-    from .selection.target import Conditional, Mixture, Target
-    from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
-    from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
-    from .simulated.generator import Generator, ensemble, steps_of
-    from .simulated.ground_motion_models import Scenario, expected_motions, over_model, scale_to_model
-    from .simulated.kanai_tajimi import CloughPenzien, KanaiTajimi
-    from .simulated.near_fault import NearFault
-    from .simulated.pulses import (
-        PULSES,
-        HalfSine,
-        MavroeidisPapageorgiou,
-        OneCycleCosine,
-        OneCycleSine,
-        Pulse,
-        RectangularPulse,
-        Ricker,
+    from .arrays import from_array as from_array, records as records
+    from .corrections import (
+        bandpass as bandpass,
+        baseline as baseline,
+        highpass as highpass,
+        lowpass as lowpass,
+        pad as pad,
+        resample as resample,
+        taper as taper,
+        trim as trim,
+        trim_husid as trim_husid,
     )
-    from .simulated.seismological import Seismological
-    from .simulated.site_based import SiteBased, SiteBasedScenario
-    from .supports.isolator import Isolator, IsolatorStrikes
-    from .supports.support import Support
+    from .floors.building import Building as Building
+    from .floors.files import read_floors as read_floors
+    from .floors.p58 import p58_floor_demands as p58_floor_demands
+    from .floors.strength import default_yield_coefficient as default_yield_coefficient
+    from .floors.yielding import CollapsingBuilding as CollapsingBuilding, YieldingBuilding as YieldingBuilding
+    from .generators import GENERATORS as GENERATORS
+    from .intensity.dataset import measure_named as measure_named, measures as measures
+    from .intensity.directions import GeometricMean as GeometricMean, RotD50 as RotD50, RotD100 as RotD100
+    from .intensity.measure import MEASURES as MEASURES, Measure as Measure
+    from .intensity.parametric_measures import FIV3 as FIV3, AvgSa as AvgSa, Sa as Sa, Sd as Sd, Sv as Sv
+    from .intensity.spectra import response_spectrum as response_spectrum
+    from .matching.ac156 import AC156 as AC156, ac156_acceptance as ac156_acceptance
+    from .matching.adjustment import TargetMissed as TargetMissed
+    from .matching.match import match as match
+    from .matching.misfit import matching_report as matching_report
+    from .matching.spectrum_compatible import SpectrumCompatible as SpectrumCompatible
+    from .matching.targets import TargetSpectrum as TargetSpectrum
+    from .pairs import (
+        as_recorded as as_recorded,
+        both_axes as both_axes,
+        join as join,
+        read_pairs as read_pairs,
+        rotate as rotate,
+        weak_axis as weak_axis,
+    )
+    from .readers.at2 import read_at2 as read_at2, write_at2 as write_at2
+    from .readers.csv import read_csv as read_csv
+    from .readers.lines import RecordError as RecordError
+    from .readers.read import example_path as example_path, read as read, read_all as read_all
+    from .scaling import parabolic_baseline as parabolic_baseline, scale_to as scale_to, scale_to_mean as scale_to_mean
+    from .selection.candidates import Candidates as Candidates
+    from .selection.consistency import rebuilt_rates as rebuilt_rates
+    from .selection.correlations import DoubtfulCorrelations as DoubtfulCorrelations
+    from .selection.expected import expected_target as expected_target
+    from .selection.files import TargetError as TargetError, read_target as read_target
+    from .selection.ruptures import Disaggregation as Disaggregation, read_disaggregation as read_disaggregation
+    from .selection.select import (
+        InconsistentSelection as InconsistentSelection,
+        Selection as Selection,
+        select as select,
+    )
+    from .selection.stated import Stated as Stated
+    from .selection.target import Conditional as Conditional, Mixture as Mixture, Target as Target
+    from .simulated.envelopes import (
+        ENVELOPES as ENVELOPES,
+        DoubleExponential as DoubleExponential,
+        Envelope as Envelope,
+        Gamma as Gamma,
+        RiseStrongDecay as RiseStrongDecay,
+        Stationary as Stationary,
+    )
+    from .simulated.evolutionary import (
+        EvolutionaryCloughPenzien as EvolutionaryCloughPenzien,
+        EvolutionaryKanaiTajimi as EvolutionaryKanaiTajimi,
+    )
+    from .simulated.generator import Generator as Generator, ensemble as ensemble, steps_of as steps_of
+    from .simulated.ground_motion_models import (
+        Scenario as Scenario,
+        expected_motions as expected_motions,
+        over_model as over_model,
+        scale_to_model as scale_to_model,
+    )
+    from .simulated.kanai_tajimi import CloughPenzien as CloughPenzien, KanaiTajimi as KanaiTajimi
+    from .simulated.near_fault import NearFault as NearFault
+    from .simulated.pulses import (
+        PULSES as PULSES,
+        HalfSine as HalfSine,
+        MavroeidisPapageorgiou as MavroeidisPapageorgiou,
+        OneCycleCosine as OneCycleCosine,
+        OneCycleSine as OneCycleSine,
+        Pulse as Pulse,
+        RectangularPulse as RectangularPulse,
+        Ricker as Ricker,
+    )
+    from .simulated.seismological import Seismological as Seismological
+    from .simulated.site_based import SiteBased as SiteBased, SiteBasedScenario as SiteBasedScenario
+    from .supports.isolator import Isolator as Isolator, IsolatorStrikes as IsolatorStrikes
+    from .supports.support import Support as Support
 
-__all__ = [
-    "AC156",
-    "ENVELOPES",
-    "FIV3",
-    "GENERATORS",
-    "MEASURES",
-    "PULSES",
-    "AvgSa",
-    "Building",
-    "Candidates",
-    "CloughPenzien",
-    "CollapsingBuilding",
-    "Conditional",
-    "Disaggregation",
-    "DoubleExponential",
-    "DoubtfulCorrelations",
-    "Envelope",
-    "EvolutionaryCloughPenzien",
-    "EvolutionaryKanaiTajimi",
-    "Gamma",
-    "Generator",
-    "GeometricMean",
-    "HalfSine",
-    "InconsistentSelection",
-    "Isolator",
-    "IsolatorStrikes",
-    "KanaiTajimi",
-    "MavroeidisPapageorgiou",
-    "Measure",
-    "Mixture",
-    "NearFault",
-    "OneCycleCosine",
-    "OneCycleSine",
-    "Pulse",
-    "RecordError",
-    "RectangularPulse",
-    "Ricker",
-    "RiseStrongDecay",
-    "RotD50",
-    "RotD100",
-    "Sa",
-    "Scenario",
-    "Sd",
-    "Seismological",
-    "Selection",
-    "SiteBased",
-    "SiteBasedScenario",
-    "SpectrumCompatible",
-    "Stated",
-    "Stationary",
-    "Support",
-    "Sv",
-    "Target",
-    "TargetError",
-    "TargetMissed",
-    "TargetSpectrum",
-    "YieldingBuilding",
-    "ac156_acceptance",
-    "as_recorded",
-    "bandpass",
-    "baseline",
-    "both_axes",
-    "default_yield_coefficient",
-    "ensemble",
-    "example_path",
-    "expected_motions",
-    "expected_target",
-    "from_array",
-    "highpass",
-    "join",
-    "lowpass",
-    "match",
-    "matching_report",
-    "measure_named",
-    "measures",
-    "over_model",
-    "p58_floor_demands",
-    "pad",
-    "parabolic_baseline",
-    "read",
-    "read_all",
-    "read_at2",
-    "read_csv",
-    "read_disaggregation",
-    "read_floors",
-    "read_pairs",
-    "read_target",
-    "rebuilt_rates",
-    "records",
-    "resample",
-    "response_spectrum",
-    "rotate",
-    "scale_to",
-    "scale_to_mean",
-    "scale_to_model",
-    "select",
-    "steps_of",
-    "taper",
-    "trim",
-    "trim_husid",
-    "weak_axis",
-    "write_at2",
-]
-
-__getattr__, __dir__ = face(
-    __name__,
-    {
-        "arrays": ("from_array", "records"),
-        "corrections": (
-            "bandpass",
-            "baseline",
-            "highpass",
-            "lowpass",
-            "pad",
-            "resample",
-            "taper",
-            "trim",
-            "trim_husid",
-        ),
-        "floors.building": ("Building",),
-        "floors.files": ("read_floors",),
-        "floors.p58": ("p58_floor_demands",),
-        "floors.strength": ("default_yield_coefficient",),
-        "floors.yielding": ("CollapsingBuilding", "YieldingBuilding"),
-        "supports.isolator": ("Isolator", "IsolatorStrikes"),
-        "supports.support": ("Support",),
-        "generators": ("GENERATORS",),
-        "intensity.dataset": ("measure_named", "measures"),
-        "intensity.directions": ("GeometricMean", "RotD50", "RotD100"),
-        "intensity.measure": ("MEASURES", "Measure"),
-        "intensity.parametric_measures": ("FIV3", "AvgSa", "Sa", "Sd", "Sv"),
-        "intensity.spectra": ("response_spectrum",),
-        "matching.ac156": ("AC156", "ac156_acceptance"),
-        "matching.adjustment": ("TargetMissed",),
-        "matching.match": ("match",),
-        "matching.misfit": ("matching_report",),
-        "matching.spectrum_compatible": ("SpectrumCompatible",),
-        "matching.targets": ("TargetSpectrum",),
-        "pairs": ("as_recorded", "both_axes", "join", "read_pairs", "rotate", "weak_axis"),
-        "readers.at2": ("read_at2", "write_at2"),
-        "readers.csv": ("read_csv",),
-        "readers.lines": ("RecordError",),
-        "readers.read": ("example_path", "read", "read_all"),
-        "scaling": ("parabolic_baseline", "scale_to", "scale_to_mean"),
-        "selection.candidates": ("Candidates",),
-        "selection.consistency": ("rebuilt_rates",),
-        "selection.correlations": ("DoubtfulCorrelations",),
-        "selection.expected": ("expected_target",),
-        "selection.files": ("TargetError", "read_target"),
-        "selection.ruptures": ("Disaggregation", "read_disaggregation"),
-        "selection.stated": ("Stated",),
-        "selection.select": ("InconsistentSelection", "Selection", "select"),
-        "selection.target": ("Conditional", "Mixture", "Target"),
-        "simulated.envelopes": ("ENVELOPES", "DoubleExponential", "Envelope", "Gamma", "RiseStrongDecay", "Stationary"),
-        "simulated.evolutionary": ("EvolutionaryCloughPenzien", "EvolutionaryKanaiTajimi"),
-        "simulated.generator": ("Generator", "ensemble", "steps_of"),
-        "simulated.ground_motion_models": ("Scenario", "expected_motions", "over_model", "scale_to_model"),
-        "simulated.kanai_tajimi": ("CloughPenzien", "KanaiTajimi"),
-        "simulated.near_fault": ("NearFault",),
-        "simulated.pulses": (
-            "PULSES",
-            "HalfSine",
-            "MavroeidisPapageorgiou",
-            "OneCycleCosine",
-            "OneCycleSine",
-            "Pulse",
-            "RectangularPulse",
-            "Ricker",
-        ),
-        "simulated.seismological": ("Seismological",),
-        "simulated.site_based": ("SiteBased", "SiteBasedScenario"),
-    },
-)
+__getattr__, __dir__, __all__ = face(__name__)

@@ -24,14 +24,12 @@ import toppling as tp
 from toppling.models.runs import trace
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("models", "motions", "fragility", "benchmarks", "studies")
-BELOW_ALL = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
+PACKAGES = ("core", "models", "motions", "fragility", "benchmarks", "studies")
 SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 MODULES = sorted(
-    {".".join(("toppling", *path.with_suffix("").parts)).removesuffix(".__init__") for path in SOURCES}
-    | {"toppling", *(f"toppling.{name}" for name in BELOW_ALL)}
+    {".".join(("toppling", *path.with_suffix("").parts)).removesuffix(".__init__") for path in SOURCES} | {"toppling"}
 )
-ROOT_FILES = ("__init__.py", "__main__.py", "py.typed", *(f"{name}.py" for name in sorted(BELOW_ALL)))
+ROOT_FILES = ("__init__.py", "__main__.py", "py.typed")
 # (the maker of the benchmark's truth needs gmpy2, which nobody else does)
 TRUTH = {f"toppling.benchmarks.{name}" for name in ("truth", "exact_motion", "multiprecision")}
 MODULES = [name for name in MODULES if name not in TRUTH or importlib.util.find_spec("gmpy2")]

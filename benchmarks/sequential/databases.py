@@ -21,8 +21,7 @@ from ...core.aliases import Array, Flags, Index
 from ...core.streams import stream
 from ...core.wording import counted
 from ...fragility.adaptive.probit import Observations, fit_probit
-from ...fragility.adaptive.until import MEDIAN as CENTRE
-from ...fragility.adaptive.until import Until
+from ...fragility.adaptive.until import MEDIAN as CENTRE, Until
 from ...models import Block, EnergyConsistent
 from ...models.oscillator import stack
 from ...models.runs import OUTPUTS, TALLY, run_mixed

@@ -20,9 +20,7 @@ from ...fragility import HazardCurve
 from ...fragility.adaptive.curve import SequentialCurve
 from ...fragility.adaptive.probit import Observations, fit_probit, local_probit
 from ...fragility.adaptive.stopping import REACHED, StoppingRule, next_wave
-from ...fragility.adaptive.until import DISPERSION as SPREAD
-from ...fragility.adaptive.until import MEDIAN as CENTRE
-from ...fragility.adaptive.until import PROBABILITY, RATE, Until
+from ...fragility.adaptive.until import DISPERSION as SPREAD, MEDIAN as CENTRE, PROBABILITY, RATE, Until
 from .truths import DISPERSION, MEDIAN, TRUTHS, Truth
 
 TOLERANCES = (0.10, 0.05, 0.02)

@@ -13,10 +13,8 @@ from ...core.aliases import Array
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
-from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
-from ...fragility.analyses.joint import SAMPLE
-from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST_BLOCKS_A_MOTION
-from ...fragility.analyses.pooled import MOST as MOST_POOLED
+from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS, SAMPLE
+from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED, MOST_BLOCKS_A_MOTION
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES

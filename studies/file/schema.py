@@ -24,8 +24,7 @@ from ...core.wording import with_article
 from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import MEDIAN, TARGETS
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
-from ...fragility.analyses.pooled import BLOCKS_A_MOTION
-from ...fragility.analyses.pooled import MOST as MOST_POOLED
+from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LINKS

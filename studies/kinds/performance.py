@@ -16,8 +16,7 @@ from ...core.aliases import Array, Progress
 from ...core.doubts import Doubt, noted
 from ...core.units import DIMENSIONLESS
 from ...core.wording import counted
-from ...fragility import HazardCurve
-from ...fragility import notes as screen_notes
+from ...fragility import HazardCurve, notes as screen_notes
 from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION

@@ -38,9 +38,9 @@ from ..buildings.recommendations import (
     UNVALUED,
     WEAK,
     WORTH,
+    YEARS as PIECE_YEARS,
     Piece,
 )
-from ..buildings.recommendations import YEARS as PIECE_YEARS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..buildings.variables import FALLEN, JOINT
 from ..codes.check import UNCHECKED as NOT_CHECKED

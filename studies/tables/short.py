@@ -36,8 +36,7 @@ from ..text.spread import (
     years_range,
 )
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name, reference_law
-from .pieces import code_text, model_ranges, over_branches
-from .pieces import in_years as chances_in
+from .pieces import code_text, in_years as chances_in, model_ranges, over_branches
 from .sensitivity import median_rows
 from .unseen import at_most
 

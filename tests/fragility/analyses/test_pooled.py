@@ -15,8 +15,7 @@ from toppling.benchmarks.sequential.regions import Kinked, direct_medians
 from toppling.core.doubts import ImplausibleInput
 from toppling.fragility import HazardCurve, pooled, surface_curves
 from toppling.fragility.analyses import region_runs
-from toppling.fragility.surfaces import curves as pooled_curves
-from toppling.fragility.surfaces import cuts
+from toppling.fragility.surfaces import curves as pooled_curves, cuts
 from toppling.fragility.surfaces.checks import check_surface
 from toppling.models import BlockArray
 

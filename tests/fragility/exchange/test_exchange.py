@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from exchange_cases import FORMATS, LAWS, NAMES, UNITS, isotonic, lognormal, there_and_back, uplifting
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from repeatable import REPEATABLE
 from scipy.integrate import quad
 from scipy.special import ndtr

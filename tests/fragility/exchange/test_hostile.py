@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from exchange_cases import FORMATS, isotonic, lognormal, there_and_back
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from repeatable import REPEATABLE
 
 from toppling.fragility import (

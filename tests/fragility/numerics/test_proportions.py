@@ -4,8 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import beta as beta_distribution
-from scipy.stats import binom, binomtest
+from scipy.stats import beta as beta_distribution, binom, binomtest
 
 import toppling as tp
 from toppling.fragility import binomial_interval, wilson_interval

@@ -674,8 +674,7 @@ class TestFigures:
     def test_axes_in_axes_out(self):
         import matplotlib.pyplot as plt
 
-        from toppling.studies.plots import indices as plots_indices
-        from toppling.studies.plots import uncertainty as plots
+        from toppling.studies.plots import indices as plots_indices, uncertainty as plots
 
         flags = np.random.default_rng(2).random((20, 3, 4)) < np.array([0.0, 0.1, 0.4, 0.8])
         level = ("level", [1.0, 2.0, 3.0, 4.0], {"units": "m s-2", "long_name": "peak floor acceleration"})

@@ -11,8 +11,7 @@ import math
 import forty_digits
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from reference import integrate
 from reference_cases import CASES
 from repeatable import REPEATABLE

@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from reference_cases import CASES
 from repeatable import REPEATABLE
 from shared_cases import LAWS, RIGID, shake

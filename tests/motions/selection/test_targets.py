@@ -12,8 +12,7 @@ from scipy.special import ndtr
 
 from toppling import motions
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.motions.selection import correlations as co
-from toppling.motions.selection import target as of_target
+from toppling.motions.selection import correlations as co, target as of_target
 from toppling.motions.selection.target import Mixture, Target
 
 TABLE = Path(__file__).parents[4] / "shared/data/bb17_correlations.csv"

@@ -20,8 +20,7 @@ from toppling.core.streams import stream
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.intensity.peaks import displacement, peak_velocity, velocity
 from toppling.motions.kernels.drifting_filters import drifting_noise
-from toppling.motions.simulated import directivity, scenario
-from toppling.motions.simulated import generator as generator_module
+from toppling.motions.simulated import directivity, generator as generator_module, scenario
 from toppling.motions.simulated.filters import filtered
 from toppling.motions.simulated.fitting import crossing_frequency, small_extremes
 from toppling.motions.simulated.generator import normals

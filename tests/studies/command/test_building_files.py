@@ -10,8 +10,7 @@ import xarray as xr
 from library_metadata import SCHEMAS
 
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.studies.command import building_files
-from toppling.studies.command import export as export_module
+from toppling.studies.command import building_files, export as export_module
 from toppling.studies.command.cli import main
 from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.store.outputs import RECORD

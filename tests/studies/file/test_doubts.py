@@ -13,8 +13,7 @@ from toppling.core.doubts import ImplausibleInput
 from toppling.motions.readers.directions import BY_ITSELF, ON_PURPOSE
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, checks_of
-from toppling.studies.report.validity import HAZARD as OF_HAZARD
+from toppling.studies.report.validity import CARE, GOOD, HAZARD as OF_HAZARD, INVALID, UNKNOWN, checks_of
 
 DT = 0.01
 STUDY = """

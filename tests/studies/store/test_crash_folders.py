@@ -16,8 +16,7 @@ from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
 from toppling.studies.command.status import status_of
 from toppling.studies.kinds import study as running
-from toppling.studies.store import folder as store
-from toppling.studies.store import watch
+from toppling.studies.store import folder as store, watch
 
 SMALL = """
 title = "small"

@@ -19,8 +19,7 @@ from toppling.fragility.numerics import slabs
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.kinds.fragility import STORED_BYTES
-from toppling.studies.store import folder as store
-from toppling.studies.store import netcdf, resources, shards
+from toppling.studies.store import folder as store, netcdf, resources, shards
 from toppling.studies.store.content import sealed
 
 DRIVER = Path(study_texts.__file__).with_name("large_study.py")
