@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from .runs.plan import Chunk, Work, plan_chunks, run_chunk
     from .uncertainty.distributions import Beta, Categorical, Distribution, Least, Lognormal, Normal, Uniform
     from .uncertainty.ida import uncertain_ida
-    from .uncertainty.indices import morris_indices, sobol_indices, tornado
+    from .uncertainty.indices import sobol_indices, tornado
     from .uncertainty.inputs import RandomInputs
     from .uncertainty.response import overturning_response
     from .uncertainty.variance import capacity_variance_shares, variance_shares
@@ -86,7 +86,6 @@ __all__ = [
     "ida",
     "joint_falls",
     "median_ratio",
-    "morris_indices",
     "notes",
     "overturning_capacity",
     "overturning_probability",
@@ -167,7 +166,7 @@ __getattr__, __dir__ = face(
         "runs.plan": ("Chunk", "Work", "plan_chunks", "run_chunk"),
         "uncertainty.distributions": ("Beta", "Categorical", "Distribution", "Least", "Lognormal", "Normal", "Uniform"),
         "uncertainty.ida": ("uncertain_ida",),
-        "uncertainty.indices": ("morris_indices", "sobol_indices", "tornado"),
+        "uncertainty.indices": ("sobol_indices", "tornado"),
         "uncertainty.inputs": ("RandomInputs",),
         "uncertainty.response": ("overturning_response",),
         "uncertainty.variance": ("capacity_variance_shares", "variance_shares"),

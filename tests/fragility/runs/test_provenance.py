@@ -70,7 +70,6 @@ CALLS = {
     "median_ratio": lambda runs, curves, _: fragility.median_ratio(
         curves, xr.Dataset({"median": curves["median"].isel(model=0, drop=True)}, attrs=curves.attrs)
     ),
-    "morris_indices": lambda *_: fragility.morris_indices(INPUTS, response, 2),
     "overturning_capacity": lambda runs, *_: fragility.overturning_capacity(runs),
     "joint_falls": lambda *_: fragility.joint_falls(BLOCKS, LAWS, SHAKES, [3.0]),
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),

@@ -217,7 +217,6 @@ def uncertainty():
         "response": response(samples),
         "uncertain_ida": shakes,
         "sobol_indices": fragility.sobol_indices(free, response, 8, second_order=True, replicates=20),
-        "morris_indices": fragility.morris_indices(free, response, 4, replicates=20),
         "tornado": fragility.tornado(free, response),
         "capacity_variance_shares": fragility.capacity_variance_shares(shakes),
         "variance_shares": fragility.variance_shares(
