@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .curves.resurrection import resurrections
     from .efficiency.capacity import overturning_capacity
     from .efficiency.ranking import rank_measures
-    from .efficiency.sufficiency import reweighted_stripes, stripe_sufficiency
+    from .efficiency.sufficiency import stripe_sufficiency
     from .exchange.curve_csv import read_curve_csv, write_curve_csv
     from .exchange.files import ExchangeError
     from .exchange.nrml.reading import read_nrml
@@ -103,7 +103,6 @@ __all__ = [
     "read_nrml",
     "read_pelicun",
     "resurrections",
-    "reweighted_stripes",
     "run_chunk",
     "screen",
     "size_for_rate",
@@ -141,7 +140,7 @@ __getattr__, __dir__ = face(
         "curves.resurrection": ("resurrections",),
         "efficiency.capacity": ("overturning_capacity",),
         "efficiency.ranking": ("rank_measures",),
-        "efficiency.sufficiency": ("reweighted_stripes", "stripe_sufficiency"),
+        "efficiency.sufficiency": ("stripe_sufficiency",),
         "exchange.curve_csv": ("read_curve_csv", "write_curve_csv"),
         "exchange.files": ("ExchangeError",),
         "exchange.nrml.reading": ("read_nrml",),

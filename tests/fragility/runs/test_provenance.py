@@ -95,9 +95,6 @@ CALLS = {
     "slide_runs": lambda runs, *_: fragility.slide_runs(runs, SHAKES, 0.3),
     "slenderness_for_rate": lambda *_: fragility.slenderness_for_rate(normalised(), SITE, rate=1e-3),
     "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4, second_order=True),
-    "reweighted_stripes": lambda *_: fragility.reweighted_stripes(
-        fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0, 4.0]), "pgv", [0.5, 0.6], [0.5, 0.5]
-    ),
     "stripe_sufficiency": lambda *_: fragility.stripe_sufficiency(
         fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0, 4.0]), ["pgv"]
     ),

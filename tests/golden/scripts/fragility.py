@@ -115,7 +115,6 @@ def efficiency():
         "overturning_capacity": fragility.overturning_capacity(_runs()),
         "rank_measures": fragility.rank_measures(_runs(), GROUND, "Sa(0.5)", replicates=20),
         "stripe_sufficiency": fragility.stripe_sufficiency(runs, ["pgv"]),
-        "reweighted_stripes": fragility.reweighted_stripes(runs, "pgv", [0.45, 0.55], [0.2, 0.2]),
         "rates_by_measure": fragility.rates_by_measure([runs, by_pgv], curves, replicates=20),
     }
 
