@@ -37,9 +37,8 @@ if TYPE_CHECKING:
     from .risk.annual_rate import annual_rate, rate_share_above
     from .risk.conditioning import rates_by_measure
     from .risk.epistemic import Branch, epistemic_rates
-    from .risk.inversion import Design, design_for_rate, size_for_rate
+    from .risk.inversion import size_for_rate
     from .risk.modelling import with_modelling
-    from .risk.slenderness import slenderness_for_rate
     from .runs.plan import Chunk, Work, plan_chunks, run_chunk
     from .uncertainty.distributions import Beta, Categorical, Distribution, Least, Lognormal, Normal, Uniform
     from .uncertainty.ida import uncertain_ida
@@ -57,7 +56,6 @@ __all__ = [
     "Branch",
     "Categorical",
     "Chunk",
-    "Design",
     "Distribution",
     "ExchangeError",
     "HazardCurve",
@@ -77,7 +75,6 @@ __all__ = [
     "cloud",
     "compare_forms",
     "curve_probability",
-    "design_for_rate",
     "discrete_rate",
     "epistemic_rates",
     "fit_fragility",
@@ -107,7 +104,6 @@ __all__ = [
     "screen",
     "size_for_rate",
     "size_regression",
-    "slenderness_for_rate",
     "slide_runs",
     "sobol_indices",
     "stripe_sufficiency",
@@ -159,9 +155,8 @@ __getattr__, __dir__ = face(
         "risk.annual_rate": ("annual_rate", "rate_share_above"),
         "risk.conditioning": ("rates_by_measure",),
         "risk.epistemic": ("Branch", "epistemic_rates"),
-        "risk.inversion": ("Design", "design_for_rate", "size_for_rate"),
+        "risk.inversion": ("size_for_rate",),
         "risk.modelling": ("with_modelling",),
-        "risk.slenderness": ("slenderness_for_rate",),
         "runs.plan": ("Chunk", "Work", "plan_chunks", "run_chunk"),
         "uncertainty.distributions": ("Beta", "Categorical", "Distribution", "Least", "Lognormal", "Normal", "Uniform"),
         "uncertainty.ida": ("uncertain_ida",),

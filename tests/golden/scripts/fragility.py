@@ -151,16 +151,11 @@ def risk():
     ]
     rates = fragility.annual_rate(curves, HAZARD, outside="least")
     sizes = rates.isel(model=0)
-    normalised = xr.Dataset({"median": ((), 3.0, {"units": "1"}), "dispersion": 0.4}, attrs={"im": "pga_normalised"})
-    design = fragility.design_for_rate(lambda alpha: 1e-4 * alpha**-2.5, 2e-4, 0.1, 1.0)
-    assert isinstance(design, fragility.Design)
     return {
         "annual_rate": rates,
         "rate_share_above": fragility.rate_share_above(curves, HAZARD, 2.0, outside="least"),
         "epistemic_rates": fragility.epistemic_rates(branches, 0.2, outside="least"),
-        "design_for_rate": design,
         "size_for_rate": fragility.size_for_rate(sizes, rate=float(sizes["rate"].mean())),
-        "slenderness_for_rate": fragility.slenderness_for_rate(normalised, HAZARD, probability=0.05, years=50.0),
     }
 
 
