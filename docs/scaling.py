@@ -29,8 +29,7 @@ import toppling as tp
 from toppling.core.wording import time_text
 from toppling.fragility import Work
 from toppling.fragility.runs.cluster import Cluster
-from toppling.fragility.runs.graph import output_arrays
-from toppling.fragility.runs.plan import MOST_CHUNKS, Chunk, ChunkResult, Grid, seconds_of_a_chunk
+from toppling.fragility.runs.plan import MOST_CHUNKS, Chunk, ChunkResult, seconds_of_a_chunk
 from toppling.fragility.runs.runners import Runner
 from toppling.models.runs import TALLY
 from toppling.motions import records
@@ -42,7 +41,6 @@ FIGURES = HERE / "scaling_measured.json"
 REPEATS = 5
 SCHEDULED = 100_000
 STORED = 10_000
-LAZY = 20_000
 WORKERS = (1, 2, 4, 8, 16, 32)
 """Of these, as many as there are cores."""
 
@@ -75,7 +73,7 @@ undecided = 0.0
 def main(only: Sequence[str] = ()) -> None:
     """Measure everything, or some parts anew, and write the page."""
     found: dict[str, Any] = {"machine": _machine()}
-    parts = {part.__name__.strip("_"): part for part in (_workers, _figures, _large, _shards, _scheduler, _lazy)}
+    parts = {part.__name__.strip("_"): part for part in (_workers, _figures, _large, _shards, _scheduler)}
     with tempfile.TemporaryDirectory() as folder:
         for name in only or parts:
             print(f"measuring: {(parts[name].__doc__ or '').splitlines()[0]}", file=sys.stderr, flush=True)
@@ -94,7 +92,6 @@ def write_page() -> None:
         found,
         study={"blocks": len(SIZES), "laws": len(LAWS), "levels": LEVELS, "repeats": REPEATS},
         scheduled=SCHEDULED,
-        lazy=LAZY,
         most=MOST_CHUNKS,
         larger=[_larger(1e9, "10⁹", found), _larger(1e12, "10¹²", found)],
     )
@@ -252,20 +249,6 @@ def _scheduler(folder: Path) -> dict[str, Any]:
         seconds = time.monotonic() - started
     assert done == SCHEDULED
     return {"scheduled_seconds": seconds, "scheduled_mb": _memory() - before}
-
-
-def _lazy(folder: Path) -> dict[str, Any]:
-    """A dataset of 20,000 chunks with next to nothing in them, which dask computes when it is asked for."""
-    work = _empty(LAZY)._replace(outputs=("overturned",))
-    motions = [(i, i + 1) for i in range(LAZY)]
-    grid = Grid([(0, 1)], motions, [[Chunk(0, 1, *one)] for one in motions])
-    output_arrays(work._replace(motions=work.motions[:1]), Grid([(0, 1)], motions[:1], grid.chunks[:1]), [1, 1, 1])
-    before = _memory(anew=True)
-    started = time.monotonic()
-    found = output_arrays(work, grid, [1, 1, LAZY])["overturned"].compute()
-    seconds = time.monotonic() - started
-    assert found.shape == (1, 1, LAZY)
-    return {"lazy_seconds": seconds, "lazy_mb": _memory() - before}
 
 
 class _Nothing(Runner):

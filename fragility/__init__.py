@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from .efficiency.capacity import overturning_capacity as overturning_capacity
     from .efficiency.ranking import rank_measures as rank_measures
     from .efficiency.sufficiency import (
-        reweighted_stripes as reweighted_stripes,
         stripe_sufficiency as stripe_sufficiency,
     )
     from .exchange.curve_csv import read_curve_csv as read_curve_csv, write_curve_csv as write_curve_csv
@@ -44,9 +43,8 @@ if TYPE_CHECKING:
     from .risk.annual_rate import annual_rate as annual_rate, rate_share_above as rate_share_above
     from .risk.conditioning import rates_by_measure as rates_by_measure
     from .risk.epistemic import Branch as Branch, epistemic_rates as epistemic_rates
-    from .risk.inversion import Design as Design, design_for_rate as design_for_rate, size_for_rate as size_for_rate
+    from .risk.inversion import size_for_rate as size_for_rate
     from .risk.modelling import with_modelling as with_modelling
-    from .risk.slenderness import slenderness_for_rate as slenderness_for_rate
     from .runs.plan import Chunk as Chunk, Work as Work, plan_chunks as plan_chunks, run_chunk as run_chunk
     from .uncertainty.distributions import (
         Beta as Beta,
@@ -59,7 +57,6 @@ if TYPE_CHECKING:
     )
     from .uncertainty.ida import uncertain_ida as uncertain_ida
     from .uncertainty.indices import (
-        morris_indices as morris_indices,
         sobol_indices as sobol_indices,
         tornado as tornado,
     )

@@ -300,7 +300,6 @@ def _histories(
             run.results[engine.OUT_BROKEN] > 0.0,
             max(0.0, -acceleration.min()),
             max(0.0, acceleration.max()),
-            np,
         )
         text = "greatest force of each part of the restraint, its strength if it broke"
         sides["restraint_force"] = scalar(float(force), NEWTON, text)

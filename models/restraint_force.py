@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from .block import Block
 from .oscillator import Oscillator
 
@@ -62,21 +64,19 @@ def held_by(block: Block, oscillator: Oscillator) -> HeldBy:
     return HeldBy(**rigid, strength=restraint.strength, broken=broken)
 
 
-def largest_force(held: HeldBy, front: Any, back: Any, ruptured: Any, to_front: Any, to_back: Any, xp: Any) -> Any:
+def largest_force(held: HeldBy, front: Any, back: Any, ruptured: Any, to_front: Any, to_back: Any) -> Any:
     """Return the largest force of each part of a restraint (N), NaN for a block without one.
 
     Parameters
     ----------
     held : HeldBy
-        Of the block, or its numbers as arrays that broadcast with the runs.
+        Of the block.
     front, back : array
         Peak rotations to the front and to the back, rad.
     ruptured : array of bool
         Runs in which it broke.
     to_front, to_back : array or float
         Greatest acceleration of the floor to the back, which pushes the block to its front, and to the front, m/s².
-    xp : module
-        numpy, or dask.array for arrays that are still to be computed.
 
     Notes
     -----
@@ -84,9 +84,9 @@ def largest_force(held: HeldBy, front: Any, back: Any, ruptured: Any, to_front: 
     peak rotation of the side on which it acts more.  A rigid one holds the block at rest: moments about the corner give
     m (h F - g b)/arm under the shaking F, in linear geometry m R (F - g alpha)/arm.
     """
-    stretch = xp.maximum(xp.maximum(held.front * front, held.back * back) - held.slack, 0.0)
-    at_rest = xp.maximum(
-        xp.maximum(held.front_pull * to_front - held.front_hold, held.back_pull * to_back - held.back_hold), 0.0
+    stretch = np.maximum(np.maximum(held.front * front, held.back * back) - held.slack, 0.0)
+    at_rest = np.maximum(
+        np.maximum(held.front_pull * to_front - held.front_hold, held.back_pull * to_back - held.back_hold), 0.0
     )
     force = held.preload + held.stiffness * stretch + at_rest
-    return xp.where(ruptured, held.broken, xp.minimum(force, held.strength))
+    return np.where(ruptured, held.broken, np.minimum(force, held.strength))

@@ -170,10 +170,9 @@ def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
     if "rate" in results:
         yield plain_table(*rate_rows(results))
     yield plain_table(*share_rows(results))
-    for name in ("sobol", "morris"):
-        rows = index_rows(results, name)
-        if rows is not None:
-            yield plain_table(*rows)
+    rows = index_rows(results)
+    if rows is not None:
+        yield plain_table(*rows)
 
 
 def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
@@ -181,9 +180,8 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots.uncertainty import uncertainty_figure  # noqa: PLC0415
 
     yield "uncertainty", uncertainty_figure(results)
-    for name in ("sobol", "morris"):
-        if any(str(one).startswith(f"{name}_") for one in results.data_vars):
-            yield name, index_figure(results, name)
+    if "sobol_first" in results:
+        yield "sobol", index_figure(results)
 
 
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:

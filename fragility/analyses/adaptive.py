@@ -227,8 +227,6 @@ def sought_state(state: State | None, models: Sequence[Any]) -> State:
 
 def _check_request(request: Request, state: State) -> None:
     """Raise ValueError for requests that adaptive levels do not serve."""
-    if not request.compute:
-        raise ValueError("compute must be True for adaptive levels, which depend on the runs before")
     if needed_output(state) not in request.outputs:
         raise ValueError(f"outputs must hold {needed_output(state)} for adaptive levels, which are chosen by it")
     derived = next((name for name in request.outputs if name in DERIVED), None)

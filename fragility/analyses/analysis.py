@@ -21,14 +21,12 @@ from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Recor
 from ...motions.intensity.measure import MEASURES
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import BOTH
-from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axes, check_outputs, of_both
+from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axes, check_outputs
 from ..runs.factors import Factors, ScaleFactors
-from ..runs.graph import output_arrays
-from ..runs.labels import block_coordinates, depth_coordinate, lazy_outputs, model_coordinates, output_variables
-from ..runs.plan import plan_even, refuse_endless
+from ..runs.labels import block_coordinates, depth_coordinate, model_coordinates, output_variables
+from ..runs.plan import refuse_endless
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
-from ..validity.lazy_screen import with_lazy_screen
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenInput
@@ -107,8 +105,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     """Run every specimen under the motions of a design, label the runs, and screen them where the request says so.
 
     Where specimens and design give the same coordinate or the same entry of the configuration, it stands where the
-    specimens have it, so that the order in a result can be chosen.  Where the request is not to compute, the
-    variables with a value for every run are dask arrays.
+    specimens have it, so that the order in a result can be chosen.
     """
     check_vertical(request.models, design.motions)
     named = (f"{block.label} under {law.label}" for block in specimens.blocks for law in request.models)
@@ -127,24 +124,15 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         assert specimens.across is not None  # (whoever takes such motions makes them)
         both = both_works(work, specimens.across)
     thread = MeasuringThread(design.motions, request.screen)
-    if request.compute:
-        if both is None:
-            runs = collect(work, request.runner, request.progress)
-        else:
-            runs = collect_both(work.outputs, both, request.runner, request.progress)
-        if all(name in runs.results for name in ENDS):
-            labels = [record.label for record in design.motions]
-            peaks, after = (runs.results[name] for name in ENDS)
-            warn(end_doubts(cut_slides(peaks, after), labels))
-        outputs = output_variables(request, runs, specimens.blocks, work, sizes)
-        known = {"skipped": json.dumps(runs.skipped)}
+    if both is None:
+        runs = collect(work, request.runner, request.progress)
     else:
-        import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
-
-        x, *rest = (output_arrays(one, plan_even(one), list(sizes.values())) for one in both or (work,))
-        arrays = of_both(work.outputs, x, rest[0], da) if rest else x
-        outputs = lazy_outputs(request, arrays, specimens.blocks, work, sizes)
-        known = {}
+        runs = collect_both(work.outputs, both, request.runner, request.progress)
+    if all(name in runs.results for name in ENDS):
+        labels = [record.label for record in design.motions]
+        peaks, after = (runs.results[name] for name in ENDS)
+        warn(end_doubts(cut_slides(peaks, after), labels))
+    outputs = output_variables(request, runs, specimens.blocks, work, sizes)
     measures, characteristics = thread.result()
     if axes == BOTH_AXES:
         outputs = {name: told(one, RULES[name]) for name, one in outputs.items()}
@@ -170,16 +158,13 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
             "title": design.title,
             "design": design.name,
             **provenance(configuration),
-            **known,
+            "skipped": json.dumps(runs.skipped),
         },
     )
     if characteristics is not None:
         # (about both axes the screen is that of the width, the axis about which the block overturns more easily)
         given = ScreenInput(sizes, coordinates, design.scale)
-        if request.compute:
-            labelled = with_screen(labelled, given, characteristics, request.runner.array)
-        else:
-            labelled = with_lazy_screen(labelled, given, characteristics)
+        labelled = with_screen(labelled, given, characteristics, request.runner.array)
     taken = {*labelled.variables, *labelled.dims, *MEANT, *MEASURES}
     return labelled.assign_coords({name: one for name, one in design.described.items() if name not in taken})
 

@@ -40,7 +40,6 @@ def cloud(
     ground: Motions | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,
-    compute: bool = True,
 ) -> xr.Dataset:
     """Cloud analysis: every motion is run once, unscaled.
 
@@ -52,7 +51,7 @@ def cloud(
         Labelled motions (m s-2); nothing is scaled.
     im : str or Measure
         The intensity measure of the runs: any but ``scale``.
-    outputs, client, skip, screen, polarity, progress, compute
+    outputs, client, skip, screen, polarity, progress
         As for `toppling.ida`.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions: the measure is then that of the ground motions.
@@ -81,7 +80,7 @@ def cloud(
     >>> runs["intensity"].dims
     ('motion',)
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
+    request = check_request(blocks, models, outputs, skip, client, progress, screen)
     arrays = arrays_under(motions, polarity)
     plain = records(arrays)
     at = plain if ground is None else ground_of(plain, records_under(ground, polarity))

@@ -45,7 +45,6 @@ def ida(
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,
-    compute: bool = True,
     until: Mapping[str, Any] | Until | None = None,
     state: State | None = None,
     hazard: HazardCurve | None = None,
@@ -104,11 +103,6 @@ def ida(
         hold both, and every interval takes the motion as one draw with all its runs.
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
-    compute : bool
-        With False, the variables with a value for every run (and the shares over runs) are dask arrays, in equal chunks
-        along block and motion, and are computed when they are asked for: ``.compute()``, ``.persist()``,
-        ``.to_netcdf()``, ``.to_zarr()``, ``.mean("motion")``, by any scheduler of dask.  `client` and `progress` have
-        no effect then, and the attribute ``skipped``, which is known after the runs, is missing.
     until : mapping, optional
         Of adaptive levels: what is to be known within which half width, at 95 % confidence.  One of ``median``,
         ``dispersion`` and ``rate`` (shares of the value; without an entry, 0.1 of the median) and ``probability`` (a
@@ -169,7 +163,7 @@ def ida(
         sought = sought_state(state, laws)
         wanted = [needed_output(sought)] if outputs is None else outputs
         return adaptive(
-            check_request(blocks, laws, wanted, skip, client, progress, screen, compute),
+            check_request(blocks, laws, wanted, skip, client, progress, screen),
             motions,
             im,
             until_of(until),
@@ -184,7 +178,7 @@ def ida(
         raise ValueError("until, state and hazard are for adaptive levels (levels='adaptive'), got levels")
     if isinstance(motions, Generator):
         raise TypeError("motions must be labelled arrays where levels are given: take some of the generator's (sample)")
-    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
+    request = check_request(blocks, models, outputs, skip, client, progress, screen)
     design = incremental(levels, motions, im, request.blocks, ground, polarity)
     return analyse(request, specimens_of(request), design)
 

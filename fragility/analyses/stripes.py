@@ -54,7 +54,6 @@ def stripes(
     polarity: str = AS_RECORDED,
     inconsistent: bool = False,
     progress: Progress | None = None,
-    compute: bool = True,
 ) -> xr.Dataset:
     """Multiple-stripe analysis: motions that differ from level to level, as selected consistently with the hazard.
 
@@ -68,7 +67,7 @@ def stripes(
         Level of each stripe, SI, > 0, strictly increasing.
     im : str or Measure
         The intensity measure of the levels, as for `toppling.ida`.
-    outputs, client, skip, screen, polarity, progress, compute
+    outputs, client, skip, screen, polarity, progress
         As for `toppling.ida`.
     scale : bool
         True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
@@ -113,7 +112,7 @@ def stripes(
     >>> runs["intensity"].values.tolist()
     [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
+    request = check_request(blocks, models, outputs, skip, client, progress, screen)
     if not isinstance(scale, bool):
         raise TypeError(f"scale must be True or False, got {scale!r:.40}")
     if not isinstance(inconsistent, bool):

@@ -7,7 +7,7 @@ them as the hazard does.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -26,10 +26,6 @@ STEPS, SETTLED, STEEPEST = 60, 1e-9, 30.0
 """Most Newton steps, the step at which they end, and the slope beyond which data are taken as separated."""
 FEWEST = 10
 """Fewest runs of the rarer outcome to a coefficient: with fewer a slope is not told (Peduzzi and others 1996)."""
-
-
-LEAST_SHARE = 3.0
-"""A stripe is reweighted where its effective number of motions is at least a third of them (judgement)."""
 
 
 class Slopes(NamedTuple):
@@ -126,92 +122,6 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
         attrs={
             "title": "Sufficiency of the measure of stripes",
             **provenance_from("stripe_sufficiency", {"covariates": labels}, runs=runs),
-        },
-    )
-
-
-def reweighted_stripes(runs: xr.Dataset, measure: str | Measure, medians: Any, sigmas: Any) -> xr.Dataset:
-    """Return probabilities of overturning at the levels of stripes as they were if a measure had the target's values.
-
-    Parameters
-    ----------
-    runs, measure
-        As the runs and one of the covariates of `stripe_sufficiency`.
-    medians, sigmas : array_like, shape (stripe,)
-        Median (SI, > 0; of ``factor`` 1) and standard deviation of the logarithm (> 0) that the hazard has at each
-        level, for instance `Target.at(level)`.
-
-    Returns
-    -------
-    xarray.Dataset
-        On (block, model, stripe): `probability` as observed, and `reweighted`.  On stripe: `effective`, the number of
-        motions that as many equal weights would be of.  `reweighted` is NaN where that is less than a third of the
-        motions: their values are then too far from the target's to say anything.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `stripe_sufficiency`; medians or sigmas of another number or not > 0; a measure that does not vary.
-
-    Notes
-    -----
-    Motion i of a stripe has the weight w_i = N(x_i; target)/N(x_i; mean and standard deviation of the stripe), x the
-    logarithm; the effective number is (sum w)²/sum w² (Kish 1965).
-
-    References
-    ----------
-    Bradley, B. A. (2010). A generalized conditional intensity measure approach and holistic ground-motion selection.
-    Earthquake Engineering & Structural Dynamics 39(12), 1321-1342.  Kish, L. (1965). Survey sampling. Wiley.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> pool = tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample(60, seed=4)
-    >>> runs = tp.stripes(tp.Block(width=0.2, height=1.0), tp.HousnerImpact(), [pool], [4.0], outputs=["overturned"])
-    >>> found = reweighted_stripes(runs, "pgv", [0.45], [0.2])
-    >>> bool(found["reweighted"].item() < found["probability"].item())
-    True
-    """
-    _check(runs)
-    (label,), values = _covariates(runs, [measure])
-    x, stripe = values[:, 0], np.unique(runs["stripe"].values, return_inverse=True)[1]
-    count = int(stripe.max()) + 1
-    centres, widths = checks.finite_array("medians", medians), checks.finite_array("sigmas", sigmas)
-    if centres.shape != (count,) or widths.shape != (count,):
-        raise ValueError(f"medians and sigmas must be {count} each, one a stripe, got {centres.size} and {widths.size}")
-    if centres.min() <= 0.0 or widths.min() <= 0.0:
-        raise ValueError("medians and sigmas must be > 0")
-    fell = runs["overturned"].transpose("block", "model", "motion").values
-    plain, again = np.empty((2, *fell.shape[:2], count))
-    effective = np.empty(count)
-    for k in range(count):
-        own = x[stripe == k]
-        spread = own.std(ddof=1) if own.size > 1 else 0.0
-        if spread <= 1e-12:
-            raise ValueError(f"{label} does not vary within stripe {k + 1}")
-        logs = 0.5 * ((own - own.mean()) / spread) ** 2 - 0.5 * ((own - np.log(centres[k])) / widths[k]) ** 2
-        weights = np.exp(logs - logs.max())
-        effective[k] = weights.sum() ** 2 / (weights**2).sum()
-        here = fell[..., stripe == k]
-        plain[..., k] = here.mean(axis=-1)
-        again[..., k] = here @ (weights / weights.sum()) if effective[k] >= own.size / LEAST_SHARE else np.nan
-    text = f"probability of overturning if {label} had the target's values"
-    numbers = ("stripe", np.unique(runs["stripe"].values), {"units": DIMENSIONLESS, "long_name": "stripe"})
-    dims = ("block", "model", "stripe")
-    return xr.Dataset(
-        {
-            "probability": (dims, plain, {"units": DIMENSIONLESS, "long_name": "observed probability of overturning"}),
-            "reweighted": (dims, again, {"units": DIMENSIONLESS, "long_name": text}),
-            "effective": ("stripe", effective, {"units": DIMENSIONLESS, "long_name": "effective number of motions"}),
-        },
-        coords={**{name: runs[name] for name in ("block", "model")}, "stripe": numbers},
-        attrs={
-            "title": "Stripes reweighted to the target of a measure",
-            **provenance_from(
-                "reweighted_stripes",
-                {"measure": label, "medians": centres.tolist(), "sigmas": widths.tolist()},
-                runs=runs,
-            ),
         },
     )
 

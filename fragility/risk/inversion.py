@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 import xarray as xr
 
 from ...core import checks
@@ -23,86 +21,6 @@ from ..runs.provenance import configuration_of
 
 SIZES = ("alpha", "R", "width", "height", "cm_height")
 """Coordinates of blocks along which rates can be solved."""
-
-
-class Design(NamedTuple):
-    """The value of the design variable, the rate there (1/year), and how often the rate was computed."""
-
-    value: float
-    rate: float
-    evaluations: int
-
-
-def design_for_rate(
-    rate_of: Callable[[float], float], target: float, low: float, high: float, tolerance: float = 1e-9
-) -> Design:
-    """Find the design variable at which a rate that rises or falls with it meets a target.
-
-    Parameters
-    ----------
-    rate_of : callable
-        Function of the variable that returns the annual rate (1/year, >= 0); anything from a formula to a whole study.
-    target : float
-        Annual rate, 1/year, > 0; `rate_from_probability` converts a probability in years.
-    low, high : float
-        Ends of the search, low < high; the target must lie between the rates there.
-    tolerance : float
-        Tolerance of the variable, relative to high - low, > 0.
-
-    Returns
-    -------
-    Design
-        The value, the rate there, and the number of evaluations.
-
-    Raises
-    ------
-    ValueError
-        The target does not lie between the rates at both ends; the rate is no number >= 0; it does not rise or fall
-        steadily (a rate with sampling noise does not: use common random numbers, or `size_for_rate`).
-
-    Notes
-    -----
-    Brent's method on ln(rate).
-
-    Examples
-    --------
-    >>> found = design_for_rate(lambda alpha: 1e-4 * alpha**-2.5, 2e-4, 0.1, 1.0)
-    >>> round(found.value, 6)
-    0.757858
-    """
-    goal = checks.number("target", target, above=0.0, unit="1/year")
-    first, last = checks.number("low", low), checks.number("high", high)
-    share = checks.number("tolerance", tolerance, above=0.0, below=1.0)
-    if not first < last:
-        raise ValueError(f"low must be below high, got {first:g} and {last:g}")
-    seen: dict[float, float] = {}
-
-    def excess(value: float) -> float:
-        if value not in seen:
-            rate = float(rate_of(value))
-            if not 0.0 <= rate < math.inf:
-                raise ValueError(f"rate_of must give a rate >= 0 per year, got {rate!r} at {value:g}")
-            seen[value] = rate
-        # a rate of 0 lies below any target, but has no logarithm
-        return math.log(max(seen[value], 1e-300) / goal)
-
-    ends = excess(first), excess(last)
-    if (ends[0] > 0.0) == (ends[1] > 0.0) and 0.0 not in ends:
-        side = "above" if ends[0] > 0.0 else "below"
-        raise ValueError(
-            f"target of {goal:g} per year is not met between {first:g} and {last:g}: the rates there, "
-            f"{seen[first]:.4g} and {seen[last]:.4g}, both lie {side} it"
-        )
-    value = float(scipy.optimize.brentq(excess, first, last, xtol=share * (last - first)))
-    excess(value)
-    falls = ends[0] > ends[1]
-    for (x1, r1), (x2, r2) in pairwise(sorted(seen.items())):
-        if (r2 > r1 * (1.0 + 1e-12)) if falls else (r1 > r2 * (1.0 + 1e-12)):
-            raise ValueError(
-                f"rate_of must {'fall' if falls else 'rise'} steadily between {first:g} and {last:g}, got {r1:.6g} "
-                f"per year at {x1:g} and {r2:.6g} at {x2:g}"
-            )
-    return Design(value, seen[value], len(seen))
 
 
 def size_for_rate(

@@ -123,7 +123,7 @@ def both_works(work: Work, across: Sequence[Any]) -> tuple[Work, Work]:
     return along, along._replace(oscillators=across, motions=tuple(map(along_depth, work.motions)))
 
 
-def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any], module: Any) -> dict[str, Any]:
+def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) -> dict[str, Any]:
     """Return outputs of runs about both axes from those about each, arrays of equal shape.
 
     Parameters
@@ -132,8 +132,6 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any], 
         Names of outputs of the engine, and `AXIS`.
     x, y : mapping of str to array
         The outputs that these need (`needed`), along the width and along the depth.
-    module : module
-        numpy, or dask.array for arrays that are still to be computed.
 
     Returns
     -------
@@ -150,17 +148,17 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any], 
         fell_x, fell_y = x["overturned"], y["overturned"]
         # (runs that leave the floor have no times, about either axis, and count along the width)
         first_x = fell_x & ~(fell_y & (y["overturning_time"] < x["overturning_time"]))
-        axis = module.where(first_x, np.int8(1), module.where(fell_y, np.int8(2), np.int8(0))).astype(np.int8)
+        axis = np.where(first_x, np.int8(1), np.where(fell_y, np.int8(2), np.int8(0))).astype(np.int8)
     for name in outputs:
         if name == AXIS:
             found[name] = axis
         elif name in EITHER:
             found[name] = x[name] | y[name]
         elif name in EARLIER:
-            found[name] = module.fmin(x[name], y[name])
+            found[name] = np.fmin(x[name], y[name])
         elif name in OF_DECIDING:
-            larger = module.maximum(x[name], y[name])
-            found[name] = module.where(axis == 1, x[name], module.where(axis == 2, y[name], larger))
+            larger = np.maximum(x[name], y[name])
+            found[name] = np.where(axis == 1, x[name], np.where(axis == 2, y[name], larger))
         else:
-            found[name] = module.maximum(x[name], y[name])
+            found[name] = np.maximum(x[name], y[name])
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,21 +16,17 @@ from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN
 from ...models import Block, Model
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
-from ...models.restraint_force import HeldBy, held_by, largest_force
+from ...models.restraint_force import held_by, largest_force
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF, describe_edge
 from ...models.sliding.mode import MODE, demand, mode_of
 from ...models.sliding.runs import LABELS
 from ...motions.intensity.measure import RESULT_MEASURES
 from ..numerics.slabs import Allocator
 from .axes import AXIS
-from .factors import dense
 from .plan import Chunk, Work
 from .provenance import BED, EDGE, SCENE
 from .request import DERIVED, Request, Runs
 from .scaling import Scaling
-
-if TYPE_CHECKING:
-    import dask.array as da
 
 VARIABLES: dict[str, tuple[str, str]] = {
     "overturned": (DIMENSIONLESS, "whether the block overturned"),
@@ -72,54 +68,9 @@ def output_variables(
     variables = {}
     for name in request.outputs:
         values = _output(name, runs, blocks, work, request.runner.array).reshape(tuple(sizes.values()))
-        variables[name] = _labelled(name, values, sizes)
+        units, long_name = VARIABLES[name]
+        variables[name] = xr.Variable(tuple(sizes), values, {"units": units, "long_name": long_name})
     return variables
-
-
-def lazy_outputs(
-    request: Request, arrays: Mapping[str, da.Array], blocks: Sequence[Block], work: Work, sizes: Mapping[str, int]
-) -> dict[str, xr.Variable]:
-    """Return the outputs of runs that are still to be computed, of arrays on the dimensions of `sizes`."""
-    import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
-
-    dims = [size for dim, size in sizes.items() if dim not in ("level", "motion")]
-    each = math.prod(dims) // len(blocks)
-
-    def on_runs(values: Any) -> NDArray[Any]:
-        return np.array(values).reshape(*dims, *[1] * (len(sizes) - len(dims)))
-
-    variables = {}
-    for name in request.outputs:
-        if name == "top_displacement":
-            heights = np.repeat([block.height for block in blocks], each)
-            values = on_runs(heights) * da.sin(arrays["peak_rotation"])
-        elif name == "restraint_force":
-            columns = zip(*(held_by(blocks[i // each], one) for i, one in enumerate(_rocking(work))), strict=True)
-            to_front, to_back = _pushes(work)
-            every = np.arange(len(work.oscillators)) * work.factors.shape[0] // len(work.oscillators)
-            factors = dense(work.factors)[every].reshape(*dims, *list(sizes.values())[len(dims) :])
-            needed = (arrays["peak_front"], arrays["peak_back"], arrays["ruptured"])
-            values = largest_force(
-                HeldBy._make(map(on_runs, columns)), *needed, factors * to_front, factors * to_back, da
-            )
-        elif name == "mode":
-            modes = _modes(blocks, work, np.empty).reshape(tuple(sizes.values()))
-            values = da.from_array(modes, arrays["slips"].chunks)
-        elif name == FALLEN_OFF:
-            forward, backward = arrays["slide_forward"], arrays["slide_backward"]
-            near = np.repeat([block.edge is not None for block in blocks], each)
-            slips = [(math.inf, math.inf) if one.edge is None else one.edge.slips(one.b) for one in blocks]
-            front, back = (on_runs(np.repeat(column, each)) for column in zip(*slips, strict=True))
-            values = on_runs(near) & ~((forward <= front) & (backward <= back))
-        else:
-            values = arrays[name]
-        variables[name] = _labelled(name, values, sizes)
-    return variables
-
-
-def _labelled(name: str, values: Any, sizes: Mapping[str, int]) -> xr.Variable:
-    units, long_name = VARIABLES[name]
-    return xr.Variable(tuple(sizes), values, {"units": units, "long_name": long_name})
 
 
 def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[Any]:
@@ -146,7 +97,7 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
         factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
         held = held_by(blocks[i // each], oscillator)
         front, back, ruptured = (one[i] for one in needed)
-        own[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back, np)
+        own[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back)
     return derived
 
 

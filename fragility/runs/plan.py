@@ -179,17 +179,6 @@ Bounds = list[tuple[int, int]]
 """First and last + 1 of consecutive parts."""
 
 
-class Grid(NamedTuple):
-    """Division of work into parts of its oscillators x parts of its motions, and these cells into chunks.
-
-    rows, motions: bounds; chunks: of every cell (row by row), those that follow each other.
-    """
-
-    rows: Bounds
-    motions: Bounds
-    chunks: list[list[Chunk]]
-
-
 def plan_chunks(work: Work, seconds: float | None = None, least: float | None = None) -> list[Chunk]:
     """Divide work into chunks of about equal duration, the last ones shorter.
 
@@ -206,23 +195,6 @@ def plan_chunks(work: Work, seconds: float | None = None, least: float | None = 
     -------
     list of Chunk
         Every run is in one of them.  They depend on the work alone, and not on the machine.
-    """
-    return [chunk for cell in plan_grid(work, seconds, least).chunks for chunk in cell]
-
-
-def plan_grid(work: Work, seconds: float | None = None, least: float | None = None) -> Grid:
-    """Divide work into chunks, as `plan_chunks` does, which also form the cells of a grid.
-
-    Parameters
-    ----------
-    work : Work
-    seconds, least : float, optional
-        As of `plan_chunks`.
-
-    Returns
-    -------
-    Grid
-        Parts of the oscillators x parts of the motions; only the last cells are divided into several chunks.
     """
     per_row = _costs(work)
     samples = np.array([motion.acceleration.size for motion in work.motions], float)
@@ -244,41 +216,15 @@ def plan_grid(work: Work, seconds: float | None = None, least: float | None = No
             left -= spent
             first, spent = i, 0.0
     if len(rows) == 1:
-        return Grid(rows, motions, [[Chunk(*rows[0], *bounds)] for bounds in motions])
+        return [Chunk(*rows[0], *bounds) for bounds in motions]
     chunks, left = [], total
     for cost, bounds in zip(costs, rows, strict=True):
         for begin, end in motions:
             parts = min(end - begin, math.ceil(1.0 / part_of(left)))
             cuts = [begin + (end - begin) * k // parts for k in range(parts + 1)]
-            chunks.append([Chunk(*bounds, *cut) for cut in pairwise(cuts)])
+            chunks += [Chunk(*bounds, *cut) for cut in pairwise(cuts)]
             left -= cost * float(samples[begin:end].sum())
-    return Grid(rows, motions, chunks)
-
-
-def plan_even(work: Work) -> Grid:
-    """Divide work into the cells of a grid that are all of one size, except the last along each dimension.
-
-    Files such as Zarr's ask for that of the chunks of an array.
-
-    Parameters
-    ----------
-    work : Work
-
-    Returns
-    -------
-    Grid
-        Whole entries (`Work.each`) of oscillators x motions; every cell is one chunk.
-    """
-    per_row = _costs(work)
-    samples = np.array([motion.acceleration.size for motion in work.motions], float)
-    full = seconds_of_a_chunk(float(per_row.sum() * samples.sum()))
-    entries = per_row.reshape(-1, work.each).sum(axis=1)
-    (_, step), *_ = _groups(entries, work.each * work.levels, float(samples.max()), full)
-    rows = [(i * work.each, min(i + step, entries.size) * work.each) for i in range(0, entries.size, step)]
-    cost = max(float(per_row[first:stop].sum()) for first, stop in rows) * float(samples.mean())
-    together = max(1, int(full / cost))
-    motions = [(i, min(i + together, samples.size)) for i in range(0, samples.size, together)]
-    return Grid(rows, motions, [[Chunk(*row, *bounds)] for row in rows for bounds in motions])
+    return chunks
 
 
 def seconds_per_sample(specimen: Specimen, dt: float) -> float:

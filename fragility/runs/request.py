@@ -62,7 +62,6 @@ class Request(NamedTuple):
     runner: Runner
     progress: Progress | None
     screen: bool
-    compute: bool = True
 
     @property
     def sliding(self) -> bool:
@@ -116,12 +115,11 @@ def check_request(
     client: Client | Runner | None,
     progress: Progress | None,
     screen: bool = False,
-    compute: bool = True,
 ) -> Request:
     """Check the arguments that all analyses share; TypeError or ValueError where one is wrong."""
     laws = labelled_sequence("models", models, Model)  # type: ignore[type-abstract]
     wanted = _outputs(outputs, laws)
-    for name, value in (("skip", skip), ("screen", screen), ("compute", compute)):
+    for name, value in (("skip", skip), ("screen", screen)):
         if not isinstance(value, bool):
             raise TypeError(f"{name} must be True or False, got {value!r:.40}")
     checks.callback("progress", progress)
@@ -136,7 +134,6 @@ def check_request(
         runner_of(client),
         progress,
         screen and not isinstance(laws[0], SlidingLaw),
-        compute,
     )
 
 
@@ -209,9 +206,7 @@ def collect_both(
     shape = next(iter(x.values())).shape
     found = {name: runner.array(shape, kind) for name, kind in kinds.items()}
     for row in range(shape[0]):  # (arrays may lie in files)
-        own = of_both(
-            outputs, {name: one[row] for name, one in x.items()}, {name: one[row] for name, one in y.items()}, np
-        )
+        own = of_both(outputs, {name: one[row] for name, one in x.items()}, {name: one[row] for name, one in y.items()})
         for name, values in own.items():
             found[name][row] = values
     return Runs(found, each[0].tally + each[1].tally)

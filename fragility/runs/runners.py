@@ -164,7 +164,7 @@ class _Window:
         self._chunks = chunks
         self._compute = compute
         self._finished: Queue[tuple[int, ChunkResult | None] | BaseException | None] = Queue(AHEAD * workers)
-        self._graph = chunk_graph(work, chunks, "chunk", lambda: self._left or stop())
+        self._graph = chunk_graph(work, chunks, lambda: self._left or stop())
         self._thread = threading.Thread(target=self._work, name="toppling-graph", daemon=True)
 
     def results(self) -> Iterator[tuple[Chunk, ChunkResult]]:

@@ -1,3 +1,3 @@
 """Uncertain blocks and laws: random inputs, analyses of their samples, shares of variance, and the indices of Sobol'
-and Morris of any function of the inputs.
+of any function of the inputs.
 """

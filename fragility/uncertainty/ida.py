@@ -50,7 +50,6 @@ def uncertain_ida(
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,
-    compute: bool = True,
 ) -> xr.Dataset:
     """Incremental dynamic analysis of every sample of uncertain inputs, under the same motions.
 
@@ -63,7 +62,7 @@ def uncertain_ida(
     models : law or a sequence of laws
         The nominal law.  Several laws give a dimension `model`, each under the same samples; where `law` is an input,
         one law must be given and is not used.
-    motions, levels, im, outputs, client, skip, ground, polarity, progress, compute
+    motions, levels, im, outputs, client, skip, ground, polarity, progress
         As for `ida`.
     samples : int or xarray.Dataset
         Number of samples (a Latin hypercube under `seed`), or samples as `RandomInputs.sample` returns them.
@@ -94,7 +93,7 @@ def uncertain_ida(
     """
     if not isinstance(inputs, RandomInputs):
         raise TypeError(f"inputs must be RandomInputs, got {checks.kind(inputs)}")
-    request = check_request(block, models, outputs, skip, client, progress, compute=compute)
+    request = check_request(block, models, outputs, skip, client, progress)
     laws = rocking_laws(request.models)
     if len(laws) > 1 and LAW in inputs.names:
         raise ValueError(f"models must be one law where 'law' is an input, got {len(laws)}")

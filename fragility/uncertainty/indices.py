@@ -1,4 +1,4 @@
-"""Indices of Sobol' and Morris (by SALib) and the tornado of any function of random inputs."""
+"""Indices of Sobol' (by SALib) and the tornado of any function of random inputs."""
 
 from __future__ import annotations
 
@@ -146,109 +146,6 @@ def sobol_indices(
         **_provenance("Sobol' indices", inputs, rest, {**options, "second_order": second_order}),
         **options,
     )
-
-
-def morris_indices(
-    inputs: RandomInputs,
-    function: Response,
-    trajectories: int = 20,
-    *,
-    grid: int = 4,
-    tail: float = 0.01,
-    confidence: float = 0.95,
-    replicates: int = 200,
-    seed: int = 0,
-) -> xr.Dataset:
-    """Morris' elementary effects: a screening of inputs with few samples.
-
-    Parameters
-    ----------
-    inputs : RandomInputs
-        Independent inputs.
-    function : callable
-        As for `sobol_indices`; evaluated at trajectories (d + 1) samples of d inputs.
-    trajectories : int
-        Random paths through the grid, >= 2, each changing every input once.
-    grid : int
-        Number of values of each input, even, >= 2.
-    tail : float
-        Probability left out at either end, 0 to below 0.5: the grid is even in probability between the two tails.
-    confidence, replicates, seed
-        As for `sobol_indices`.
-
-    Returns
-    -------
-    xarray.Dataset
-        On input and the function's other dimensions, in its unit: `mu`, the mean of the elementary effects, `mu_star`,
-        that of their absolute values with the ends of its interval, `mu_star_lower` and `mu_star_upper`, and `sigma`,
-        their standard deviation (interaction or curvature).  An effect is the change of the function, extrapolated to
-        the whole range of the input from tail to tail.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `sobol_indices`.
-
-    References
-    ----------
-    Morris, M. D. (1991). Factorial sampling plans for preliminary computational experiments. Technometrics 33, 161-174.
-    Campolongo, F., Cariboni, J. and Saltelli, A. (2007). An effective screening design for sensitivity analysis of
-    large models. Environmental Modelling & Software 22, 1509-1518.
-
-    Examples
-    --------
-    >>> from toppling.fragility import Uniform
-    >>> inputs = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 2.0)})
-    >>> found = morris_indices(inputs, lambda one: one["a"] - one["b"], tail=0.0)
-    >>> found.mu.values.round(6).tolist(), found.sigma.values.round(6).tolist()
-    ([1.0, -2.0], [0.0, 0.0])
-    """
-    from SALib.analyze import morris as morris_analysis  # noqa: PLC0415 - as above
-    from SALib.sample import morris as morris_sample  # noqa: PLC0415
-
-    _independent(inputs)
-    paths, start = checks.count("trajectories", trajectories, at_least=2), checks.count("seed", seed)
-    values_each = checks.count("grid", grid, at_least=2)
-    if values_each % 2:
-        raise ValueError(f"grid must be even, got {values_each}")
-    left_out = checks.number("tail", tail, at_least=0.0, below=0.5)
-    level = checks.number("confidence", confidence, above=0.0, below=1.0)
-    times = checks.count("replicates", replicates, at_least=2)
-    problem = _problem(inputs)
-    points = morris_sample.sample(problem, paths, num_levels=values_each, seed=stream(start, 0))
-    values, rest = _evaluate(inputs, function, left_out + (1.0 - 2.0 * left_out) * points)
-    found = {
-        name: np.empty((len(inputs.names), values.shape[1])) for name in ("mu", "mu_star", "sigma", "mu_star_conf")
-    }
-    for k in range(values.shape[1]):
-        result = morris_analysis.analyze(
-            problem,
-            points,
-            values[:, k],
-            num_resamples=times,
-            conf_level=level,
-            num_levels=values_each,
-            seed=stream(start, 1),
-        )
-        for name, array in found.items():
-            array[:, k] = np.asarray(result[name], dtype=float)
-    variables = {
-        "mu": (found["mu"], "mean elementary effect"),
-        **_with_ends("mu_star", found["mu_star"], found["mu_star_conf"], "mean absolute elementary effect", level),
-        "sigma": (found["sigma"], "standard deviation of the elementary effects"),
-    }
-    dataset = _dataset(inputs, variables, rest, str(rest.attrs.get("units", DIMENSIONLESS)))
-    options = {
-        "trajectories": paths,
-        "samples": points.shape[0],
-        "grid": values_each,
-        "tail": left_out,
-        "confidence": level,
-        "replicates": times,
-        "seed": start,
-    }
-    title = "Morris' elementary effects"
-    return dataset.assign_attrs(title=title, **_provenance(title, inputs, rest, options), **options)
 
 
 def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: float = 0.95) -> xr.Dataset:

@@ -60,7 +60,7 @@ def overturning_response(
     Returns
     -------
     callable
-        From samples (`RandomInputs.sample`) to an array on (sample, output), for `sobol_indices`, `morris_indices` and
+        From samples (`RandomInputs.sample`) to an array on (sample, output), for `sobol_indices` and
         `tornado`.  Output is ``P at 3 m s-2``, … and ``median``, with the coordinate `level`.  ValueError where a
         sample has no median.
 

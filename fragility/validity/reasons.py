@@ -77,11 +77,6 @@ class Shares:
             times = runs // math.prod(here.sizes[dim] for dim in over)
             own[..., i] += times * _spread(here.sum(over), each).astype(np.int64)
 
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """The counts (block, model, reason and any) of the runs for which each reason holds."""
-        return self._counts
-
     def outside(self, undecided: xr.Variable | None) -> xr.Variable:
         """Return the share of all runs for each reason; for `undecided` the share among the runs tested."""
         shares = self._counts / self.runs

@@ -209,16 +209,6 @@ def in_order(found: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     return {name: found[name] for name in ORDER if name in found}
 
 
-def screen_part(
-    given: ScreenInput, shaking: Characteristics, bounds: Bounds
-) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable]]:
-    """Return the variables of some blocks and motions without friction, and where each reason holds."""
-    labels = [str(label) for label in given.coordinates["block"].values]
-    variables, _, holds = _screen_slab(given, shaking, friction_by_block(None, labels), bounds)
-    variables["verdict"] = verdict_of(given.sizes, holds)
-    return ordered(variables, tuple(given.sizes)), holds
-
-
 def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict[str, xr.Variable]:
     """Return variables with their dimensions in the order of `dims`."""
     return {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}

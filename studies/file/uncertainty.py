@@ -125,9 +125,6 @@ class UncertaintyTable(Table):
         KeyInfo("no indices"),
         Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
     ] = None
-    morris: Annotated[
-        int | None, KeyInfo("no screening"), Field(ge=2, le=100_000, description="Trajectories of Morris' screening.")
-    ] = None
 
     def build(self) -> RandomInputs:
         """Make the inputs; ValueError for a distribution or correlation that is invalid, or a name without its unit."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -18,7 +18,6 @@ from ...core.units import DIMENSIONLESS
 from ...core.wording import counted
 from ...fragility import (
     RandomInputs,
-    morris_indices,
     notes,
     overturning_response,
     sobol_indices,
@@ -84,7 +83,7 @@ DEFAULT = Fit()
 
 @dataclass(frozen=True)
 class UncertaintyStudy(BlockStudy, Study):
-    """Samples of uncertain blocks and laws x motions x levels; `sobol` and `morris`: sizes of the indices, or None."""
+    """Samples of uncertain blocks and laws x motions x levels; `sobol`: the size of the indices, or None."""
 
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]
@@ -93,7 +92,6 @@ class UncertaintyStudy(BlockStudy, Study):
     samples: int
     seed: int
     sobol: int | None = None
-    morris: int | None = None
     fit: Fit = DEFAULT
     risk: Risk | None = None
     friction: Friction | None = None
@@ -117,7 +115,6 @@ class UncertaintyStudy(BlockStudy, Study):
             asked.samples,
             asked.seed,
             asked.sobol,
-            asked.morris,
             DEFAULT if content.fit is None else content.fit.build(),
             None if content.hazard is None else content.hazard.risk(design.im, folder),
             *screening_of(content),
@@ -151,8 +148,8 @@ class UncertaintyStudy(BlockStudy, Study):
 
     @property
     def runs(self) -> int:
-        more = sum(samples for _, _, samples in self._indices.values())
-        return self._sampled + len(self.blocks) * len(self.models) * more * self.design.runs
+        more = len(self.blocks) * len(self.models) * self._index_samples
+        return self._sampled + more * self.design.runs
 
     @property
     def perturbed_runs(self) -> int:
@@ -187,15 +184,9 @@ class UncertaintyStudy(BlockStudy, Study):
         return len(self.blocks) * len(self.models) * self.samples * self.design.runs
 
     @property
-    def _indices(self) -> dict[str, tuple[Any, int, int]]:
-        """The indices that are wanted: function, its size, and the number of its samples."""
-        d = len(self.inputs.names)
-        found: dict[str, tuple[Any, int, int]] = {}
-        if self.sobol is not None:
-            found["sobol"] = sobol_indices, self.sobol, self.sobol * (d + 2)
-        if self.morris is not None:
-            found["morris"] = morris_indices, self.morris, self.morris * (d + 1)
-        return found
+    def _index_samples(self) -> int:
+        """Number of samples of the Sobol' indices of one block and law."""
+        return 0 if self.sobol is None else self.sobol * (len(self.inputs.names) + 2)
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         share = self.runs * self.design.about // len(self.blocks)
@@ -278,7 +269,7 @@ class UncertaintyStudy(BlockStudy, Study):
             found = found.assign(rates.data_vars).assign(self.risk.modelling_range(pooled, 0.0))
             found = found.assign_attrs(years=self.risk.years)
         done = len(self.models) * self.samples * self.design.runs * self.design.about
-        for name, (indices, n, samples) in self._indices.items():
+        if self.sobol is not None:
             each_law = []
             for model in self.models:
                 response = overturning_response(
@@ -292,10 +283,10 @@ class UncertaintyStudy(BlockStudy, Study):
                     client=client,
                     progress=part_of(progress, done, self.work),
                 )
-                each_law.append(indices(self.inputs, response, n, seed=self.seed))
-                done += samples * self.design.runs * self.design.about
+                each_law.append(sobol_indices(self.inputs, response, self.sobol, seed=self.seed))
+                done += self._index_samples * self.design.runs * self.design.about
             together = xr.concat(each_law, runs["model"], combine_attrs="override")
-            found = found.assign({f"{name}_{key}": one for key, one in together.data_vars.items()})
+            found = found.assign({f"sobol_{key}": one for key, one in together.data_vars.items()})
         return found
 
 

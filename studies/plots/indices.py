@@ -1,4 +1,4 @@
-"""Figures of sensitivity indices: Sobol' indices, Morris' effects, and a tornado."""
+"""Figures of sensitivity indices: Sobol' indices and a tornado."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..plan.estimates import middle_level
 from ..text.words import display_unit, input_name
 from . import axes, selection
 
-OWN = {"sobol": "total", "morris": "mu_star", "tornado": "swing"}
+OWN = {"sobol": "total", "tornado": "swing"}
 """For each method a variable that only its results have."""
 
 
@@ -27,16 +27,16 @@ def indices(
     model: str | None = None,
     level: float | None = None,
 ) -> Axes:
-    """Draw how much each uncertain input matters: Sobol' indices, Morris' effects, or a tornado.
+    """Draw how much each uncertain input matters: Sobol' indices or a tornado.
 
     Parameters
     ----------
     results : xarray.Dataset
-        An uncertainty study's results, or the dataset that `sobol_indices`, `morris_indices` or `tornado` of
+        An uncertainty study's results, or the dataset that `sobol_indices` or `tornado` of
         `toppling.fragility` returns, of one output (``isel(output=0)``).
     ax : matplotlib Axes, optional
         Axes to draw into; by default those of a new figure with a legend.
-    method : {"sobol", "morris", "tornado"}, optional
+    method : {"sobol", "tornado"}, optional
         The method; needed where a study's results hold several.
     block, model : str, optional
         Labels of a block and a damping law; each is needed where there are several.
@@ -62,11 +62,11 @@ def indices(
     >>> [tick.get_text() for tick in tp.plot.indices(found).get_yticklabels()]
     ['e', 'α']
     """
-    draw = {"sobol": sobol_bars, "morris": morris_scatter, "tornado": tornado_bars}
+    draw = {"sobol": sobol_bars, "tornado": tornado_bars}
     held = [name for name, own in OWN.items() if f"{name}_{own}" in results]
     plain = [name for name, own in OWN.items() if own in results]
     if not held and not plain:
-        raise ValueError("a figure of indices needs Sobol' or Morris' indices, or a tornado, got none")
+        raise ValueError("a figure of indices needs Sobol' indices or a tornado, got none")
     if method is not None:
         checks.choice("method", method, held or plain)
     elif len(held) > 1:
@@ -124,44 +124,6 @@ def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def morris_scatter(found: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the scatter of every input's effects against Morris' mean absolute effect of the input.
-
-    `found` is the dataset that `fragility.morris_indices` returns, of one output; `ax` is as in `indices`.
-    """
-    here = _one_output(found, "mu_star")
-    alone = ax is None
-    if ax is None:
-        ax = axes.new(6.0, 4.4)
-    x, y = here["mu_star"].values, here["sigma"].values
-    ends = _reach(here, "mu_star")
-    low, high = (np.zeros(x.size), np.zeros(x.size)) if ends is None else ends
-    for i, name in enumerate(here["input"].values):
-        colour, marker, _ = axes.look(i)
-        ax.errorbar(
-            x[i],
-            y[i],
-            xerr=[[low[i]], [high[i]]],
-            fmt=marker,
-            ms=7.0,
-            color=colour,
-            lw=1.1,
-            label=input_name(str(name)),
-        )
-    largest = 1.08 * max(float((x + high).max()), float(y.max()), 1e-12)
-    ax.plot([0.0, largest], [0.0, largest], color="0.7", lw=0.8, ls=(0, (4, 2)), zorder=0)
-    ax.annotate("σ = µ*", (0.93 * largest, 0.95 * largest), ha="right", fontsize=8, color="0.45")
-    ax.set_xlim(0.0, largest)
-    ax.set_ylim(-0.02 * largest, largest)
-    ax.set_xlabel("µ*: mean absolute effect of the input")
-    ax.set_ylabel("σ: scatter of the effect")
-    axes.grid(ax)
-    if alone:
-        ax.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
-    _title(ax, here)
-    return ax
-
-
 def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the output with one input at a time at its low and its high quantile, the widest on top.
 
@@ -201,8 +163,8 @@ def _title(ax: Axes, here: xr.Dataset) -> None:
         ax.set_title(str(here["output"].item()), fontsize=10)
 
 
-def index_figure(results: xr.Dataset, name: str) -> Figure:
-    """Return the figure of an uncertainty study's Sobol' or Morris' indices: a panel for each block and law.
+def index_figure(results: xr.Dataset) -> Figure:
+    """Return the figure of an uncertainty study's Sobol' indices: a panel for each block and law.
 
     The indices are of the probability of overturning at the level at which it is nearest to one half.
     """
@@ -211,20 +173,16 @@ def index_figure(results: xr.Dataset, name: str) -> Figure:
     columns = axes.columns_for(len(models))
     rows = -(-len(cases) // columns)
     inputs = results.sizes["input"]
-    height = {"sobol": 0.5 * inputs + 1.3, "morris": 3.2}[name]
-    figure = axes.figure(max(2.7 * columns + 0.4, 6.0), height * rows + 1.2)
+    figure = axes.figure(max(2.7 * columns + 0.4, 6.0), (0.5 * inputs + 1.3) * rows + 1.2)
     panels = figure.subplots(rows, columns, squeeze=False)
     for ax, (block, model) in zip(panels.flat, cases, strict=False):
-        indices(results, ax, method=name, block=block or None, model=model or None)
+        indices(results, ax, method="sobol", block=block or None, model=model or None)
         width = 0.72 * figure.get_figwidth() / columns
         at = ax.get_title().rpartition(" at ")[2]
         ax.set_title(axes.wrapped(f"{block}\n{axes.model_name(model)}\nat {at}", width, 9.0), fontsize=9)
         ax.set_xlabel(axes.wrapped(ax.get_xlabel(), width))
     axes.remove_spare(panels, len(cases))
     axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
-    text = {
-        "sobol": "Sobol' indices of the probability of overturning, with intervals, where it is nearest to one half",
-        "morris": "Morris' effects on the probability of overturning, with intervals, where it is nearest to one half",
-    }[name]
+    text = "Sobol' indices of the probability of overturning, with intervals, where it is nearest to one half"
     axes.heading(figure, str(results.attrs.get("title", "Indices")), text)
     return figure

@@ -72,7 +72,6 @@ CAPTIONS = {
     "measures": "How well each measure of shaking predicts overturning: the smaller the dispersion, the better.",
     "uncertainty": "Probability of overturning with everything that is uncertain, and where its scatter comes from.",
     "sobol": "Sobol’ indices: how much of the variance each input explains, alone and with others.",
-    "morris": "Morris’ elementary effects: how much each input matters, and how much that depends on the others.",
     "number": "How many pieces overturn at each level of shaking.",
     "loss": "The loss at each level of shaking.",
     "exceedance": "Annual rate at which a given number or loss is exceeded. The left edge is the rate of any fall at "

@@ -88,10 +88,9 @@ def share_rows(results: xr.Dataset) -> Rows:
     return Rows(f"Where the variance of {what} comes from", ("", *map(str, results["block"].values)), rows)
 
 
-def index_rows(results: xr.Dataset, name: str) -> Rows | None:
-    """Sobol' or Morris' indices of the probability of overturning at the level where it is nearest to one half."""
-    own = {"sobol": ("first", "total"), "morris": ("mu_star", "sigma")}[name]
-    if f"{name}_{own[0]}" not in results:
+def index_rows(results: xr.Dataset) -> Rows | None:
+    """Sobol' indices of the probability of overturning at the level where it is nearest to one half."""
+    if "sobol_first" not in results:
         return None
     rows = []
     for block in results["block"].values:
@@ -100,14 +99,10 @@ def index_rows(results: xr.Dataset, name: str) -> Rows | None:
             at = one.isel(output=middle_level(one["probability"]))
             for i, which in enumerate(one["input"].values):
                 cells = []
-                for column in own:
-                    value, upper = at[f"{name}_{column}"], at.get(f"{name}_{column}_upper")
-                    text = f"{float(value[i]):.2f}".replace("-", "−")
-                    cells.append(text if upper is None else f"{text} ± {float(upper[i] - value[i]):.2f}")
+                for name in ("sobol_first", "sobol_total"):
+                    value, upper = at[name][i], at[f"{name}_upper"][i]
+                    text = f"{float(value):.2f}".replace("-", "−")
+                    cells.append(f"{text} ± {float(upper - value):.2f}")
                 rows.append((f"{block}, {model}: {input_name(str(which)).replace('$', '')}", *cells))
-    titles = {
-        "sobol": ("Sobol' indices", ("", "alone", "with others")),
-        "morris": ("Morris' elementary effects", ("", "μ*", "σ")),
-    }
-    title, headings = titles[name]
-    return Rows(f"{title} of the probability of overturning, where it is nearest to one half", headings, rows)
+    title = "Sobol' indices of the probability of overturning, where it is nearest to one half"
+    return Rows(title, ("", "alone", "with others"), rows)

@@ -262,10 +262,6 @@ def uncertain(blocks=("shelf",)):
         "sobol_total": (on, ones * (first + 0.1)),
         "sobol_total_lower": (on, ones * (first + 0.02)),
         "sobol_total_upper": (on, ones * (first + 0.18)),
-        "morris_mu_star": (on, ones * np.array([0.4, 0.2, 0.01])),
-        "morris_mu_star_lower": (on, ones * np.array([0.35, 0.15, -0.04])),
-        "morris_mu_star_upper": (on, ones * np.array([0.45, 0.25, 0.06])),
-        "morris_sigma": (on, ones * np.array([0.1, 0.2, 0.02])),
     }
     return xr.Dataset(
         found,

@@ -312,7 +312,6 @@ class TestOtherStates:
         ({"levels": [1.0], "until": {}}, "until, state and hazard are for adaptive levels"),
         ({"levels": [1.0]}, "motions must be labelled arrays where levels are given"),
         ({"screen": 1}, "screen must be True or False"),
-        ({"compute": False}, "compute must be True for adaptive levels"),
         ({"outputs": ["peak_rotation"]}, "outputs must hold overturned"),
         ({"outputs": ["overturned", "top_displacement"]}, "outputs of adaptive levels must not hold top_displacement"),
         ({"levels": [1.0], "state": "uplifted"}, "until, state and hazard are for adaptive levels"),

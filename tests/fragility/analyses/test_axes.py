@@ -83,10 +83,6 @@ class TestPlanar:
         shaken = motions.both_axes(pairs)
         same(run(DEEP, shaken, ["overturned"]), run(DEEP, shaken), ["overturned"])
 
-    def test_lazy_runs_are_the_same_to_the_last_bit(self, pairs):
-        shaken = motions.both_axes(pairs, "random")
-        same(run([SQUARE, DEEP], shaken, compute=False).compute(), run([SQUARE, DEEP], shaken), EVERY)
-
     def test_progress_counts_the_runs_about_both_axes(self, pairs):
         told = []
         run(SQUARE, motions.both_axes(pairs), progress=lambda done, total: told.append((done, total)))
@@ -331,13 +327,6 @@ class TestSliding:
         first = np.fmin(x["first_slip_time"].values, y["first_slip_time"].values)
         assert (both["first_slip_time"].values[np.isfinite(first)] <= first[np.isfinite(first)] + 1e-12).all()
         assert (both["slide_peak"].values > 0.0).any()
-
-    def test_they_are_the_same_where_they_are_computed_later(self, pairs):
-        now, later = (
-            tp.ida([SQUARE], tp.Sliding(0.2), motions.both_axes(pairs), [3.0], "RotD50(pga)", compute=compute)
-            for compute in (True, False)
-        )
-        np.testing.assert_array_equal(now["slide_peak"], later["slide_peak"].compute())
 
     def test_modes_are_of_one_component(self, pairs):
         with pytest.raises(ValueError, match="outputs of runs about both axes"):

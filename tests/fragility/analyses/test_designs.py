@@ -213,13 +213,12 @@ class TestCoordinatesOfMotions:
             return tp.stripes(self.BLOCK, self.LAW, motions, [1.0, 3.0], **options)
         return tp.cloud(self.BLOCK, self.LAW, motions, **options)
 
-    @pytest.mark.parametrize("compute", [True, False])
     @pytest.mark.parametrize("analysis", ["ida", "cloud"])
-    def test_are_kept_and_missing_where_an_array_has_none(self, analysis, compute):
+    def test_are_kept_and_missing_where_an_array_has_none(self, analysis):
         first = described_motions(["p", "q"], magnitude=[6.5, 7.0], station=["AAA", "BBB"])
         first["magnitude"].attrs["long_name"] = "moment magnitude"
         second = described_motions(["r"], vs30=[360])
-        runs = self.runs(analysis, iter([first, second]), compute=compute)
+        runs = self.runs(analysis, iter([first, second]))
         assert self.of(runs, "station") == {"p": "AAA", "q": "BBB", "r": ""}
         assert runs["magnitude"].values[:2].tolist() == [6.5, 7.0]
         assert np.isnan(runs["magnitude"].values[2])

@@ -100,12 +100,6 @@ def test_flags_alone_are_the_same(pair, lifted):
         np.testing.assert_array_equal(flags["verdict"], lifted["verdict"])
 
 
-def test_later(pair, lifted):
-    """Runs that are computed when they are asked for."""
-    late = run(motions.as_recorded(pair, "h1", vertical=True), compute=False).compute()
-    xr.testing.assert_identical(late.drop_attrs(), lifted.drop_attrs())
-
-
 def test_stripes_and_clouds(pair):
     shaking = motions.as_recorded(pair, "h1", vertical=True)
     outputs = ["overturned", "airborne"]

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import statsmodels.api as sm
-from scipy.stats import norm
 
 import toppling as tp
 from toppling.fragility.efficiency.sufficiency import slopes
@@ -116,63 +115,3 @@ class TestRuns:
             tp.fragility.stripe_sufficiency(levels)
         with pytest.raises(TypeError, match="dataset with overturned"):
             tp.fragility.stripe_sufficiency(runs["overturned"])
-
-
-def made(x, fell, stripe):
-    """Runs of one block with given ln PGV, as `toppling.stripes` labels them, at factors of 1."""
-    pool = tp.motions.CloughPenzien(duration=2.0, dt=0.1).sample(4, seed=4)
-    like = tp.stripes(tp.Block(width=0.2, height=1.0), LAW, [pool], [3.0], outputs=["overturned"], screen=False)
-    n = x.size
-    found = like.isel(motion=np.zeros(n, int)).assign_coords(
-        motion=[str(i) for i in range(n)],
-        record=("motion", [str(i) for i in range(n)]),
-        pga=("motion", np.full(n, 3.0)),
-        pgv=("motion", np.exp(x)),
-        intensity=("motion", np.full(n, 3.0), like["intensity"].attrs),
-        stripe=("motion", stripe),
-    )
-    return found.assign(overturned=(("block", "model", "motion"), fell[None, None]))
-
-
-class TestReweighted:
-    def test_the_probability_under_the_target(self):
-        """Outcomes by a probit in ln PGV, whose mean under another lognormal distribution has a closed form."""
-        rng = np.random.default_rng(7)
-        n = 40_000
-        x = np.concatenate([rng.normal(-1.0, 0.5, n), rng.normal(-0.6, 0.5, n)])
-        stripe = np.repeat([1, 2], n)
-        fell = rng.normal(size=2 * n) < (x + 0.8) / 0.3
-        found = tp.fragility.reweighted_stripes(made(x, fell, stripe), "pgv", np.exp([-0.8, -0.9]), [0.4, 0.45])
-        for k, (mean, sigma) in enumerate(((-0.8, 0.4), (-0.9, 0.45))):
-            exact = norm.cdf((mean + 0.8) / np.hypot(0.3, sigma))
-            assert found["reweighted"][0, 0, k].item() == pytest.approx(exact, abs=4.0 / np.sqrt(n))
-            assert found["probability"][0, 0, k].item() == pytest.approx(fell[stripe == k + 1].mean(), rel=1e-12)
-
-    def test_the_own_distribution_changes_nothing(self, runs):
-        factor = runs["intensity"].values / runs["pga"].values
-        x = np.log(runs["pgv"].values * factor)
-        own = [x[runs["stripe"].values == k] for k in (1, 2)]
-        medians, sigmas = [np.exp(one.mean()) for one in own], [one.std(ddof=1) for one in own]
-        found = tp.fragility.reweighted_stripes(runs, "pgv", medians, sigmas)
-        np.testing.assert_allclose(found["reweighted"], found["probability"], rtol=1e-9)
-        np.testing.assert_allclose(found["effective"], 60.0, rtol=1e-9)
-
-    def test_far_targets_say_nothing(self, runs):
-        found = tp.fragility.reweighted_stripes(runs, "pgv", [20.0, 20.0], [0.2, 0.2])
-        assert np.isnan(found["reweighted"]).all()
-        assert np.all(found["effective"] < 20.0)
-
-    @pytest.mark.parametrize(
-        ("medians", "sigmas", "words"),
-        [
-            ([1.0], [0.5], "2 each, one a stripe"),
-            ([1.0, -1.0], [0.5, 0.5], "> 0"),
-            ([1.0, 1.0], [0.5, 0.0], "> 0"),
-            ([1.0, np.nan], [0.5, 0.5], "finite"),
-        ],
-    )
-    def test_refused(self, runs, medians, sigmas, words):
-        with pytest.raises(ValueError, match=words):
-            tp.fragility.reweighted_stripes(runs, "pgv", medians, sigmas)
-        with pytest.raises(ValueError, match="does not vary"):
-            tp.fragility.reweighted_stripes(runs, "pga", [1.0, 1.0], [0.5, 0.5])

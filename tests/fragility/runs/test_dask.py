@@ -1,13 +1,9 @@
-"""One graph of chunks: every scheduler of dask computes it, now or later, with the same bytes."""
+"""One graph of chunks: every scheduler of dask computes it with the same bytes."""
 
 import gc
 import multiprocessing.pool
-import os
 import pickle
-import subprocess
-import sys
 import threading
-from pathlib import Path
 
 import dask
 import numpy as np
@@ -17,7 +13,6 @@ from dask.callbacks import Callback
 from study_texts import crate_study
 
 import toppling as tp
-from toppling.fragility import uncertain_ida
 from toppling.fragility.runs import graph, plan, runners
 from toppling.fragility.runs.request import check_request, work_of
 from toppling.motions.arrays import records
@@ -29,7 +24,6 @@ pytestmark = pytest.mark.lowest
 BLOCKS = [tp.Block(0.3 + 0.02 * i, 1.8, name=f"block {i}") for i in range(9)]
 LAWS = [tp.HousnerImpact(), tp.DiscreteDamping(e=0.9), tp.HousnerImpact(geometry="linear")]
 LEVELS = np.geomspace(1.0, 12.0, 5)
-OUTPUTS = ["overturned", "peak_rotation", "top_displacement", "impacts", "overturning_time"]
 SCHEDULERS = ["threads", "synchronous", pytest.param("processes", marks=pytest.mark.slow)]
 
 
@@ -46,121 +40,6 @@ def small_chunks(monkeypatch):
     monkeypatch.setattr(plan, "MOST_TOGETHER", 60)
 
 
-def analyses(shakes):
-    """Every analysis, by its name: a function that takes further keywords."""
-    inputs = tp.fragility.RandomInputs(
-        {"e": tp.fragility.Uniform(0.85, 1.0), "alpha_factor": tp.fragility.Uniform(0.9, 1.1)}
-    )
-    strong = tp.motions.CloughPenzien(duration=4.0, dt=0.01, s0=0.05).sample(6, seed=5)
-    return {
-        "ida": lambda **more: tp.ida(BLOCKS, LAWS, shakes, LEVELS, outputs=OUTPUTS, **more),
-        "of each block": lambda **more: tp.ida(BLOCKS, LAWS[:2], shakes, [0.5, 2.0], im="pga_normalised", **more),
-        "one block": lambda **more: tp.ida(BLOCKS[0], LAWS[0], shakes, LEVELS, outputs=["overturned"], **more),
-        "stripes": lambda **more: tp.stripes(BLOCKS, LAWS[0], [shakes, strong], [2.0, 4.0], **more),
-        "cloud": lambda **more: tp.cloud(BLOCKS, LAWS, strong, "pgv", **more),
-        "uncertain": lambda **more: uncertain_ida(inputs, BLOCKS[0], LAWS[0], shakes, LEVELS, samples=7, **more),
-        "uncertain laws": lambda **more: uncertain_ida(inputs, BLOCKS[0], LAWS[::2], shakes, LEVELS, samples=7, **more),
-    }
-
-
-NAMES = list(analyses(None))
-
-
-def without_counts(runs):
-    return runs.drop_attrs(deep=False).assign_attrs({key: one for key, one in runs.attrs.items() if key != "skipped"})
-
-
-class TestLater:
-    @pytest.mark.parametrize("together", [4096, 60, 12])
-    @pytest.mark.parametrize("name", NAMES)
-    def test_the_same_as_at_once(self, shakes, small_chunks, monkeypatch, name, together):
-        """Of every analysis, in any division of blocks and laws: values, types, attributes, order."""
-        monkeypatch.setattr(plan, "MOST_TOGETHER", together)
-        monkeypatch.setattr(plan, "FEWEST_TOGETHER", min(together, 500))
-        analysis = analyses(shakes)[name]
-        later = analysis(compute=False)
-        assert dask.is_dask_collection(later["overturned"].data)
-        assert later.chunks  # (one division for all variables)
-        found, wanted = later.compute(scheduler="threads"), without_counts(analysis())
-        xr.testing.assert_identical(found, wanted)
-        for key, one in wanted.variables.items():
-            assert found[key].dtype == one.dtype, key
-            if one.dtype.kind in "biuf":
-                assert found[key].values.tobytes() == one.values.tobytes(), key
-        assert list(found.variables) == list(wanted.variables)
-
-    def test_what_is_of_every_run_is_not_computed_before(self, shakes, monkeypatch):
-        monkeypatch.setattr(graph, "run_chunk", lambda *_: pytest.fail("computed"))
-        later = tp.ida(BLOCKS, LAWS, shakes, LEVELS, outputs=OUTPUTS, compute=False)
-        lazy = {str(name) for name, one in later.variables.items() if dask.is_dask_collection(one.data)}
-        assert lazy == {*OUTPUTS, "friction_rocking_demand", "friction_uplift_demand", "verdict", "outside"}
-
-    def test_in_chunks_along_block_and_motion(self, shakes, small_chunks):
-        later = tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=False)
-        chunks = later["overturned"].chunksizes
-        assert len(chunks["block"]) > 1
-        assert len(chunks["motion"]) > 1
-        assert chunks["model"] == (3,)
-        assert later["verdict"].chunksizes == chunks
-
-    @pytest.mark.parametrize("scheduler", SCHEDULERS)
-    def test_schedulers(self, shakes, small_chunks, scheduler):
-        wanted = tp.ida(BLOCKS[:3], LAWS, shakes, LEVELS)
-        found = tp.ida(BLOCKS[:3], LAWS, shakes, LEVELS, compute=False).compute(scheduler=scheduler)
-        xr.testing.assert_identical(found, without_counts(wanted))
-
-    def test_a_part_of_it_runs_that_part(self, shakes, small_chunks, monkeypatch):
-        seen = []
-        plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (seen.append(chunk), plain(work, chunk))[1])
-        later = tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=False)
-        every = len(plan.plan_chunks(work_of_blocks(shakes)))
-        one = later["overturned"].isel(block=0, motion=0).compute(scheduler="threads")
-        assert 0 < len(seen) < every / 4
-        xr.testing.assert_identical(one, tp.ida(BLOCKS, LAWS, shakes, LEVELS)["overturned"].isel(block=0, motion=0))
-
-    def test_several_outputs_share_the_runs(self, shakes, small_chunks, monkeypatch):
-        seen = []
-        plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (seen.append(chunk), plain(work, chunk))[1])
-        tp.ida(BLOCKS, LAWS, shakes, LEVELS, outputs=OUTPUTS, compute=False).compute()
-        assert len(seen) == len(set(seen)) > 10
-
-    def test_files(self, shakes, small_chunks, tmp_path):
-        later = tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=False)
-        later.to_netcdf(tmp_path / "runs.nc")
-        with xr.open_dataset(tmp_path / "runs.nc") as stored:
-            xr.testing.assert_equal(stored.load(), later.compute())
-
-    @pytest.mark.filterwarnings("ignore:The data type:UserWarning", "ignore:Consolidated:UserWarning")
-    def test_zarr(self, small_chunks, tmp_path):
-        """Its chunks must be equal, which records of different lengths do not make of themselves."""
-        pytest.importorskip("zarr", reason="needs zarr")
-        lengths = (3.0, 4.0, 5.0, 6.0, 3.5, 2.5, 6.5)
-        uneven = [tp.motions.CloughPenzien(duration=one, dt=0.01).sample(2, seed=i) for i, one in enumerate(lengths)]
-        later = tp.ida(BLOCKS, LAWS, uneven, LEVELS, compute=False)
-        assert len(later.chunksizes["motion"]) > 2
-        later.to_zarr(tmp_path / "runs.zarr")
-        with xr.open_zarr(tmp_path / "runs.zarr") as stored:
-            for name in ("overturned", "peak_rotation", "verdict"):
-                np.testing.assert_array_equal(stored[name], later[name])
-
-    @pytest.mark.slow
-    def test_statistics_take_it(self, shakes):
-        later, now = (tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=one) for one in (False, True))
-        np.testing.assert_array_equal(later["overturned"].mean("motion"), now["overturned"].mean("motion"))
-        found = [tp.fragility.overturning_probability(one) for one in (later, now)]
-        np.testing.assert_array_equal(found[0]["probability"], found[1]["probability"])
-        curves = [tp.fit_fragility(one) for one in (later, now)]
-        np.testing.assert_array_equal(curves[0]["median"], curves[1]["median"])
-        xr.testing.assert_equal(later.persist()["verdict"].compute(), now["verdict"])
-
-    @pytest.mark.parametrize("compute", [0, "no", None])
-    def test_refused(self, shakes, compute):
-        with pytest.raises(TypeError, match="compute must be True or False"):
-            tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=compute)
-
-
 def work_of_blocks(shakes):
     request = check_request(BLOCKS, LAWS, ("overturned", "peak_rotation"), True, None, None)
     plain = records(shakes)
@@ -168,7 +47,7 @@ def work_of_blocks(shakes):
     return work_of(request.oscillators, plain, factors, request, len(LAWS))
 
 
-class TestNow:
+class TestHere:
     @pytest.mark.parametrize("scheduler", SCHEDULERS)
     def test_the_configured_scheduler_computes(self, shakes, small_chunks, scheduler):
         wanted = tp.ida(BLOCKS, LAWS, shakes, LEVELS)
@@ -220,8 +99,8 @@ class TestNow:
             xr.testing.assert_identical(tp.ida(BLOCKS, LAWS, shakes, LEVELS), wanted)
         assert sizes[0] == 10
         assert len(sizes) > 2
-        lazy = dask.config.set(scheduler=lambda graph, keys, **_: dask.get(graph, keys[1:]))
-        with lazy, pytest.raises(RuntimeError, match="the scheduler returned"):
+        incomplete = dask.config.set(scheduler=lambda graph, keys, **_: dask.get(graph, keys[1:]))
+        with incomplete, pytest.raises(RuntimeError, match="the scheduler returned"):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
 
     @pytest.mark.parametrize("name", ["no such one", "distributed"])
@@ -353,7 +232,7 @@ class TestElsewhere:
 
     @pytest.mark.slow
     def test_a_cluster(self, shakes, tmp_path):
-        """A default client computes what is asked for now, and what is computed later."""
+        """A default client computes analyses and studies."""
         from distributed import Client, LocalCluster
 
         def inside(shakes):  # (here, so that it is sent as it is: a worker cannot import this module)
@@ -367,60 +246,8 @@ class TestElsewhere:
             assert runners.default_client() is client
             assert studies.default_client() is client
             xr.testing.assert_identical(tp.ida(BLOCKS, LAWS, shakes, LEVELS), wanted)
-            later = tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=False)
-            xr.testing.assert_identical(later.compute(), without_counts(wanted))
-            xr.testing.assert_equal(later.persist()["overturned"].mean("motion"), wanted["overturned"].mean("motion"))
             xr.testing.assert_identical(tp.Study.from_toml(tmp_path / "study.toml").run(), alone)
             # (a task of a worker computes on threads of its own, and does not wait for itself)
             inner = client.submit(inside, shakes).result(timeout=120)
             np.testing.assert_array_equal(inner, wanted["overturned"].values[:1])
         assert runners.default_client() is None
-
-
-MEAN = """
-import sys
-from pathlib import Path
-import numpy as np
-import toppling as tp
-from toppling.fragility import RandomInputs, Uniform, uncertain_ida
-from toppling.fragility.runs import graph, plan
-from toppling.models.runs import TALLY
-
-def pretended(work, chunk):
-    shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
-    results = tuple(np.ones(shape, plan.OUTPUT_TYPES[one]) for one in work.outputs)
-    return plan.ChunkResult(results, np.ones(len(TALLY), np.int64))
-
-graph.run_chunk = pretended
-plan.CHUNK_SECONDS = plan.LEAST_SECONDS = 0.05
-blocks = [tp.Block(0.3 + 0.0001 * i, 1.8, name=str(i)) for i in range(1000)]
-shakes = tp.motions.CloughPenzien(duration=2.0, dt=0.02).sample(1000)
-def mean(motions, compute):
-    runs = tp.ida(blocks, tp.HousnerImpact(geometry="linear"), motions, np.linspace(1.0, 10.0, 12), compute=compute)
-    return runs["peak_rotation"].mean("motion").values
-mean(shakes[:3], True), mean(shakes[:3], False)
-def peak():  # (the greatest that getrusage knows begins with that of the process that started this one)
-    return next(int(line.split()[1]) for line in Path("/proc/self/status").read_text().splitlines() if "VmHWM" in line)
-
-before = peak()
-assert (mean(shakes, sys.argv[1] == "now") == 1.0).all()
-print(peak() - before)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
-def test_a_mean_takes_a_fifth_of_the_memory():
-    """Of twelve million runs, which take 0.2 GB when they are held."""
-    environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join([str(Path(tp.__file__).parents[1]), *filter(None, sys.path)]),
-    }
-    used = {}
-    for when in ("now", "later"):
-        done = subprocess.run(
-            [sys.executable, "-c", MEAN, when], env=environment, capture_output=True, text=True, check=True
-        )
-        used[when] = int(done.stdout)
-    assert used["now"] > 150_000
-    assert used["later"] < used["now"] / 5

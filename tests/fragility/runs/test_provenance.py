@@ -45,10 +45,6 @@ def response(samples):
     return fragility.overturning_response(INPUTS, BLOCKS[0], LAWS[0], SHAKES, [3.0])(samples)
 
 
-def normalised():
-    return tp.fit_fragility(tp.ida(BLOCKS[0], LAWS[0], SHAKES, LEVELS / 2.0, "pga_normalised"), replicates=50)
-
-
 def exchanged(name, curves, path):
     """A curve written in an exchange format and read again."""
     getattr(fragility, f"write_{name}")(curves, path)
@@ -70,7 +66,6 @@ CALLS = {
     "median_ratio": lambda runs, curves, _: fragility.median_ratio(
         curves, xr.Dataset({"median": curves["median"].isel(model=0, drop=True)}, attrs=curves.attrs)
     ),
-    "morris_indices": lambda *_: fragility.morris_indices(INPUTS, response, 2),
     "overturning_capacity": lambda runs, *_: fragility.overturning_capacity(runs),
     "joint_falls": lambda *_: fragility.joint_falls(BLOCKS, LAWS, SHAKES, [3.0]),
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
@@ -94,11 +89,7 @@ CALLS = {
     ),
     "size_regression": lambda runs, curves, _: fragility.size_regression(curves),
     "slide_runs": lambda runs, *_: fragility.slide_runs(runs, SHAKES, 0.3),
-    "slenderness_for_rate": lambda *_: fragility.slenderness_for_rate(normalised(), SITE, rate=1e-3),
     "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4, second_order=True),
-    "reweighted_stripes": lambda *_: fragility.reweighted_stripes(
-        fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0, 4.0]), "pgv", [0.5, 0.6], [0.5, 0.5]
-    ),
     "stripe_sufficiency": lambda *_: fragility.stripe_sufficiency(
         fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0, 4.0]), ["pgv"]
     ),

@@ -1,4 +1,4 @@
-"""Random inputs, runs of uncertain blocks, shares of variance, Sobol' and Morris indices."""
+"""Random inputs, runs of uncertain blocks, shares of variance, Sobol' indices."""
 
 import json
 from itertools import combinations
@@ -18,7 +18,6 @@ from toppling.fragility import (
     RandomInputs,
     Uniform,
     capacity_variance_shares,
-    morris_indices,
     overturning_capacity,
     overturning_response,
     sobol_indices,
@@ -573,7 +572,7 @@ class TestSobol:
 
     def test_refusals(self):
         correlated = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 1.0)}, {("a", "b"): 0.3})
-        for indices in (sobol_indices, morris_indices, tornado):
+        for indices in (sobol_indices, tornado):
             with pytest.raises(ValueError, match=r"inputs must be independent .*, got a correlation of a and b"):
                 indices(correlated, lambda one: one["a"])
             with pytest.raises(TypeError, match="inputs must be RandomInputs"):
@@ -584,40 +583,6 @@ class TestSobol:
             sobol_indices(CIRCLE, lambda one: one["x1"].where(one["sample"] != 3), n=4)
         with pytest.raises(ValueError, match="must give 20 values on sample"):
             sobol_indices(CIRCLE, lambda one: np.ones(3), n=4)
-
-
-class TestMorris:
-    def test_of_a_linear_model(self):
-        """Every effect is the slope times the range from tail to tail, and never varies."""
-        inputs = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 2.0), "c": Uniform(-1.0, 1.0)})
-        found = morris_indices(inputs, lambda one: 3.0 * one["a"] - one["b"], trajectories=8, tail=0.05)
-        np.testing.assert_allclose(found["mu"].values, [2.7, -1.8, 0.0], atol=1e-9)
-        np.testing.assert_allclose(found["mu_star"].values, [2.7, 1.8, 0.0], atol=1e-9)
-        np.testing.assert_allclose(found["sigma"].values, 0.0, atol=1e-8)
-        np.testing.assert_allclose(found["mu_star_upper"].values, found["mu_star"].values, atol=1e-8)
-        assert found.attrs["samples"] == 8 * 4
-
-    def test_of_a_product(self):
-        """x y on the unit square, four values each: effects of x are y, whose values are 0, 1/3, 2/3, 1."""
-        inputs = RandomInputs({"x": Uniform(0.0, 1.0), "y": Uniform(0.0, 1.0)})
-        found = morris_indices(inputs, lambda one: one["x"] * one["y"], trajectories=2000, tail=0.0, seed=3)
-        np.testing.assert_allclose(found["mu"].values, 0.5, atol=0.03)
-        np.testing.assert_allclose(found["sigma"].values, np.sqrt(5.0) / 6.0, atol=0.03)
-
-    def test_unbounded_inputs_and_choices(self):
-        found = morris_indices(INPUTS, lambda one: one["R_factor"] + (one["law"] == LAWS[0].label), 10)
-        assert np.isfinite(found["mu_star"].values).all()
-        assert found["mu_star"].sel(input="delta").item() == pytest.approx(0.0)
-        assert found["mu"].sel(input="law").item() < 0.0
-        xr.testing.assert_identical(
-            found, morris_indices(INPUTS, lambda one: one["R_factor"] + (one["law"] == LAWS[0].label), 10)
-        )
-
-    def test_refusals(self):
-        with pytest.raises(ValueError, match="grid must be even, got 3"):
-            morris_indices(CIRCLE, ishigami, grid=3)
-        with pytest.raises(ValueError, match="tail must be"):
-            morris_indices(CIRCLE, ishigami, tail=0.5)
 
 
 def test_tornado():
@@ -692,8 +657,6 @@ class TestFigures:
         inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
         indices = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
         assert [tick.get_text() for tick in plots_indices.sobol_bars(indices).get_yticklabels()] == ["e", "α"]
-        screened = morris_indices(inputs, lambda one: one["alpha"] + one["e"])
-        assert "µ*" in plots_indices.morris_scatter(screened).get_xlabel()
         swings = tornado(inputs, lambda one: one["alpha"] + one["e"])
         assert [tick.get_text() for tick in plots_indices.tornado_bars(swings).get_yticklabels()] == ["e", "α"]
         two = sobol_indices(inputs, lambda one: xr.concat([one["e"], one["alpha"]], "k"), n=16)

@@ -115,7 +115,6 @@ def efficiency():
         "overturning_capacity": fragility.overturning_capacity(_runs()),
         "rank_measures": fragility.rank_measures(_runs(), GROUND, "Sa(0.5)", replicates=20),
         "stripe_sufficiency": fragility.stripe_sufficiency(runs, ["pgv"]),
-        "reweighted_stripes": fragility.reweighted_stripes(runs, "pgv", [0.45, 0.55], [0.2, 0.2]),
         "rates_by_measure": fragility.rates_by_measure([runs, by_pgv], curves, replicates=20),
     }
 
@@ -152,16 +151,11 @@ def risk():
     ]
     rates = fragility.annual_rate(curves, HAZARD, outside="least")
     sizes = rates.isel(model=0)
-    normalised = xr.Dataset({"median": ((), 3.0, {"units": "1"}), "dispersion": 0.4}, attrs={"im": "pga_normalised"})
-    design = fragility.design_for_rate(lambda alpha: 1e-4 * alpha**-2.5, 2e-4, 0.1, 1.0)
-    assert isinstance(design, fragility.Design)
     return {
         "annual_rate": rates,
         "rate_share_above": fragility.rate_share_above(curves, HAZARD, 2.0, outside="least"),
         "epistemic_rates": fragility.epistemic_rates(branches, 0.2, outside="least"),
-        "design_for_rate": design,
         "size_for_rate": fragility.size_for_rate(sizes, rate=float(sizes["rate"].mean())),
-        "slenderness_for_rate": fragility.slenderness_for_rate(normalised, HAZARD, probability=0.05, years=50.0),
     }
 
 
@@ -217,7 +211,6 @@ def uncertainty():
         "response": response(samples),
         "uncertain_ida": shakes,
         "sobol_indices": fragility.sobol_indices(free, response, 8, second_order=True, replicates=20),
-        "morris_indices": fragility.morris_indices(free, response, 4, replicates=20),
         "tornado": fragility.tornado(free, response),
         "capacity_variance_shares": fragility.capacity_variance_shares(shakes),
         "variance_shares": fragility.variance_shares(

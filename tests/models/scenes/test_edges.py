@@ -105,12 +105,6 @@ class TestRuns:
         assert not fell[0].all()
         assert fell.dtype == np.bool_
 
-    def test_lazy_runs_are_the_same(self, blocks, runs):
-        outputs = ("slide_forward", "fallen_off")
-        lazy = tp.ida(blocks, [SLIDING, tp.Sliding(0.1)], noise(), LEVELS, outputs=outputs, compute=False)
-        np.testing.assert_array_equal(lazy["fallen_off"].compute(), runs["fallen_off"])
-        assert lazy["fallen_off"].dtype == np.bool_
-
     def test_blocks_of_runs_keep_their_edges(self, blocks, runs):
         assert [one.edge for one in blocks_of(runs)] == [one.edge for one in blocks]
 

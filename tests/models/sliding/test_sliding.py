@@ -351,11 +351,6 @@ class TestAnalyses:
             slender = np.where(levels > 1.0 / 6.0, Mode.ROCKS, Mode.RESTS)
             np.testing.assert_array_equal(modes.values[1, k], np.repeat(slender[:, None], 5, axis=1))
 
-    def test_lazy_runs_are_the_same(self):
-        eager, lazy = self.runs(), self.runs(compute=False).compute()
-        for name in eager.data_vars:
-            np.testing.assert_array_equal(eager[name], lazy[name])
-
     def test_stripes_and_cloud(self):
         weak, strong = noise(3, 1), noise(3, 2)
         stripes = tp.stripes(self.BLOCKS[0], tp.Sliding(0.3), [weak, strong], [3.0, 7.0], outputs="slide_peak")

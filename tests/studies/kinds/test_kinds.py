@@ -176,7 +176,6 @@ class TestUncertainty:
 samples = 6
 seed = 3
 sobol = 8
-morris = 4
 
 [uncertainty.inputs]
 e = { distribution = "uniform", lower = 0.85, upper = 1.0 }
@@ -195,10 +194,10 @@ R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower =
         share = found.flag_share.isel(block=0)
         np.testing.assert_allclose(share.sum("component").where(share.notnull().all("component")).dropna("level"), 1.0)
         assert found.sobol_total.dims == ("block", "model", "input", "output")
-        assert {"sobol_first_upper", "morris_mu_star", "friction_uplift"} <= {*found.data_vars}
+        assert {"sobol_first_upper", "friction_uplift"} <= {*found.data_vars}
         out = capsys.readouterr().out
         assert "Sobol' indices of the probability of overturning" in " ".join(out.split())
-        for name in ("uncertainty", "sobol", "morris"):
+        for name in ("uncertainty", "sobol"):
             assert (tmp_path / f"out/{name}.png").stat().st_size > 10_000
 
     @pytest.mark.parametrize(

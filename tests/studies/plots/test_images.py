@@ -50,7 +50,6 @@ FIGURES = {
     "uncertainty": lambda: of("uncertainty", cases.uncertain()),
     "variance": lambda: of("uncertainty", cases.uncertain(), view="variance"),
     "sobol": lambda: of("indices", cases.uncertain(), method="sobol", model=LAW),
-    "morris": lambda: of("indices", cases.uncertain(), method="morris", model=LAW),
 }
 
 

@@ -299,7 +299,7 @@ class TestInventory:
     def test_the_studys_title_stands_on_all(self):
         for figure in (levels_figure(WHOLE), exceedance_figure(WHOLE), anchoring_figure(WHOLE)):
             assert figure.get_suptitle().startswith(cases.TITLE)
-        for figure in (ranking_figure(cases.measured()), index_figure(cases.uncertain(), "sobol")):
+        for figure in (ranking_figure(cases.measured()), index_figure(cases.uncertain())):
             assert figure.get_suptitle().startswith(cases.TITLE)
 
     def test_anchoring_says_what_is_saved(self):
@@ -357,7 +357,7 @@ class TestUncertainty:
         law = "housner e=e_R"
         ax = plot.indices(found, method="sobol", model=law)
         assert ax.get_title() == "probability of overturning at 0.204 g"
-        assert "at 0.816 g" in plot.indices(found, method="morris", model=law, level=8.0).get_title()
+        assert "at 0.816 g" in plot.indices(found, method="sobol", model=law, level=8.0).get_title()
         # ends of an interval instead of its half width
         ends = found.isel(model=0, block=0, output=0)[["sobol_first", "sobol_total"]]
         ends = ends.rename(sobol_first="first", sobol_total="total")
@@ -389,7 +389,6 @@ class TestUncertainty:
         ("uncertainty", SHELF, {}, "needs probability_quantile: results of an uncertainty study"),
         ("uncertainty", cases.uncertain(), {"view": "variance", "model": "housner e=e_R"}, "shared among all laws"),
         ("indices", SHELF, {}, "got none"),
-        ("indices", cases.uncertain(), {}, "of several methods, say which: sobol, morris"),
         ("indices", cases.uncertain(), {"method": "sobol"}, "results are of several models"),
         (
             "indices",
@@ -440,8 +439,7 @@ FIGURES = {
     "anchoring": lambda: anchoring_figure(cases.ranking()),
     "anchoring of one law": lambda: anchoring_figure(cases.ranking(1)),
     "uncertainty": lambda: uncertainty_figure(cases.uncertain(("shelf", "rack"))),
-    "sobol": lambda: index_figure(cases.uncertain(), "sobol"),
-    "morris": lambda: index_figure(cases.uncertain(), "morris"),
+    "sobol": lambda: index_figure(cases.uncertain()),
     "sliding": lambda: plot.sliding([tp.Block(0.3, 1.8, name="shelf"), tp.Block(0.8, 1.6, name="chest")]).figure,
 }  # fmt: skip
 
@@ -481,7 +479,7 @@ class TestKinds:
     TOWER = '[building]\nkind = "flexural-shear"\nperiod_s = 0.8\nstoreys = 4\nfloors = [0, 2, 4]\n'
     HAZARD = '[hazard]\nlevels = [0.1, 0.3]\nrates = [1e-2, 1e-3]\nunit = "g"\n'
     UNCERTAIN = (
-        "[uncertainty]\nsamples = 4\nsobol = 8\nmorris = 4\n[uncertainty.inputs]\n"
+        "[uncertainty]\nsamples = 4\nsobol = 8\n[uncertainty.inputs]\n"
         'alpha_factor = { distribution = "normal", mean = 1.0, std = 0.1, lower = 0.7, upper = 1.3 }\n'
         'restitution_factor = { distribution = "uniform", lower = 0.8, upper = 1.0 }\n'
     )
@@ -492,7 +490,7 @@ class TestKinds:
             ('[ida]\nim = "AvgSa(0.2 0.4 0.6 0.8 1.0 1.5 2.0)"\nLEVELSTOWER', ["fragility"]),
             ('[ida]\nim = "pga"\nLEVELS[measures]\nHAZARD', ["fragility", "risk", "measures_1", "measures_2"]),
             ('[cloud]\nim = "pgv"\n', ["fragility"]),
-            ('[ida]\nim = "pga"\nLEVELSUNCERTAIN', ["uncertainty", "sobol", "morris"]),
+            ('[ida]\nim = "pga"\nLEVELSUNCERTAIN', ["uncertainty", "sobol"]),
         ],
     )
     def test_of_blocks(self, tmp_path, more, names):
