@@ -72,21 +72,10 @@ def chunk_graph(work: Work, chunks: Sequence[Chunk], name: str, stop: Callable[[
 
 
 def output_arrays(work: Work, grid: Grid, dims: Sequence[int]) -> dict[str, da.Array]:
-    """Return the outputs of all runs as arrays of dask, which compute their chunks when they are asked for.
+    """Return the outputs of all runs as dask arrays of the same tasks, computed chunk by chunk when asked for.
 
-    Parameters
-    ----------
-    work : Work
-    grid : Grid
-        The chunks into which the work is divided (`plan_even`).
-    dims : sequence of int
-        Sizes of the dimensions of the arrays: one or two of the oscillators (the second is `Work.each`), that of the
-        levels where the arrays have it, and last that of the motions.
-
-    Returns
-    -------
-    dict of str to dask.array.Array
-        One for each output of the work, all of the same tasks.
+    `grid` is made by `plan_even`; `dims` are the sizes of the dimensions: one or two of the oscillators (the second is
+    `Work.each`), that of the levels where the arrays have it, and last that of the motions.
     """
     import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
     from dask.highlevelgraph import HighLevelGraph  # noqa: PLC0415

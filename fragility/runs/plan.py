@@ -211,18 +211,9 @@ def plan_chunks(work: Work, seconds: float | None = None, least: float | None = 
 
 
 def plan_grid(work: Work, seconds: float | None = None, least: float | None = None) -> Grid:
-    """Divide work into chunks, as `plan_chunks` does, which also form the cells of a grid.
+    """Divide work into chunks as `plan_chunks` does, which also form a grid: parts of oscillators x parts of motions.
 
-    Parameters
-    ----------
-    work : Work
-    seconds, least : float, optional
-        As of `plan_chunks`.
-
-    Returns
-    -------
-    Grid
-        Parts of the oscillators x parts of the motions; only the last cells are divided into several chunks.
+    Only the last cells are divided into several chunks.
     """
     per_row = _costs(work)
     samples = np.array([motion.acceleration.size for motion in work.motions], float)
@@ -258,16 +249,8 @@ def plan_grid(work: Work, seconds: float | None = None, least: float | None = No
 def plan_even(work: Work) -> Grid:
     """Divide work into the cells of a grid that are all of one size, except the last along each dimension.
 
-    Files such as Zarr's ask for that of the chunks of an array.
-
-    Parameters
-    ----------
-    work : Work
-
-    Returns
-    -------
-    Grid
-        Whole entries (`Work.each`) of oscillators x motions; every cell is one chunk.
+    Files such as Zarr's ask for that of the chunks of an array. Whole entries (`Work.each`) of oscillators x motions
+    form a cell, which is one chunk.
     """
     per_row = _costs(work)
     samples = np.array([motion.acceleration.size for motion in work.motions], float)

@@ -43,22 +43,10 @@ class ScreenTask:
 
 
 def with_lazy_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characteristics) -> xr.Dataset:
-    """Add the variables of the screen to runs that are still to be computed.
+    """Add the variables of the screen to runs of dask arrays, which are still to be computed.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        Of dask arrays.
-    given : ScreenInput
-        As for `with_screen`.
-    shaking : Characteristics
-        Of the motions, as for `with_screen`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables with a value for every run, and the shares over runs, are dask arrays in the chunks of the runs;
-        the others are computed here.
+    The variables with a value for every run, and the shares over runs, are dask arrays in the chunks of the runs; the
+    others are computed here.
     """
     import dask.array as da  # noqa: PLC0415 - slow to load, and most runs are computed at once
 
