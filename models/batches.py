@@ -73,12 +73,9 @@ def batch_of(
     turns: Array = NO_TURNS,
     history: Array = NO_HISTORY,
 ) -> tables.Batch:
-    """Runs of oscillators which[j] under factors[j] times record motion[j], with room for their results.
+    """Return runs of oscillators which[j] under factors[j] times record motion[j], with room for their results.
 
-    Raises
-    ------
-    ValueError
-        Vertical shaking of an oscillator in linear geometry.
+    Vertical shaking of an oscillator in linear geometry is a ValueError.
     """
     oscillators, regions, _ = stacked.tables.shape
     if records.lifting.size > 0 and not stacked.parameters[:, tables.PAR_EXACT].all():

@@ -462,12 +462,8 @@ def block_from(described: Mapping[str, Any]) -> Block:
 def likely_sizes(width: float, height: float) -> str:
     """Return the plausible sizes that a slip may have turned into these, in words; '' for none.
 
-    Examples
-    --------
     >>> likely_sizes(1.95, 0.45)
     '0.45 m × 1.95 m with width and height exchanged'
-    >>> likely_sizes(0.45, 1.95)
-    ''
     """
     slips = [(height, width, "with width and height exchanged")]
     slips += [(width / factor, height / factor, f"with both divided by {factor:g}") for factor in FACTORS]

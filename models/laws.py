@@ -1,13 +1,9 @@
 """Damping laws: each is a small frozen dataclass that turns a block into an oscillator.
 
-The module holds no compiled code.  The provenance of each formula is stated with it: *paper* is Liu, Huang and Qu
-(2024); *derived* was worked out here and is checked numerically in the tests; *recalled* is known from the literature
-but was not re-read.
-
-References
-----------
-Liu, H., Huang, Y. and Qu, Z. (2024). A discretely damped SDOF model for the rocking response of freestanding blocks.
-Earthquake Engineering and Engineering Vibration.
+The module holds no compiled code. The provenance of each formula is stated with it: *paper* is Liu, H., Huang, Y. and
+Qu, Z. (2024). A discretely damped SDOF model for the rocking response of freestanding blocks. Earthquake Engineering
+and Engineering Vibration; *derived* was worked out here and is checked numerically in the tests; *recalled* is known
+from the literature but was not re-read.
 """
 
 from __future__ import annotations

@@ -67,21 +67,11 @@ def held_by(block: Block, oscillator: Oscillator) -> HeldBy:
 def largest_force(held: HeldBy, front: Any, back: Any, ruptured: Any, to_front: Any, to_back: Any) -> Any:
     """Return the largest force of each part of a restraint (N), NaN for a block without one.
 
-    Parameters
-    ----------
-    held : HeldBy
-        Of the block.
-    front, back : array
-        Peak rotations to the front and to the back, rad.
-    ruptured : array of bool
-        Runs in which it broke.
-    to_front, to_back : array or float
-        Greatest acceleration of the floor to the back, which pushes the block to its front, and to the front, m/s².
-
-    Notes
-    -----
+    `held` is of the block, or its numbers as arrays that broadcast with the runs; `front` and `back` are peak
+    rotations, rad; `ruptured` marks runs in which it broke; `to_front` and `to_back` are the greatest accelerations of
+    the floor to the back, which pushes the block to its front, and to the front, m/s².
     While it holds, an elastic restraint has the force preload + stiffness max(0, arm theta - slack), largest at the
-    peak rotation of the side on which it acts more.  A rigid one holds the block at rest: moments about the corner give
+    peak rotation of the side on which it acts more. A rigid one holds the block at rest: moments about the corner give
     m (h F - g b)/arm under the shaking F, in linear geometry m R (F - g alpha)/arm.
     """
     stretch = np.maximum(np.maximum(held.front * front, held.back * back) - held.slack, 0.0)

@@ -164,34 +164,13 @@ def run_mixed(
     flags_only: bool = False,
     tally: Index | None = None,
 ) -> Array:
-    """Run any list of runs, each of a specimen, a motion and a factor of its own, side by side in the engine's lanes.
+    """Return the results (m, `COLUMNS`) of a list of runs, each of a specimen, a motion and a factor of its own.
 
-    A few runs of each of many motions cost hardly more in this way than as many runs of one motion, and many times less
-    than motion by motion (`run_specimens`).  The results of a run are those of `run_specimens`, to the last bit: they
-    depend neither on the other runs of the list nor on their order.
-
-    Parameters
-    ----------
-    tables : Stack, PlaneTable or Array
-        Specimens as `stacked` gives them; they belong to one caller at a time.
-    specimen, motion : ndarray of int, shape (m,)
-        Of each run, the place of its specimen in `tables`, and of its motion in `motions`; at least one run, any order.
-    factors : ndarray, shape (m,)
-        Scale factor on the motion of each run.
-    motions : sequence of Motion
-        Motions of any steps and lengths, with a vertical component or without.
-    skip, flags_only, tally
-        As of `run_many`.
-
-    Returns
-    -------
-    ndarray, shape (m, columns)
-        Results of the runs in the order given; the columns are those of `COLUMNS`.
-
-    Raises
-    ------
-    ValueError
-        Vertical shaking of an oscillator in linear geometry.
+    `specimen` and `motion` (m,) are the places in `tables` (as `stacked` gives them, of one caller at a time) and in
+    `motions`; the factors scale the motions. The runs fill the engine's lanes side by side: a few runs of each of many
+    motions cost hardly more in this way than as many runs of one motion, and many times less than motion by motion
+    (`run_specimens`). The results of a run are those of `run_specimens`, to the last bit: they depend neither on the
+    other runs of the list nor on their order. Vertical shaking of an oscillator in linear geometry is a ValueError.
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     mixes = isinstance(tables, Stack)

@@ -314,20 +314,7 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
 
 
 def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr.DataArray]) -> xr.DataArray:
-    """Return joined components, the vertical too, after a correction that keeps them simultaneous.
-
-    Parameters
-    ----------
-    pair : xarray.DataArray
-        As `join` returns it, of one recording.
-    correction : callable
-        Function of motions (motion, time): its motions are the components of the recording.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument that `join` did not make, and what the correction raises.
-    """
+    """Return components as `join` gives them after a correction of their motions that keeps them simultaneous."""
     _check_pair(pair)
     if pair.sizes["motion"] != 1:
         raise ValueError(f"pair must be of one recording, got {pair.sizes['motion']}")

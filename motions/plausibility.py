@@ -106,15 +106,9 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
 
-    Of motions that were generated, PGA and duration alone are looked at, and nothing of floor motions.
-
-    A zero motion, and one that is all offset, has no drift of its own.
-    Baseline and filters are no cure where all that is doubted has them already.
-
-    References
-    ----------
-    Anderson, J. G. (2010). Source and site characteristics of earthquakes that have caused exceptional ground
-    accelerations and velocities. Bulletin of the Seismological Society of America 100(1), 1-36.
+    Only PGA and duration of generated motions are checked, and nothing of floor motions. A zero motion, and one that is
+    all offset, has no drift of its own. Baseline and filters are no cure for motions that all have them already.
+    Greatest accelerations: Anderson, J. G. (2010). Bulletin of the Seismological Society of America 100(1), 1-36.
     """
     records = list(records)
     looked_at = [record for record in records if record.recorded or not (record.floor or record.own_level)]

@@ -36,18 +36,10 @@ def arrays_under(motions: xr.DataArray | Iterable[xr.DataArray], polarity: str) 
 
 
 def both_polarities(motions: Any) -> Any:
-    """Return motions with each followed by its reverse; arrays that hold both polarities are returned as they are.
+    """Return labelled motions with each followed by its reverse; arrays of both polarities are returned as they are.
 
-    Parameters
-    ----------
-    motions : xarray.DataArray or an iterable of them
-        Labelled motions.
-
-    Returns
-    -------
-    xarray.DataArray or a list of them
-        With twice the motions, labelled ``…`` and ``…, reversed``; on motion ``reverse_of``, the label of the motion
-        that each reverses, empty for the motions as given.  What is no labelled array is left to `records` to refuse.
+    The labels are ``…`` and ``…, reversed``; ``reverse_of`` (motion,) is the label of the motion that each reverses,
+    empty for the motions as given. What is no labelled array is left to `records` to refuse.
     """
     if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray):
         return [both_polarities(one) for one in motions]

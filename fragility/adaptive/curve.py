@@ -90,23 +90,10 @@ UNKNOWN = (math.inf, math.nan, math.nan, math.nan)
 
 
 class SequentialCurve:
-    """One curve that is determined to a given precision.
+    """One curve that is determined to a precision, from a search between the levels `low` and `high` (> 0).
 
-    Parameters
-    ----------
-    until : Until
-    low, high : float
-        Levels, > 0, between which the search begins.
-    runs : int
-        Runs a motion, 1 to 20, once the curve is roughly known; twice as many before.
-    seed : int
-    hazard : HazardCurve, optional
-        Needed for the rate.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Levels out of order, numbers of runs out of range, a rate without a hazard.
+    Each motion has `runs` runs, 1 to 20, once the curve is roughly known, and twice as many before; a rate needs a
+    hazard.
     """
 
     def __init__(

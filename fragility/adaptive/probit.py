@@ -56,15 +56,10 @@ class Estimate(NamedTuple):
     def proportion(self) -> tuple[float, float]:
         """Return the interval of an estimate of a probability: Wilson's, of as many runs as its error says.
 
-        A probability p with a standard error s is known as from p (1 - p)/s² independent runs.  Near 0 and 1 the
-        interval by the error alone would be too short where few runs fell or stood.
-
-        References
-        ----------
-        Wilson, E. B. (1927). Probable inference, the law of succession, and statistical inference. Journal of the
-        American Statistical Association 22, 209-212.  Korn, E. L. and Graubard, B. I. (1998). Confidence intervals for
-        proportions with small expected number of positive counts estimated from survey data. Survey Methodology 24,
-        193-201 (the effective number of runs).
+        A probability p with a standard error s is known as from p (1 - p)/s² independent runs. Near 0 and 1 the
+        interval by the error alone would be too short where few runs fell or stood. Wilson, E. B. (1927). Journal of
+        the American Statistical Association 22, 209-212. Effective number of runs: Korn, E. L. and Graubard, B.
+        I. (1998). Survey Methodology 24, 193-201.
         """
         t = student(self.motions - 2)
         spread = self.value * (1.0 - self.value)
@@ -162,18 +157,10 @@ def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
 
 
 def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
-    """Fit a probit curve to runs, penalised (Firth) where they are separated.
+    """Return the probit curve of runs (penalised where separated) or None, and the status as of `fit_fragility`.
 
-    Returns
-    -------
-    tuple of Probit or None, and str
-        The curve, and the status of the fit as `fit_fragility` names it; None where there is no curve.
-
-    References
-    ----------
-    Liang, K.-Y. and Zeger, S. L. (1986). Longitudinal data analysis using generalized linear models. Biometrika 73,
-    13-22 (the sandwich estimate with clusters).  Firth, D. (1993). Bias reduction of maximum likelihood estimates.
-    Biometrika 80, 27-38.
+    Errors are the sandwich estimate with clusters: Liang, K.-Y. and Zeger, S. L. (1986). Biometrika 73, 13-22. Penalty:
+    Firth, D. (1993). Biometrika 80, 27-38.
     """
     if not runs.x.size:
         return None, STATUSES[engine.NO_RUNS]
@@ -211,20 +198,10 @@ def _scores(eta: Array, fell: Flags) -> Array:
 
 
 def local_probit(runs: Observations, centre: float, reach: float, follow: bool) -> tuple[Probit | None, float]:
-    """Fit a probit curve to the runs near a point alone, where hardly any curve differs from it.
+    """Return the probit curve of the runs near a point alone, where hardly any curve differs from it, or None.
 
-    Parameters
-    ----------
-    runs : Observations
-    centre, reach : float
-        Middle and half width of the window in ln level: one dispersion is enough to determine the slope.
-    follow : bool
-        Move the window to the median of the fit until it settles.
-
-    Returns
-    -------
-    tuple of Probit or None, and float
-        The curve, None where the runs in the window have none, and the middle of the window.
+    The window has the middle `centre` and the half width `reach` in ln level: one dispersion is enough to determine the
+    slope. With `follow` it moves to the median of the fit until it settles; its middle is returned, too.
     """
     found: Probit | None = None
     for _ in range(ROUNDS if follow else 1):

@@ -124,25 +124,12 @@ def hazard_cells(hazard: HazardCurve, log_median: float, dispersion: float) -> H
 
 
 def draw_levels(cells: HazardCells, log_median: float, dispersion: float, uniform: Array) -> tuple[Array, Array]:
-    """Draw the levels of motions from strata of equal share, where the hazard and the curve make them matter.
+    """Return ln levels of motions, and weights of runs that overturn there, 1/year, both (stratum, motion).
 
-    Parameters
-    ----------
-    cells : HazardCells
-    log_median, dispersion : float
-        Of the curve, as far as it is known; any values give an unbiased rate, good ones a precise one.
-    uniform : array (2, stratum, motion)
-        Numbers in [0, 1): which cell of a stratum, and where in the cell.
-
-    Returns
-    -------
-    tuple of arrays (stratum, motion)
-        Ln levels, and the weights of runs that overturn, 1/year: over a motion, weights times outcomes sum to the rate,
-        in the mean.
-
-    Notes
-    -----
-    Rates of the levels times the square root of the probability give the least variance that shares of outcomes allow.
+    The levels are drawn from strata of equal share, where the hazard and the curve make them matter; `uniform` (2,
+    stratum, motion) in [0, 1) chooses the cell of a stratum and the place in the cell. Over a motion, weights times
+    outcomes sum to the rate, in the mean, for any median and dispersion of the curve; good ones make it precise. Rates
+    of the levels times the square root of the probability give the least variance that shares of outcomes allow.
     """
     masses = cells.masses
     score = (cells.middles - log_median) / dispersion
@@ -165,12 +152,8 @@ def draw_levels(cells: HazardCells, log_median: float, dispersion: float, unifor
 def weighted_rate(weights: Array, fell: Flags, motion: Index) -> Estimate:
     """Return the annual rate from weighted runs (run,), with an error from the scatter between motions.
 
-    Runs without a weight (NaN) were not drawn by the hazard, and are left out.
-
-    References
-    ----------
-    Horvitz, D. G. and Thompson, D. J. (1952). A generalization of sampling without replacement from a finite universe.
-    Journal of the American Statistical Association 47, 663-685.
+    Runs without a weight (NaN) were not drawn by the hazard, and are left out. Horvitz, D. G. and Thompson, D.
+    J. (1952). Journal of the American Statistical Association 47, 663-685.
     """
     known = np.isfinite(weights)
     used = np.unique(motion[known])
@@ -202,21 +185,10 @@ def unseen_tail(cells: HazardCells, weights: Array, runs: Observations) -> float
     """Return the annual rate that low levels may contribute beyond what the weighted runs there say, 1/year.
 
     Where hazards are steep, much of a rate may come from levels at which hardly any run overturns, each with a great
-    weight: until one does, estimate and error are both too low.  The tail is therefore continued as a power of the
-    level, which falls off more slowly than the tail of a lognormal curve.  It is fitted to the runs below the two
-    hundredth fall, and its rate below the fortieth is held against that of the weighted runs.
-
-    Parameters
-    ----------
-    cells : HazardCells
-    weights : array (run,)
-        1/year, NaN for runs that were not drawn by the hazard.
-    runs : Observations
-
-    Returns
-    -------
-    float
-        0 where the weighted runs say more than the power, infinite with fewer than two hundred falls.
+    weight: until one does, estimate and error are both too low. The tail is therefore continued as a power of the
+    level, which falls off more slowly than the tail of a lognormal curve. It is fitted to the runs below the two
+    hundredth fall, and its rate below the fortieth is compared with that of the weighted runs: 0 where they say more,
+    infinite with fewer than two hundred falls. Weights (run,) are NaN for runs that were not drawn by the hazard.
     """
     falls = np.sort(runs.x[runs.fell])
     if falls.size < NEAR:

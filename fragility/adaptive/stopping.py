@@ -38,13 +38,7 @@ def reason_text(reason: str, state: str | None = None) -> str:
 
 
 def next_wave(motions: int) -> int:
-    """Return how many motions the next wave has: 32, and an eighth of those so far (in whole 32s) from 512 motions on.
-
-    Examples
-    --------
-    >>> [next_wave(motions) for motions in (0, 480, 512, 2000)]
-    [32, 32, 64, 224]
-    """
+    """Return the number of motions of the next wave: 32; from 512 on an eighth of those so far, in whole 32s."""
     return WAVE * max(1, motions // (WAVE * WAVE_SHARE))
 
 
@@ -58,13 +52,7 @@ _SPREAD = 2.5
 
 
 def usual_motions(until: Until, runs: int = 3) -> tuple[int, int, int]:
-    """Return about how many motions a precision takes with so many runs of each: few, usual, many.
-
-    Examples
-    --------
-    >>> usual_motions(Until("median", 0.1))
-    (128, 160, 384)
-    """
+    """Return about how many motions a precision takes with so many runs of each: few, usual, many."""
     usual = _USUAL[until.target] / until.room**2 * _OF_FEWER.get(runs, 1.0)
 
     def bounded(number: float) -> int:
@@ -78,13 +66,8 @@ def usual_motions(until: Until, runs: int = 3) -> tuple[int, int, int]:
 def margin(motions: int, firm: float) -> float:
     """Return the number of times that an interval must be narrower than asked at a look, 1.2 up to `firm` motions.
 
-    The room is for intervals that happen to be estimated too narrow.  Their relative error falls with the root of the
+    The room is for intervals that happen to be estimated too narrow. Their relative error falls with the root of the
     number of motions, and so does the room beyond `firm` motions.
-
-    Examples
-    --------
-    >>> [round(margin(motions, 1024), 3) for motions in (64, 1024, 4096)]
-    [1.2, 1.2, 1.1]
     """
     return 1.0 + (MARGIN - 1.0) * math.sqrt(min(1.0, firm / max(motions, 1)))
 
@@ -106,16 +89,9 @@ class StoppingRule:
         return self._confirmed_at or 0
 
     def step(self, motions: int, ratio: float, last: bool) -> str:
-        """Return the reason to stop after a wave, empty where the analysis goes on.
+        """Return the reason to stop after a wave, empty where the analysis continues.
 
-        Parameters
-        ----------
-        motions : int
-            Number of motions so far.
-        ratio : float
-            Half width of the interval over what is allowed.
-        last : bool
-            True where there are no further motions.
+        `ratio` is the half width of the interval over what is allowed; `last` is True if there are no further motions.
         """
         most = motions >= self._until.most
         if self._confirmed_at is not None:

@@ -23,16 +23,9 @@ CONFIDENCE = 0.95
 class Until:
     """Precision at which a sequential analysis stops, at 95 % confidence.
 
-    Parameters
-    ----------
-    target : {"median", "dispersion", "rate", "probability"}
-    tolerance : float
-        Half width of the interval: as a share of the value for the median, the dispersion and the rate, and as it is
-        for the probability.
-    level : float
-        Level of the intensity measure of the probability, SI, > 0; NaN for other targets.
-    least, most : int
-        Numbers of motions before the first look, and in all.
+    `target` is "median", "dispersion", "rate" or "probability". `tolerance` is the half width of the interval: as a
+    share of the value, or of a probability as it is. `level` of the intensity measure (SI, > 0) is that of the
+    probability. `least` and `most` are numbers of motions before the first look and in all.
     """
 
     target: str = MEDIAN
@@ -72,21 +65,8 @@ class Until:
 def until_of(asked: Mapping[str, Any] | Until | None) -> Until:
     """Return the precision that a mapping asks for; ±10 % of the median where it names no quantity.
 
-    Parameters
-    ----------
-    asked : mapping, Until or None
-        One of ``median``, ``dispersion``, ``rate`` (share of the value) and ``probability`` (a mapping of ``level``,
-        SI, and ``within``, the half width); and ``motions``, a mapping of ``least`` and ``most``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Several quantities, entries that are not known, values out of range.
-
-    Examples
-    --------
-    >>> until_of({"median": 0.05}).describe()
-    {'median': 0.05, 'motions': {'least': 64, 'most': 2000}}
+    The mapping has one of ``median``, ``dispersion``, ``rate`` (share of the value) and ``probability`` (a mapping of
+    ``level``, SI, and ``within``, the half width); and ``motions``, a mapping of ``least`` and ``most``.
     """
     if isinstance(asked, Until):
         return asked

@@ -26,13 +26,9 @@ class MotionProperties(NamedTuple):
 
 
 class MeasuringThread:
-    """Thread that starts at once; an analysis that ends early (interrupted, or its cluster lost) does not wait for it.
+    """Thread that measures motions; an analysis that ends early (interrupted, cluster lost) does not wait for it.
 
-    Parameters
-    ----------
-    motions : sequence of Record
-    screen : bool
-        Compute the characteristics of the motions, too.
+    It starts at once; with `screen` it computes the characteristics of the motions, too.
     """
 
     def __init__(self, motions: Sequence[Record], screen: bool) -> None:

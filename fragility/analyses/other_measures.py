@@ -26,13 +26,7 @@ OTHER = "other_measure"
 
 
 class OtherMeasures:
-    """Ln ratios of other measures to the measure of the levels, of the first motions.
-
-    Parameters
-    ----------
-    scaled : Scaled
-        The measure of the levels.
-    """
+    """Ln ratios of other measures to the measure of the levels (`scaled`), of the first motions."""
 
     def __init__(self, scaled: Scaled) -> None:
         self._scaled = scaled

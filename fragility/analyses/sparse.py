@@ -56,18 +56,8 @@ def runs_of(
 ) -> WaveRuns:
     """Return the runs of a wave, curve by curve and motion by motion.
 
-    Parameters
-    ----------
-    number, first : int
-        Of the wave, and the number of records before it.
-    wave : MotionWave
-    plans, found : mappings of the numbers of block and law
-        Levels, and outputs (run, motion) by name.
-    scaled : Scaled
-    measured : array (block or 1, motion)
-        The measure of the unscaled motions.
-    axes : str
-        How the motions shake (`runs.axes.axes_of`).
+    `number` is that of the wave, `first` the number of records before it; `plans` and `found` have the levels and the
+    outputs (run, motion) of each block and law; `measured` (block or 1, motion) is the measure of the unscaled motions.
     """
     columns: dict[str, list[NDArray[Any]]] = {}
     for (block, model), plan in plans.items():

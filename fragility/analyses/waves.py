@@ -85,21 +85,8 @@ def scaled_to(im: str | Measure) -> Scaled:
 class MotionSource:
     """Motions by number: those of a generator, without an end, or those of a set in random order.
 
-    Parameters
-    ----------
-    motions : Generator, xarray.DataArray or a sequence of them
-    seed : int
-        Of the generator's motions, or of the order of the set: a set may be sorted, by magnitude or by event, and its
-        first motions must be as good a sample as any.
-    ground : xarray.DataArray or a sequence of them, optional
-        The ground motions below the floor motions of a set.
-    polarity : {"as recorded", "both"}
-
-    Raises
-    ------
-    TypeError, ValueError
-        Ground motions beside a generator, motions of several floors, one motion both ways among those to be run both
-        ways; as `motions.arrays.records`.
+    A set may be sorted, by magnitude or by event, and its first motions must be as good a sample as any. `ground` has
+    the ground motions below the floor motions of a set; `polarity` is "as recorded" or "both".
     """
 
     def __init__(
@@ -149,22 +136,11 @@ def run_wave(
     records: Sequence[Record],
     factors: Array,
 ) -> dict[str, NDArray[Any]]:
-    """Run specimens under motions, each at levels of its own: the one place at which adaptive runs are executed.
+    """Return the outputs (curve, level, motion) of specimens (curve,) under motions, each at levels of its own.
 
-    Parameters
-    ----------
-    request : Request
-        Outputs, runner and skip.
-    specimens : sequence of Specimen, (curve,)
-        Of blocks that slide under motions along both axes, those of the plane.
-    across : the same in the direction of the blocks' depths, needed for motions along both axes of blocks that rock
-    records : sequence of Record, (motion,)
-    factors : array (curve, level, motion)
-
-    Returns
-    -------
-    dict of str to array (curve, level, motion)
-        Each output by name.
+    This is the one place at which adaptive runs are executed. Specimens of blocks that slide under motions along both
+    axes are those of the plane; `across` has the specimens in the direction of the depths, which motions along both
+    axes need for blocks that rock. `factors` are (curve, level, motion).
     """
     work = work_of(specimens, [along_width(one) for one in records], factors, request)
     if axes_of(records) == BOTH_AXES and request.sliding:

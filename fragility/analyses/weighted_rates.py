@@ -15,32 +15,12 @@ from ..runs.provenance import RUN, clusters_of
 
 
 def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, state: State = OVERTURNED) -> xr.DataArray:
-    """Return the annual rates of the replicates of runs whose levels were drawn from a hazard, without a form of curve.
+    """Return the annual rates (block, model, replicate), 1/year, of replicates of runs whose levels a hazard drew.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        As `toppling.ida` at adaptive levels until a rate returns them, or a selection of its blocks and laws.
-    replicates, seed : int
-        As of `fit_fragility`: a replicate of the same seed draws the same motions for the curve and for this rate.
-    state : str or float
-        The damage state that the levels were chosen for.
-
-    Returns
-    -------
-    xarray.DataArray
-        On (block, model, replicate), 1/year.
-
-    Raises
-    ------
-    ValueError
-        Runs without weights, which stopped at another answer than a rate.
-
-    Notes
-    -----
     The rate of a replicate is the mean over its motions of the weights of their runs that reached the state
-    (`fragility.adaptive.rate`).  What may lie below the lowest falls is not in the replicates, as it is in the interval
-    of the rate itself.
+    (`fragility.adaptive.rate`), without a form of curve. What may lie below the lowest falls is not in the replicates,
+    as it is in the interval of the rate itself. A replicate of the same seed draws the same motions as in
+    `fit_fragility`.
     """
     if "weight" not in runs or RUN not in runs["weight"].dims:
         raise ValueError("rates without a form of curve need the weights of runs at adaptive levels, until a rate")

@@ -152,13 +152,7 @@ CurveArrays = LognormalCurves | TabulatedCurves
 
 
 def form_name(curves: xr.Dataset) -> str:
-    """Return the form of a dataset of curves, from its attribute ``form`` or from its variables.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Something other than a dataset of curves, such as runs at adaptive levels; an unknown form.
-    """
+    """Return the form of a dataset of curves, from its attribute ``form`` or from its variables."""
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset as fit_fragility returns it, got {checks.kind(curves)}")
     load_coordinates(curves)
@@ -185,14 +179,8 @@ def form_name(curves: xr.Dataset) -> str:
 def curve_arrays(curves: xr.Dataset, replicates: bool = False) -> tuple[CurveArrays | LinkedCurves, tuple[str, ...]]:
     """Return the curves of a labelled dataset as plain arrays, with the dimensions of the arrays.
 
-    With `replicates` the curves are the bootstrap replicates, whose last dimension is ``replicate``.  A curve without
-    an estimate is NaN.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `form_name`; a median that is not positive, a dispersion below 0, probabilities outside [0, 1] or falling, no
-        replicates where they are wanted.
+    With `replicates` the curves are the bootstrap replicates, whose last dimension is ``replicate``. A curve without an
+    estimate is NaN; medians not > 0, dispersions below 0 and probabilities outside [0, 1] or falling are errors.
     """
     name = form_name(curves)
     suffix = "_sample" if replicates else ""

@@ -80,55 +80,25 @@ def mean_interval(
     strata: tuple[Index, ...] = (),
     signed: bool = False,
 ) -> Interval:
-    """Return studentised bootstrap intervals of means over motions.
+    """Return studentised bootstrap intervals (…) of means over motions of values (…, motion).
 
-    Parameters
-    ----------
-    values : ndarray, shape (…, motion)
-        One value a motion.
-    confidence : float
-        Between 0 and 1.
-    replicates, seed : int
-        Number of resamples, at least 50, and the seed that decides them.
-    most : array_like, optional
-        The greatest possible value (the least is 0), broadcast over (…), which no end exceeds.  Where all motions
-        agree, resampling gives no interval: the ends then assume that the share of motions that Wilson's interval
-        allows to differ does so by as much as possible.  Without `most` the ends are NaN there.
-    drawn : ndarray, shape (replicate, motion), optional
-        How often each motion is drawn, as `draw_motions` returns it.
-    strata : tuple of ndarray
-        Positions of the motions of each stratum, which is resampled by itself, such as the motions of each level where
-        levels have motions of their own; one stratum where not given.
-    signed : bool
-        Whether values may be negative, even if none here is.
+    `most` is the greatest possible value (the least is 0), broadcast over (…), which no end exceeds. Where all motions
+    agree, resampling gives no interval: the ends then assume that the share of motions that Wilson's interval allows to
+    differ does so by as much as possible. Without `most` the ends are NaN there. `drawn` (replicate, motion) is how
+    often each motion is drawn (`draw_motions`); `strata` are positions of motions that are resampled by themselves,
+    such as the motions of each level where levels have their own; `signed` means that values may be negative.
 
-    Returns
-    -------
-    Interval
-        (…) each.
-
-    Notes
-    -----
     The step of each resampled mean from the mean is divided by its own error and multiplied by the error of the mean;
     the quantiles of these steps are laid off from the mean. Annual values are skewed, because a few motions under which
     items fall at low levels make most of the sum. So for values >= 0 the lower end is laid off from the logarithm of
-    the mean, and the upper end from its square root, which stays finite where few motions add most.
+    the mean, and the upper end from its square root, which stays finite where few motions add most. DiCiccio, T. J. and
+    Efron, B. (1996). Bootstrap confidence intervals. Statistical Science 11, 189-228.
 
     In 800 studies of 10 to 80 motions, 95 % intervals contained the mean of annual falls of lognormal thresholds in
     93-95 % (BCa intervals: 90 % at 20 motions), and 94-96 % where a fifth of the motions counts. For lognormal
     contributions with a dispersion of 1 and 1.5 it was 92 and 88 % at 20 motions and 93 and 90 % at 80 (BCa: 88 and 82
     % at 20), because few motions hardly show what the rarest add. Lengths were 1.1 to 1.5 times the length of a normal
     interval with the true deviation (`benchmarks.coverage`).
-
-    References
-    ----------
-    DiCiccio, T. J. and Efron, B. (1996). Bootstrap confidence intervals. Statistical Science 11, 189-228.
-
-    Examples
-    --------
-    >>> found = mean_interval(np.array([0.0, 0.0, 1.0, 0.0, 3.0, 0.0, 0.0, 2.0]))
-    >>> bool(found.lower < 0.75 < found.upper)
-    True
     """
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
     checks.count("replicates", replicates, at_least=50)
@@ -160,12 +130,7 @@ def sampling_error(values: Array | Flags, ways: int = 1) -> Array:
     """Return the standard error (…) that draws of realisations leave in means of values (…, motion, realisation).
 
     The realisations of a motion are independent; where it has several `ways`, one after the other, those have the same
-    draws.  NaN where there is one realisation.
-
-    Examples
-    --------
-    >>> sampling_error(np.array([[0.0, 1.0], [1.0, 1.0]])).tolist()  # a variance of 1/2 over 2 draws, among 2 motions
-    0.25
+    draws. NaN where there is one realisation.
     """
     motions, draws = values.shape[-2], values.shape[-1] // ways
     if draws == 1:
@@ -177,14 +142,9 @@ def sampling_error(values: Array | Flags, ways: int = 1) -> Array:
 def share_error(flags: Array | Flags, ways: int = 1) -> Array:
     """Return the `sampling_error` of shares, of flags of 0 and 1, with one of all draws beside it.
 
-    Where no draw of a motion had, or all had, what one in a thousand has, its variance is 0.  At 20 realisations ± 1.96
+    Where no draw of a motion had, or all had, what one in a thousand has, its variance is 0. At 20 realisations ± 1.96
     errors held 94-96 % of the shares under 60 motions, and 91-100 % under 20, of which few leave any doubt, each seen
     1,000 times (`benchmarks.coverage.draws`); errors of quantiles were up to a fifth too large.
-
-    Examples
-    --------
-    >>> share_error(np.array([[0.0, 0.0], [1.0, 1.0]])).tolist()
-    0.25
     """
     draws = flags.shape[-2] * flags.shape[-1] // ways
     return np.asarray(np.hypot(sampling_error(flags, ways), 1.0 / draws))
@@ -209,39 +169,15 @@ def quantiles(
 ) -> Quantiles:
     """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
 
-    Parameters
-    ----------
-    values : ndarray, shape (…, motion, realisation)
-        Motions are independent draws; the realisations of one motion are not taken as further draws.
-    probabilities : ndarray, shape (quantile,)
-        Between 0 and 1.
-    most, least : array_like
-        The greatest and the least possible value, over (…): the ends of intervals beyond the motions' values.
-    confidence : float
-        Between 0 and 1.
-    ways : int
-        As for `sampling_error`.
+    A quantile is the least value that is not exceeded with its probability, and its interval has the values of the
+    ranks between which it lies with at least the confidence: David, H. A. and Nagaraja, H. N. (2003). Order statistics,
+    3rd ed., Wiley, section 7.1 (recalled). Motions are independent draws; the realisations of one motion are not taken
+    as further draws (`ways` as for `sampling_error`). `most` and `least` are the possible values beyond the motions'
+    own.
 
-    Returns
-    -------
-    Quantiles
-        The least value that is not exceeded with each probability, and the values of the ranks between which the
-        quantile lies with at least the confidence.  Errors are how far the quantiles are from it at the probability
-        less `ERRORS` errors of the share of values below it (`share_error`), and plus those of that up to it, over
-        `ERRORS`; the greater of both (Woodruff).
-
-    References
-    ----------
-    Order statistics as bounds of quantiles: David, H. A. and Nagaraja, H. N. (2003). Order statistics, 3rd ed., Wiley,
-    section 7.1 (recalled).
-    Woodruff, R. S. (1952). Confidence intervals for medians and other position measures. Journal of the American
-    Statistical Association 47, 635-646 (recalled).
-
-    Examples
-    --------
-    >>> found = quantiles(np.arange(20.0)[:, None], np.array([0.5]), most=100.0)
-    >>> float(found.value[0]), float(found.lower[0]), float(found.upper[0])
-    (9.0, 5.0, 14.0)
+    Errors are how far the quantiles are from it at the probability less `ERRORS` errors of the share of values below it
+    (`share_error`), and plus those of that up to it, over `ERRORS`; the greater of both. Woodruff, R. S. (1952).
+    Journal of the American Statistical Association 47, 635-646 (recalled).
     """
     n, realisations = values.shape[-2:]
     pooled = np.sort(values.reshape(*values.shape[:-2], -1), axis=-1)

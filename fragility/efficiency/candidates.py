@@ -82,11 +82,6 @@ def candidates_of(
     """Return the runs' own measure, all others that grow with the motion, and those asked for; no label twice.
 
     `blocks_too`: include the block-normalised measures.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A measure that is not known, does not grow with the motion or is zero; or needs motions that are not given.
     """
     chosen: dict[str, Measure | BlockMeasure] = {
         name: one
@@ -136,11 +131,6 @@ def covariates_of(runs: xr.Dataset, run_motions: RunMotions, given: xr.Dataset |
     """Return covariates of every motion, (motion,), as they enter a regression: lengths and times as logarithms.
 
     They are magnitude and distances of the motions, the measures that do not grow with the motion, and those given.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Something other than a dataset on motion; a length or time that is not positive.
     """
     found: dict[str, tuple[Array, dict[str, Any]]] = {}
     for name in SCENARIO:

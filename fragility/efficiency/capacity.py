@@ -59,13 +59,7 @@ class OrderedRuns(NamedTuple):
 
 
 def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
-    """Return the runs of an IDA, of stripes or of a cloud, level by level.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `reached`; runs without levels or intensities, ones that are not positive, or without their measure.
-    """
+    """Return the runs of an IDA, of stripes or of a cloud, level by level."""
     flags = reached(runs, state)
     checks.not_empty("runs", flags.sizes, "level")
     levels = intensity_of(runs)

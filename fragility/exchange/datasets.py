@@ -43,13 +43,7 @@ OF_THE_BLOCK = ("width", "height", "directional")
 
 
 def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = None) -> CurveSet:
-    """Return the curves of a dataset as rows, with ids of letters, digits and `marks`: the `chosen` ones, if any.
-
-    Raises
-    ------
-    TypeError, ValueError
-        No curves, invalid fragility curves, or chosen ids that are not one a component, legal and unique.
-    """
+    """Return the curves of a dataset as rows, with ids of letters, digits and `marks`: the `chosen` ones, if any."""
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset of fragility curves, got {type(curves).__name__}")
     form = _form(curves)
@@ -113,13 +107,7 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
 
 
 def curve_dataset(found: CurveSet, source: str) -> xr.Dataset:
-    """Return rows as a dataset of curves on the set's dimensions; missing combinations are NaN.
-
-    Raises
-    ------
-    ExchangeError
-        A curve given twice, an invalid fragility curve, too many combinations; the message names the source.
-    """
+    """Return rows as a dataset of curves on the set's dimensions; missing combinations are NaN."""
     taken = {*PARAMETERS, *CURVE_NUMBERS, *CURVE_WORDS, "probability", "level", "status", "converged", "id"} & {
         *found.dims
     }

@@ -43,18 +43,11 @@ _RESERVED |= {"units", "collapse", "irreparable", "excessiverid", "aggregate"}
 def is_id(text: str, marks: str = "_") -> bool:
     """Return True if a text is an id: a letter, then letters, digits and `marks`, at most `MAX_ID` characters.
 
-    With underscores as the only marks every program accepts it.  A word that a table reads as a missing number is no
-    id.
-
-    Notes
-    -----
+    With underscores as the only marks every program accepts it. A word that a table reads as a missing number is no id.
     OpenQuake takes any text as the id of a function, which is the taxonomy of assets; its rule is that of its other ids
-    (assets, models), so that a name can serve in both places.
-
-    References
-    ----------
-    OpenQuake engine, openquake.hazardlib.valid.SimpleId: letters, digits, ``_`` and ``-``, at most 60 characters, with
-    the engine of 2017 (read); the colon is that of newer engines (recalled).
+    (assets, models), so that a name can serve in both places: openquake.hazardlib.valid.SimpleId, letters, digits,
+    ``_`` and ``-``, at most 60 characters, with the engine of 2017 (read); the colon is that of newer engines
+    (recalled).
     """
     allowed = rf"[A-Za-z][A-Za-z0-9{re.escape(marks)}]{{0,{MAX_ID - 1}}}"
     return re.fullmatch(allowed, text) is not None and text.lower() not in _RESERVED
@@ -82,15 +75,11 @@ def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
 def make_ids(labels: Sequence[tuple[str, ...]], dims: Sequence[str] = ()) -> dict[tuple[str, ...], str]:
     """Return an id for each combination of labels: independent of their order, and unique even without capitals.
 
-    An id holds letters, digits and underscores.  Where two would be alike, where one would be too long or a reserved
+    An id holds letters, digits and underscores. Where two would be alike, where one would be too long or a reserved
     word, it ends in ten digits of a hash of its labels.
 
-    Examples
-    --------
     >>> list(make_ids([("bookcase-5-shelf", "discrete e=0.92 δ=0.05")]).values())
     ['bookcase_5_shelf__discrete_e_0_92_delta_0_05']
-    >>> list(make_ids([("vase", "3")], ["block", "floor"]).values())
-    ['vase__floor_3']
     """
     at = dims.index("floor") if "floor" in dims else None
     plain = {
@@ -181,11 +170,6 @@ def labelled_curves(
 
     Labels come from our records where every component has them on the same dimensions, else from the ids, on ``block``;
     limit states form a dimension where a component has more than the first.
-
-    Raises
-    ------
-    ExchangeError
-        A worse state of another program's component that is more likely than a lesser one.
     """
     # (what we wrote may have states of any order, and medians that are far extrapolated)
     foreign = [row for row in rows if row[0] not in components]

@@ -255,14 +255,7 @@ def select_measure(
 ) -> tuple[tuple[str, bool], Entries]:
     """Return the measure (label, of the ground) that `im` selects, or the only one of a file, with its entries.
 
-    im: a label, or where a file has the measure of both, with its place: ``pga of the ground``.
-
-    Raises
-    ------
-    ExchangeError
-        No such measure, or several measures and no selection.
-    ValueError
-        An unknown measure.
+    `im` is a label, or where a file has the measure of both, with its place: ``pga of the ground``.
     """
     named, _, place = ("", "", "") if im is None else im.partition(" of the ")
     if place not in PLACES:

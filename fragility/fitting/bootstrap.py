@@ -1,15 +1,11 @@
 """Bootstrap over motions: the resampling of motions or counts, and intervals from the replicates.
 
 Scaled copies of one motion are not independent, so a motion is drawn with all its runs, and floors above one ground
-motion are drawn together.  One array of weights serves every block, law and floor, so that the replicates
-of two curves are paired and may be subtracted.
+motion are drawn together. One array of weights serves every block, law and floor, so that the replicates of two curves
+are paired and may be subtracted.
 
-References
-----------
-Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapman and Hall, chapters 12-14.
-
-Field, C. A. and Welsh, A. H. (2007). Bootstrapping clustered data. Journal of the Royal Statistical Society B 69,
-369-390.
+Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapman and Hall, chapters 12-14. Field, C. A.
+and Welsh, A. H. (2007). Bootstrapping clustered data. Journal of the Royal Statistical Society B 69, 369-390.
 """
 
 from __future__ import annotations
@@ -79,12 +75,9 @@ def percentile_interval(
 ) -> Percentiles:
     """Percentile intervals of samples (…, replicate), with weights (replicate,) where replicates do not count alike.
 
-    A replicate without a value (NaN) is left out or, with `against`, counts against both ends.  Infinity is a value.
-
-    Notes
-    -----
-    The lower end is the replicate at which the share from below first reaches half of what is left out, the upper end
-    the replicate at which the share from above does.  Both are order statistics: an interpolation would have no meaning
+    A replicate without a value (NaN) is left out or, with `against`, counts against both ends. Infinity is a value. The
+    lower end is the replicate at which the share from below first reaches half of what is left out, the upper end the
+    replicate at which the share from above does. Both are order statistics: an interpolation would have no meaning
     between a number and infinity.
     """
     rows = np.asarray(samples, dtype=np.float64)

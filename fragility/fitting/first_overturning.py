@@ -69,22 +69,12 @@ SHIFT = {
 
 
 def level_shift(overturned: Flags, levels: Array) -> float:
-    """Return how much later first overturnings come with every other level than with all.
+    """Return how much later first overturnings (…, motion, level) come with every other level than with all.
 
-    Parameters
-    ----------
-    overturned : array (…, motion, level)
-        Of one curve.
-    levels : array (level,)
-        > 0, in any order.
-
-    Returns
-    -------
-    float
-        The mean of ln(capacity) with the odd and with the even levels less that with all, over the motions whose
-        capacity is known with both; NaN where there is none.  A capacity is the geometric mean of its ends.  The shift
-        is positive where closer levels find earlier overturnings; were there a single one a motion, it would be 0 in
-        the mean.
+    The shift is the mean of ln(capacity) with the odd and with the even levels less that with all, over the motions
+    whose capacity is known with both; NaN where there is none. A capacity is the geometric mean of its ends. The shift
+    is positive where closer levels find earlier overturnings; were there a single one a motion, it would be 0 in the
+    mean.
     """
     order = np.argsort(levels)
     x = np.log(levels[order])

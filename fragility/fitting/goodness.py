@@ -1,15 +1,10 @@
 """Goodness of fit of fragility curves by parametric bootstrap, and comparison of forms by Akaike's criterion.
 
-References
-----------
 Akaike, H. (1974). A new look at the statistical model identification. IEEE Transactions on Automatic Control 19,
-716-723.
-
-Emrich, L. J. and Piedmonte, M. R. (1991). A method for generating high-dimensional multivariate binary variates. The
-American Statistician 45, 302-304 (recalled): correlated normal scores.
-
-Su, J. Q. and Wei, L. J. (1991). A lack-of-fit test for the mean function in a generalized linear model. Journal of the
-American Statistical Association 86, 420-426.
+716-723. Correlated normal scores: Emrich, L. J. and Piedmonte, M. R. (1991). A method for generating high-dimensional
+multivariate binary variates. The American Statistician 45, 302-304 (recalled). Su, J. Q. and Wei, L. J. (1991). A
+lack-of-fit test for the mean function in a generalized linear model. Journal of the American Statistical Association
+86, 420-426.
 """
 
 from __future__ import annotations

@@ -141,30 +141,23 @@ class Estimate:
     def log_interval(self, p: float | None, asked: str, confidence: float) -> Ends:
         """Return the interval of `log_value`, of the kind that is asked for where the data allow it.
 
-        Notes
-        -----
         With l the profile log-likelihood of the parameter, R = sign(estimate - parameter) sqrt(2 (l(estimate) - l)) is
         nearly normal, of variance 1 where runs are independent and of the ratio of the two variances (`inflation`)
-        where motions come more than once (Chandler and Bate 2007).  ``profile`` takes the normal quantiles of R over
-        that ratio's root; ``bootstrap`` those of the replicates' R at the estimate, over the roots of their own
-        ratios (DiCiccio, Martin and Stern 2001, with a bootstrap over motions).
+        where motions come more than once (Chandler and Bate 2007). ``profile`` takes the normal quantiles of R over
+        that ratio's root; ``bootstrap`` those of the replicates' R at the estimate, over the roots of their own ratios
+        (DiCiccio, Martin and Stern 2001, with a bootstrap over motions).
 
         Percentiles of the replicates would repeat the estimator's bias instead of removing it: a dispersion from n
-        motions is a little small, and one from n motions drawn of them is smaller still.  Where motions come more than
+        motions is a little small, and one from n motions drawn of them is smaller still. Where motions come more than
         once, no interval is narrower than that of independent runs: resampling motions of large capacity gives no
-        motion of small capacity, which the likelihood allows for (tests/fragility/fitting/test_coverage.py measures
-        the coverage of each kind).  The two runs of a motion that is run both ways count as one there.
+        motion of small capacity, which the likelihood allows for (tests/fragility/fitting/test_coverage.py measures the
+        coverage of each kind). The two runs of a motion that is run both ways count as one there.
 
         Separated data are explained as well as can be by a step anywhere between the highest level at which a run stood
         and the lowest at which one fell: intervals of levels hold both.
 
-        References
-        ----------
-        Chandler, R. E. and Bate, S. (2007). Inference for clustered data using the independence loglikelihood.
-        Biometrika 94, 167-183.
-
-        DiCiccio, T. J., Martin, M. A. and Stern, S. E. (2001). Simple and accurate one-sided inference from signed
-        roots of likelihood ratios. Canadian Journal of Statistics 29, 67-76.
+        Chandler, R. E. and Bate, S. (2007). Biometrika 94, 167-183. DiCiccio, T. J., Martin, M. A. and Stern, S.
+        E. (2001). Canadian Journal of Statistics 29, 67-76.
         """
         if not self.found:
             return math.nan, math.nan

@@ -1,7 +1,5 @@
 """Monotone fragility curves without a parametric form: isotonic regression of the observed fractions.
 
-References
-----------
 Ayer, M., Brunk, H. D., Ewing, G. M., Reid, W. T. and Silverman, E. (1955). An empirical distribution function for
 sampling with incomplete information. Annals of Mathematical Statistics 26, 641-647.
 """

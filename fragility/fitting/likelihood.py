@@ -1,17 +1,10 @@
 """Maximum likelihood, plain or penalised, of two-parameter curves: the face of the compiled fits.
 
-References
-----------
 Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural analysis. Earthquake
-Spectra 31(1), 579-599.
-
-Albert, A. and Anderson, J. A. (1984). On the existence of maximum likelihood estimates in logistic regression models.
-Biometrika 71, 1-10.
-
-Firth, D. (1993). Bias reduction of maximum likelihood estimates. Biometrika 80, 27-38.
-
-Kosmidis, I. and Firth, D. (2021). Jeffreys-prior penalty, finiteness and shrinkage in binomial-response generalized
-linear models. Biometrika 108, 71-82.
+Spectra 31(1), 579-599. Albert, A. and Anderson, J. A. (1984). On the existence of maximum likelihood estimates in
+logistic regression models. Biometrika 71, 1-10. Firth, D. (1993). Bias reduction of maximum likelihood estimates.
+Biometrika 80, 27-38. Kosmidis, I. and Firth, D. (2021). Jeffreys-prior penalty, finiteness and shrinkage in
+binomial-response generalized linear models. Biometrika 108, 71-82.
 """
 
 from __future__ import annotations

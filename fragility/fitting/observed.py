@@ -57,26 +57,18 @@ def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options
 
     Levels are 0 below the lowest level and infinite above the highest one; NaN without runs, or without runs nearby.
 
-    Notes
-    -----
-    *Common levels.*  Straight lines in normal scores over ln x join the observed shares, made non-decreasing (isotonic
-    regression).  The interval of the level of a share q ends at q -/+ t sqrt(q (1 - q)/n), with n independent motions
+    *Common levels.* Straight lines in normal scores over ln x join the observed shares, made non-decreasing (isotonic
+    regression). The interval of the level of a share q ends at q -/+ t sqrt(q (1 - q)/n), with n independent motions
     per level and Student's t with n - 1 degrees of freedom: it contains the levels at which a test of q against the
-    observed share does not reject q.  Each motion counts once per level, so no dependence between levels is assumed.
-    The curve between levels is unknown: the interval is the widest one for three distributions.
+    observed share does not reject q (Wilson, E. B. (1927). Journal of the American Statistical Association 22,
+    209-212). Each motion counts once per level, so no dependence between levels is assumed. The curve between levels is
+    unknown: the interval is the widest one for three distributions.
 
-    *Individual levels* (clouds, adaptive levels).  Near a level x0 the probability follows a curve through q with the
-    dispersion of the lognormal curve through all runs.  The interval contains each x0 for which the residuals of the
-    nearby runs sum to at most t standard deviations; at the level itself they sum to 0.  Residuals of one motion are
-    summed first.
-
-    References
-    ----------
-    Wilson, E. B. (1927). Probable inference, the law of succession, and statistical inference. Journal of the American
-    Statistical Association 22, 209-212 (the test that is inverted).
-
-    Fan, J., Heckman, N. E. and Wand, M. P. (1995). Local polynomial kernel regression for generalized linear models and
-    quasi-likelihood functions. Journal of the American Statistical Association 90, 141-150 (fits to the runs near).
+    *Individual levels* (clouds, adaptive levels). Near a level x0 the probability follows a curve through q with the
+    dispersion of the lognormal curve through all runs. The interval contains each x0 for which the residuals of the
+    nearby runs sum to at most t standard deviations; at the level itself they sum to 0. Residuals of one motion are
+    summed first. Fits to the runs nearby: Fan, J., Heckman, N. E. and Wand, M. P. (1995). Journal of the American
+    Statistical Association 90, 141-150.
     """
     fell, runs = sample.level_counts
     if not runs.any():

@@ -94,8 +94,6 @@ def state_name(state: State) -> str:
 def state_named(name: str) -> State | None:
     """Return the damage state that `state_name` calls so; None where there is none.
 
-    Examples
-    --------
     >>> [state_named(state_name(state)) for state in ("uplifted", 0.5, Slip(0.1, "front"))]
     ['uplifted', 0.5, Slip(distance=0.1, side='front')]
     """
@@ -133,12 +131,7 @@ def check_axes_of(state: State) -> None:
 def flags_of(values: Any, state: State, alpha: Any) -> Any:
     """Return whether runs reached a damage state, from the output that it needs (`needed_output`).
 
-    values, alpha: numpy or labelled arrays that go with each other; alpha: the slenderness of the blocks, rad.
-
-    Raises
-    ------
-    ValueError
-        Slips that are not known, flags other than 0 and 1.
+    `values` and the slenderness of the blocks `alpha`, rad, are numpy or labelled arrays that go with each other.
     """
     if isinstance(state, Slip):
         if bool(np.isnan(values).any()):

@@ -125,21 +125,7 @@ EXAMPLE = Sample(np.array([1.0, 2.0]), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
 def gap_between(x: Array, stood: Flags, fell: Flags) -> tuple[float, float] | None:
     """Return the highest level at which a run stood and the lowest at which one fell; None if the first is no lower.
 
-    None also where all stood or all fell.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Levels, or their logarithms, of runs or of stripes.
-    stood, fell : ndarray of bool, shape (n,)
-        Whether a run stood there, and whether one fell.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> stood = np.array([True, True, False])
-    >>> gap_between(np.array([1.0, 2.0, 3.0]), stood, ~stood)
-    (2.0, 3.0)
+    None also where all stood or all fell. `x` (n,) are levels, or their logarithms, of runs or of stripes.
     """
     if not stood.any() or not fell.any():
         return None
@@ -191,14 +177,8 @@ class Trials:
 def collect(data: Any, first: bool = False, state: State = OVERTURNED, together: Sequence[Hashable] = ()) -> Trials:
     """Return the trials in a dataset of runs of any design, or of counts; reaching the `state` counts as overturning.
 
-    `first`: motions are counted by the level at which they first overturn, which needs an IDA.  `together`:
-    dimensions of an IDA that do not separate curves: all runs of a motion along them belong to that motion.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset of none of these kinds or without levels, values that are no flags, counts that are negative or above
-        the runs, levels or intensities that are not positive, `first` of anything but an IDA, a state of counts.
+    `first`: motions are counted by the level at which they first overturn, which needs an IDA. `together`: dimensions
+    of an IDA that do not separate curves: all runs of a motion along them belong to that motion.
     """
     if not isinstance(data, xr.Dataset):
         raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")

@@ -1,13 +1,11 @@
 """Fragility with certain safety below rocking: P(overturn) = P(uplift) P(overturn | uplift), two lognormal factors.
 
 A rigid block stands still until the peak acceleration passes its threshold (`runs.thresholds`): the first factor is
-then a step, of dispersion 0, known exactly, and the second is fitted to the levels above.  Where the threshold is not
+then a step, of dispersion 0, known exactly, and the second is fitted to the levels above. Where the threshold is not
 known (an elastic zone at rest, another measure), the first factor is fitted to the uplifts, the second to the runs that
-uplifted: the likelihood of the curve is the product of those of its factors.  Fractiles of the product then have
+uplifted: the likelihood of the curve is the product of those of its factors. Fractiles of the product then have
 bootstrap intervals of the studentised estimate.
 
-References
-----------
 Kavvadias, I. E. et al. (2017), Eq. 10: a certain outcome beside a lognormal one (cited; not re-read).
 """
 

@@ -49,59 +49,32 @@ class LevelWeights(NamedTuple):
 def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     """Return weights w with sum_j w_j v(x_j) = integral of v(x) |d lambda(x)|.
 
-    Parameters
-    ----------
-    levels : array_like, shape (level,)
-        Levels at which the conditional value v is known, SI, > 0, increasing.
-    hazard : Hazard
-        Anything with ``levels`` and ``rates``.
-
-    Returns
-    -------
-    LevelWeights
-
-    Raises
-    ------
-    ValueError
-        Levels or a hazard curve that are not positive, increasing and decreasing; no level inside the hazard curve.
-
-    Notes
-    -----
-    Between the levels v is a cubic in ln x (Hermite's, with the slopes of the parabolas through three neighbouring
-    levels; at the first level that of the first line, at the last one half that of the last line, because v stays the
-    same above), and between its points the hazard is lambda = A x^-k.  Straight lines overestimate annual rates,
-    because v is convex where most events are: for pieces of a small clinic, with 14 levels from 0.1 g to 4 g, by 1 to
-    9 %.  Cubics are too low rather than too high, by less: for a lognormal v of dispersion 0.4 and a hazard of slope
-    2.5, by 0.3 % with 14 levels over that range, where lines are 4 % too high, and by 4 % (15 %) with 8; of slope 4, by
-    2 % (11 %) and 27 % (43 %).
+    The conditional value v is known at the increasing levels x_j (level,), SI, > 0, of which one at least is inside the
+    hazard curve. Between the levels v is a cubic in ln x (Hermite's, with the slopes of the parabolas through three
+    neighbouring levels; at the first level that of the first line, at the last one half that of the last line, because
+    v stays the same above), and between its points the hazard is lambda = A x^-k. Straight lines overestimate annual
+    rates, because v is convex where most events are: for pieces of a small clinic, with 14 levels from 0.1 g to 4 g, by
+    1 to 9 %. Cubics are too low rather than too high, by less: for a lognormal v of dispersion 0.4 and a hazard of
+    slope 2.5, by 0.3 % with 14 levels over that range, where lines are 4 % too high, and by 4 % (15 %) with 8; of slope
+    4, by 2 % (11 %) and 27 % (43 %).
 
     Where levels are so coarse, and the hazard so steep, that a weight would be less than half that of straight lines,
     all weights move from the cubics' to the lines' until it is not: a value that steps from 0 to 1 between two levels
     must not count as less than nothing below them.
 
-    On a straight line from a to b, with z = k ln(b/a), a value that rises from 0 to 1 gives
-    lambda_a ((1 - e^-z)/z - e^-z), and a value that stays at 1 gives lambda_a (1 - e^-z).
+    On a straight line from a to b, with z = k ln(b/a), a value that rises from 0 to 1 gives lambda_a ((1 - e^-z)/z -
+    e^-z), and a value that stays at 1 gives lambda_a (1 - e^-z).
 
     Outside the levels: above the last level v keeps its value, so all rarer shaking counts with that value (`above`);
-    the hazard curve is continued with its last slope where it ends before the levels do.  Below the first level v falls
+    the hazard curve is continued with its last slope where it ends before the levels do. Below the first level v falls
     to zero, linearly in ln x, over one more step of the levels (`below`): this part is zero where v is zero at the
-    first level, and a large part shows that lower levels are missing.  Shaking weaker than the hazard curve's first
+    first level, and a large part shows that lower levels are missing. Shaking weaker than the hazard curve's first
     point has no known rate and is not counted.
 
-    References
-    ----------
     Exact integration on power-law segments of the hazard: as for fragility curves in Cornell, C. A., Jalayer, F.,
     Hamburger, R. O., Foutch, D. A. (2002). Probabilistic basis for 2000 SAC FEMA steel moment frame guidelines. Journal
-    of Structural Engineering 128(4), 526-533 (recalled).  Cubics with slopes of parabolas: Bessel's interpolation, in
-    de Boor, C. (1978). A practical guide to splines, chapter IV. Springer (recalled).
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> curve = SimpleNamespace(levels=[0.1, 1.0], rates=[0.1, 0.001])
-    >>> found = level_weights([0.2, 0.4, 0.8], curve)
-    >>> round(float(found.weights.sum() - found.below), 9)  # the rate at which 0.2 is exceeded
-    0.025
+    of Structural Engineering 128(4), 526-533 (recalled). Cubics with slopes of parabolas: Bessel's interpolation, in de
+    Boor, C. (1978). A practical guide to splines, chapter IV (recalled).
     """
     found = line_weights(levels, hazard)
     reached = np.flatnonzero(found.weights)

@@ -97,25 +97,12 @@ def segment_slopes(log_levels: Array, log_rates: Array, curvature: float) -> Arr
 def pieces_of(
     log_levels: Array, log_rates: Array, curvature: float = 0.0, below: str = EXTEND, above: str = EXTEND
 ) -> Pieces:
-    """Return the pieces of a curve through points, with tails by rule.
+    """Return the pieces of a curve through points (level,), with increasing ln levels and ln rates that never rise.
 
-    Parameters
-    ----------
-    log_levels, log_rates : arrays (level,)
-        Logarithms of the levels, increasing, and of the rates, never rising.
-    curvature : float
-        k2 >= 0 of ln H + k2 u², which is linear between points.
-    below : {"extend", "none"}
-        Below the lowest level: the first piece is extended (to its summit where it has a curvature); or no events
-        count.
-    above : {"extend", "none", "hold"}
-        Above the highest level: the last piece is extended; or the events there do not count; or they count as if they
-        just reached the highest level.  H itself is 0 above the highest level under both of the last two rules.
-
-    Raises
-    ------
-    ValueError
-        An unknown rule; a curve to be extended upwards whose last two rates are equal.
+    `curvature` is k2 >= 0 of ln H + k2 u², which is linear between points. Below the lowest level the first piece is
+    extended (to its summit where it has a curvature), or no events count ("none"). Above the highest level the last
+    piece is extended; or the events there do not count ("none"); or they count as if they just reached the highest
+    level ("hold"). H itself is 0 above the highest level under both of the last two rules.
     """
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)

@@ -42,24 +42,13 @@ def integrate(
     groups: Index,
     tolerance: float = 1e-12,
 ) -> Array:
-    """Return integrals of non-negative functions, each the sum of its panels, bisected until they are exact enough.
+    """Return integrals (integral,) of non-negative functions, each the sum of its panels, NaN where the function is.
 
-    Parameters
-    ----------
-    function : callable
-        A function of points (panel, 15) and of the integral that each panel belongs to (panel,); returns (panel, 15).
-    start, stop, owner : arrays (panel,)
-        Ends of the panels, finite, and the number of the integral that they belong to; kinks of the function should lie
-        on ends, otherwise bisection has to find them.
-    groups : array (integral,)
-        The number, from 0 on, of the sum that each integral is a part of: its own number where it is no part of a sum.
-    tolerance : float
-        A panel is bisected while Gauss' 7 and Kronrod's 15 points differ by more than this share of that sum.
-
-    Returns
-    -------
-    array (integral,)
-        The integrals; NaN where the function is.
+    `function` takes points (panel, 15) and the integral that each panel belongs to (panel,), and returns (panel, 15).
+    `start`, `stop` and `owner` (panel,) are the ends of the panels, finite, and the number of their integral; kinks of
+    the function should lie on ends, otherwise bisection has to find them. `groups` (integral,) is the number, from 0
+    on, of the sum that each integral is a part of. A panel is bisected while Gauss' 7 and Kronrod's 15 points differ by
+    more than the share `tolerance` of that sum.
     """
     count = groups.size
     total = np.zeros(count)

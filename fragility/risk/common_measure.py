@@ -18,13 +18,7 @@ from ..runs.scaling import BLOCK_MEASURES
 def in_hazard_measure(
     curves: xr.Dataset, hazard: HazardCurve, replicates: bool = False
 ) -> tuple[CurveArrays, tuple[str, ...]]:
-    """Return the curves (or their replicates) with levels in the hazard curve's measure, and their dimensions.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `annual_rate`: no curves, another measure or unit, floors that the hazard is not of.
-    """
+    """Return the curves (or their replicates) with levels in the hazard curve's measure, and their dimensions."""
     arrays, dims = curve_arrays(curves, replicates)
     if isinstance(arrays, LinkedCurves):
         raise ValueError(
@@ -56,13 +50,7 @@ def in_hazard_measure(
 
 
 def per_block(curves: xr.Dataset, im: str) -> xr.DataArray:
-    """Return the factor from a measure of the motion to a block measure, from the coordinates alpha and p.
-
-    Raises
-    ------
-    ValueError
-        No alpha or p that is finite and > 0.
-    """
+    """Return the factor from a measure of the motion to a block measure, from the coordinates alpha and p."""
     shape = {}
     for name in ("alpha", "p"):
         array = curves.coords.get(name, xr.DataArray(np.nan))

@@ -1,23 +1,18 @@
 """Annual rate of overturning: the convolution of a fragility curve P with a hazard curve H, in closed form.
 
-lambda = integral of P(u) (-dH/du) du = integral of H(u) dP(u), u = ln x.  The second integral is a sum of positive
+lambda = integral of P(u) (-dH/du) du = integral of H(u) dP(u), u = ln x. The second integral is a sum of positive
 terms, one for each piece of the hazard curve, so that no terms cancel however far apart curve and hazard lie.
 
-Notes
------
 On a piece where ln H is a parabola of local slope k(u) = -d ln H/du and curvature k2, and P = Phi(z), z = (u - m)/beta:
 
     H(u) phi(z) = C phi(t),   t = (z + k(u) beta)/r,   r = sqrt(1 + 2 k2 beta²),   dz = dt/r,
 
-so that the piece contributes C/r times a difference of Phi(t) between its ends.  With the scaled complementary error
-function, C Phi(-|t|) = H phi(z) sqrt(pi/2) erfcx(|t|/sqrt 2), both ends stay finite.  C itself, which contains
-exp(k² beta²/2), is needed only where t changes its sign on the piece, and there C phi(0) is H phi(z) at a point of the
-piece.
+so that the piece contributes C/r times a difference of Phi(t) between its ends. With the scaled complementary error
+function, C Phi(-|t|) = H phi(z) sqrt(pi/2) erfcx(|t|/sqrt 2), both ends stay finite. C itself, which contains exp(k²
+beta²/2), is needed only where t changes its sign on the piece, and there C phi(0) is H phi(z) at a point of the piece.
 
-References
-----------
-Cornell, C. A. et al. (2002), for the power law: k0 median**-k exp(k² beta²/2).  Vamvatsikos, D. (2013), for the second
-order.  (Both as in `hazard.HazardCurve`.)
+Power law, k0 median**-k exp(k² beta²/2): Cornell, C. A. et al. (2002). Second order: Vamvatsikos, D. (2013). (Both as
+in `hazard.HazardCurve`.)
 """
 
 from __future__ import annotations
@@ -56,10 +51,7 @@ class Rates(NamedTuple):
 def rates_of(curves: CurveArrays, hazard: Pieces, outside: str = REFUSE) -> Rates:
     """Return the annual rates of all curves of a form, flattened (curve,).
 
-    Raises
-    ------
-    ValueError
-        `outside` is "refuse", and the values of a tabulated curve beyond its levels would change a rate.
+    With "refuse" `outside`, the values of a tabulated curve beyond its levels must not change a rate.
     """
     curves = curves.flat()
     found = np.empty((3, curves.shape[0]))
@@ -78,13 +70,9 @@ def rates_of(curves: CurveArrays, hazard: Pieces, outside: str = REFUSE) -> Rate
 def rates_and_slopes(curves: LognormalCurves, hazard: Pieces) -> tuple[Rates, Array]:
     """Return the annual rates of curves (curve,) without uplift, and the slopes (2, curve) of ln rate.
 
-    The slopes are in ln median and in ln dispersion.
-
-    Notes
-    -----
-    With M1 and M2 the integrals of z H dP and of z² H dP over a piece, where z = (u - m)/beta, its part I of the rate
-    has the slopes M1/beta in m and M2 - I in ln beta.  Both follow from the slopes of H phi(z) and of z H phi(z),
-    integrated over the piece:
+    The slopes are in ln median and in ln dispersion. With M1 and M2 the integrals of z H dP and of z² H dP over a
+    piece, where z = (u - m)/beta, its part I of the rate has the slopes M1/beta in m and M2 - I in ln beta. Both follow
+    from the slopes of H phi(z) and of z H phi(z), integrated over the piece:
 
         M1 = -([H phi] + k beta I)/r²,   M2 = (I - k beta M1 - [z H phi])/r²,
 

@@ -33,25 +33,13 @@ def capacity_factors(dispersion: float) -> tuple[float, float]:
 
     They are the 10 and 90 % fractiles of a lognormal error of all capacities with beta_m = `dispersion`, or the usual
     one where that is 0.
-
-    Examples
-    --------
-    >>> [round(factor, 3) for factor in capacity_factors(0.0)]
-    [0.681, 1.468]
     """
     error = TENTH * (dispersion or USUAL_DISPERSION)
     return float(np.exp(-error)), float(np.exp(error))
 
 
 def seen_by(hazard: HazardCurve, factor: float) -> HazardCurve:
-    """Return the hazard curve H(factor x): of capacities c it gives the rates of capacities factor c.
-
-    Examples
-    --------
-    >>> hazard = HazardCurve.power_law(1e-4, 2.0, "pga")
-    >>> round(float(seen_by(hazard, 2.0).rate_at(1.0) / hazard.rate_at(2.0)), 12)
-    1.0
-    """
+    """Return the hazard curve H(factor x): of capacities c it gives the rates of capacities factor c."""
     return replace(hazard, levels=tuple(level / factor for level in hazard.levels))
 
 
@@ -156,31 +144,10 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
 def blurred(hazard: HazardCurve, dispersion: float, levels: Array) -> HazardCurve:
     """Return the hazard curve under which capacities known exactly have the mean rates of capacities known to beta_m.
 
-    Parameters
-    ----------
-    hazard : HazardCurve
-        The hazard curve, extended with its slopes at both ends.
-    dispersion : float
-        beta_m, > 0, common to all capacities.
-    levels : ndarray, shape (level,)
-        Levels (SI) that the curve has to reach beyond.
-
-    Returns
-    -------
-    HazardCurve
-        E[H(x exp(beta_m Z))] at points that reach four beta_m beyond levels and hazard: the rate of a lognormal curve
-        with the median x.
-
-    Notes
-    -----
-    A capacity c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is that of c under this
-    curve.  It holds for any number of capacities with the same Z, for their sums, and for events of several of them.
-
-    Examples
-    --------
-    >>> found = blurred(HazardCurve.power_law(1e-4, 2.0, "pga"), 0.5, np.array([1.0]))
-    >>> print(f"{np.interp(0.0, np.log(found.levels), np.log(found.rates)):.6f} {np.log(1e-4) + 0.5:.6f}")
-    -8.710340 -8.710340
+    It is E[H(x exp(beta_m Z))] at points that reach four beta_m beyond levels (SI) and hazard, which is extended with
+    its slopes at both ends: the rate of a lognormal curve with the median x and the `dispersion` beta_m > 0. A capacity
+    c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is that of c under this curve. It
+    holds for any number of capacities with the same Z, for their sums, and for events of several of them.
     """
     beta = checks.number("dispersion", dispersion, above=0.0, at_most=5.0)
     ends = np.log([min(hazard.levels[0], levels[0]), max(hazard.levels[-1], levels[-1])])

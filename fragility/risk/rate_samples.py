@@ -34,22 +34,10 @@ long as the normal one.
 def studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
     """Return samples (curve, replicate, hazard) whose percentiles are the ends of bootstrap-t intervals of the rates.
 
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Lognormal curves with replicates.
-    rates, samples : ndarray, shapes (curve, hazard) and (curve, replicate, hazard)
-        Rates of the curves and of their replicates.
-
-    Notes
-    -----
     The step of a replicate in ln(rate) is taken the other way, times (beta/beta of the replicate)², with a ratio of at
     most `MOST_RATIO`: replicates of few severe motions have low rates and small errors, so that plain percentiles are
-    too short on the unsafe side.
-
-    References
-    ----------
-    Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapman and Hall, chapters 12 and 22.
+    too short on the unsafe side. Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapman and
+    Hall, chapters 12 and 22.
     """
     own = _of_motions(curves, False).dispersion.reshape(-1, 1)
     sampled = _of_motions(curves, True).dispersion.reshape(own.size, samples.shape[1])

@@ -28,18 +28,10 @@ def ratio_of(
     confidence: float,
     of_runs: Sequence[float] | Array = (math.nan, math.nan),
 ) -> Ratio:
-    """Return b/a with the percentile interval of the ratio of replicates, replicate by replicate.
+    """Return b/a with the percentile interval of the ratio of replicates (replicate,), replicate by replicate.
 
-    Parameters
-    ----------
-    a, b : float
-        The two numbers, 0 or more; NaN where there is none.
-    of_a, of_b : ndarray (replicate,) or None
-        Their bootstrap replicates, of the same motions where replicates are paired; None: no interval.
-    confidence : float
-        Confidence of the interval, between 0 and 1.
-    of_runs : array_like (2,)
-        Both numbers by the runs, where a and b are of fitted curves: the interval also contains itself moved there.
+    Both numbers are >= 0, NaN where there is none; replicates that are None give no interval. `of_runs` (2,) are both
+    numbers by the runs, where a and b are of fitted curves: the interval also contains itself moved there.
     """
     if not (a > 0.0 and math.isfinite(a) and math.isfinite(b)):
         return Ratio(math.nan, math.nan, math.nan)

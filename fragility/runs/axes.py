@@ -55,12 +55,9 @@ def axes_of(motions: Sequence[Record]) -> str:
 def check_axes(axes: str, blocks: Sequence[Block], models: Sequence[Model]) -> None:
     """Raise a ValueError where blocks cannot be run about these axes.
 
-    Raises
-    ------
-    ValueError
-        About both axes: a block without a depth, one on a soft bed, one too squat along its depth for a law without
-        an explicit restitution.  About the weak axis alone: a block without a depth, or with a depth below
-        1.6 times its width, or a round one.
+    About both axes: a block without a depth, one on a soft bed, one too squat along its depth for a law without an
+    explicit restitution. About the weak axis alone: a block without a depth, or with a depth below 1.6 times its width,
+    or a round one.
     """
     if axes == WEAK_AXIS:
         for block in blocks:
@@ -124,23 +121,12 @@ def both_works(work: Work, across: Sequence[Any]) -> tuple[Work, Work]:
 
 
 def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) -> dict[str, Any]:
-    """Return outputs of runs about both axes from those about each, arrays of equal shape.
+    """Return outputs of runs about both axes from those about each (`x` along the width, `y` along the depth).
 
-    Parameters
-    ----------
-    outputs : sequence of str
-        Names of outputs of the engine, and `AXIS`.
-    x, y : mapping of str to array
-        The outputs that these need (`needed`), along the width and along the depth.
-
-    Returns
-    -------
-    dict of str to array
-        overturned and uplifted: about either axis; ruptured: of the restraint, which acts along the width; axis: that
-        about which the block fell first, the width at equal times and in runs that leave the floor; overturning_time:
-        the earlier; peak_rotation: the larger, pi/2 where the block fell, so that what the other
-        axis did after the fall does not count; impacts, impact_velocity and direction: of the axis about which it fell,
-        else the larger.
+    overturned and uplifted: about either axis; ruptured: of the restraint, which acts along the width; axis: that about
+    which the block fell first, the width at equal times and in runs that leave the floor; overturning_time: the
+    earlier; peak_rotation: the larger, pi/2 where the block fell, so that what the other axis did after the fall does
+    not count; impacts, impact_velocity and direction: of the axis about which it fell, else the larger.
     """
     found: dict[str, Any] = {}
     axis: Any = None

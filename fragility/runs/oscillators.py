@@ -14,15 +14,8 @@ Row = TypeVar("Row")
 class OscillatorGrid(Sequence[Specimen], Generic[Row]):
     """Oscillators block by block, made by a function of the block whenever they are read.
 
-    Parameters
-    ----------
-    blocks : sequence
-        Blocks, or whatever oscillators are made of.
-    oscillators_of : callable
-        Makes the oscillators of a block: `per_block` of them, whose kinds (`Oscillator.exact`) depend on their
-        positions alone.
-    per_block : int
-        Number of oscillators of each block.
+    `oscillators_of` makes the `per_block` oscillators of a block, whose kinds (`Oscillator.exact`) depend on their
+    positions alone.
     """
 
     def __init__(

@@ -101,10 +101,7 @@ def design_of(runs: xr.Dataset | xr.DataArray) -> str:
 def intensity_of(runs: xr.Dataset) -> xr.DataArray:
     """Return the levels of runs, or the intensity of each motion where each motion is run at one intensity.
 
-    Raises
-    ------
-    ValueError
-        Adaptive levels, of which each run has its own.
+    Adaptive levels, of which each run has its own, are a ValueError.
     """
     design = design_of(runs)
     if design == ADAPTIVE:
@@ -129,13 +126,7 @@ class LevelMeasure(NamedTuple):
 
 
 def level_measure(runs: xr.Dataset) -> LevelMeasure:
-    """Return the measure of the levels of runs; named ``ground_pga`` where it is that of the ground motion below.
-
-    Raises
-    ------
-    ValueError
-        Levels that do not name their measure, or motions without its values.
-    """
+    """Return the measure of the levels of runs; named ``ground_pga`` where it is that of the ground motion below."""
     levels = runs["level"] if design_of(runs) == ADAPTIVE else intensity_of(runs)
     if "im" not in levels.attrs:
         raise ValueError("runs must have levels or intensities and say of which measure, as toppling.ida returns them")
@@ -159,13 +150,7 @@ def scale_factor(runs: xr.Dataset) -> xr.DataArray:
 
 
 def scale_factors(runs: xr.Dataset) -> ScaleFactors:
-    """Return the scale factors of labelled runs, from their levels and measures, to be computed slab by slab.
-
-    Raises
-    ------
-    ValueError
-        As `level_measure`, where motions are scaled to levels.
-    """
+    """Return the scale factors of labelled runs, from their levels and measures, to be computed slab by slab."""
     if not scaled_to_levels(runs):
         return unscaled(runs.sizes["motion"])
     one = level_measure(runs)

@@ -127,13 +127,7 @@ def scaling(
     """Return the factors (level/measure)^(1/power) for a measure of the motion; the levels for ``im="scale"``.
 
     With `ground`, one ground motion for each motion, the measure is that of the ground motion: the floor motions of an
-    elastic building are proportional to it.
-
-    Raises
-    ------
-    ValueError
-        Levels that are not finite, > 0 and strictly increasing; an unknown measure, or one that does not grow with the
-        motion; a motion whose measure is zero; no blocks for a measure that depends on them.
+    elastic building are proportional to it. Levels are > 0 and increase.
     """
     one = intensity_measure(im)
     values = increasing(levels)

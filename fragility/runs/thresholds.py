@@ -14,19 +14,11 @@ KNOWN_IN = ("pga", "pga_normalised")
 def rocking_thresholds(data: xr.Dataset) -> xr.DataArray:
     """Return the level at which rigidly resting blocks uplift, on (block, model); NaN where it is not known exactly.
 
-    In peak acceleration it is g tan(alpha) (the mass centre's height as lever), g sin(alpha) (``lever="R"``), or
-    g alpha (Housner's block of ``geometry="linear"``); in ``pga_normalised`` the same over g tan(alpha).  NaN for
-    blocks with an elastic zone at rest, which oscillate before they uplift and may uplift well below this level; in any
-    other measure; and where levels refer to the ground motion below a floor, or where the motions of a stripe are not
-    scaled to its level.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> shakes = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
-    >>> runs = tp.ida(tp.Block(0.4, 2.0), [tp.HousnerImpact(), tp.DiscreteDamping()], shakes, [1.0, 2.0])
-    >>> rocking_thresholds(runs).values.round(5).tolist()
-    [[1.96133, nan]]
+    In peak acceleration it is g tan(alpha) (the mass centre's height as lever), g sin(alpha) (``lever="R"``), or g
+    alpha (Housner's block of ``geometry="linear"``); in ``pga_normalised`` the same over g tan(alpha). NaN for blocks
+    with an elastic zone at rest, which oscillate before they uplift and may uplift well below this level; in any other
+    measure; and where levels refer to the ground motion below a floor, or where the motions of a stripe are not scaled
+    to its level.
     """
     x = data.coords.get("level", data.coords.get("intensity"))
     im = "" if x is None else str(x.attrs.get("im", ""))

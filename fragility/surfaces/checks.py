@@ -42,27 +42,12 @@ class Check(NamedTuple):
 
 
 def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: Flags) -> Check:
-    """Compare a surface with local curves of blocks of their own.
+    """Return the comparison of a surface with local curves of blocks of their own, those whose runs determine a median.
 
-    Parameters
-    ----------
-    near : Surface
-    points : array (block, axis)
-    motions : array (motion,)
-        Their numbers: those of the surface's runs, where they are the same.
-    x, fell : arrays (block, run, motion)
-        Ln levels and outcomes.
-
-    Returns
-    -------
-    Check
-        Of blocks whose runs determine a median.
-
-    Notes
-    -----
-    All blocks share motions, with each other and perhaps with the surface: the covariance of the differences is that of
-    the motions' sums (Liang and Zeger 1986).  All differences together are tested by Hotelling's T²; single ones are
-    significant at a level of 1 % for all together (Bonferroni).
+    `points` are (block, axis), ln levels `x` and outcomes `fell` (block, run, motion); `motions` (motion,) are the
+    numbers of the surface's runs, where they are the same. All blocks share motions, with each other and perhaps with
+    the surface: the covariance of the differences is that of the motions' sums (Liang and Zeger 1986). All differences
+    together are tested by Hotelling's T²; single ones are significant at a level of 1 % for all together (Bonferroni).
     """
     numbers = np.broadcast_to(motions, x.shape[1:]).ravel()
     rows, _ = near.terms(points)

@@ -75,16 +75,7 @@ class Surfaces(NamedTuple):
 
 
 class PooledCurves:
-    """The curves of all blocks under one law, determined until the medians are known to a given precision.
-
-    Parameters
-    ----------
-    until : Until
-        Of the median.
-    points : array (point, axis)
-        Where all medians are to be known at once.
-    seed : int
-    """
+    """The curves of all blocks under one law, until medians at all `points` (point, axis) are known precisely."""
 
     def __init__(self, until: Until, points: Array, seed: int) -> None:
         self.until = until
@@ -275,17 +266,11 @@ class PooledCurves:
         return True
 
     def cut_region(self, normals: Array, agreed: bool) -> bool:
-        """Cut the region at a plane where the runs ask for that; return whether they do.
+        """Cut the region at a plane across one of the `normals` (plane, axis); return whether the runs ask for that.
 
-        Both sides have the first degrees, and a jump between them.
-
-        Parameters
-        ----------
-        normals : array (plane, axis)
-            Directions across which a plane may lie.
-        agreed : bool
-            True where the check found no difference.  Of a surface whose degree was raised, which can follow a jump in
-            part, the surface with the cut must then be the likelier one.
+        Both sides have the first degrees, and a jump between them. `agreed` is True if the check found no difference.
+        Of a surface whose degree was raised, which can follow a jump in part, the surface with the cut must then be the
+        likelier one.
         """
         if self.cut is not None or self.curve is None or not len(normals):
             return False
@@ -327,15 +312,9 @@ class PooledCurves:
     def band(self) -> Band:
         """Return how well the medians at all points are known at once.
 
-        Notes
-        -----
         Quantile of the largest of all t statistics, by draws from the normal law of the coefficients (sup-t), widened
-        as Student's t with the motions less the terms as degrees of freedom.
-
-        References
-        ----------
-        Montiel Olea, J. L. and Plagborg-Møller, M. (2019). Simultaneous confidence bands: theory, implementation, and
-        an application to SVARs. Journal of Applied Econometrics 34, 1-17.
+        as Student's t with the motions less the terms as degrees of freedom. Montiel Olea, J. L. and Plagborg-Møller,
+        M. (2019). Journal of Applied Econometrics 34, 1-17.
         """
         assert self.near is not None
         rows = terms_at(self._points, self.near.degrees[0], self.near.cut)

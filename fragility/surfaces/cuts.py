@@ -32,28 +32,11 @@ ROUNDS = 20
 
 
 def find_cut(runs: Pool, normals: Array, degrees: tuple[int, int], start: Surface) -> Surface | None:
-    """Fit a surface that jumps at a plane across one of some normals.
+    """Return the likeliest surface that jumps at a plane across one of the normals (plane, axis), None if by chance.
 
-    Parameters
-    ----------
-    runs : Pool
-    normals : array (plane, axis)
-        Directions across which a plane may lie.
-    degrees : tuple of int
-        Of the polynomials.
-    start : Surface
-        From which the searches begin.
-
-    Returns
-    -------
-    Surface or None
-        That of the greatest likelihood; None where the jump may be there by chance.
-
-    Notes
-    -----
     From the likeliest of nine places a variable, by Rao's score of the jump there, place and coefficients are found in
-    turns.  Wald's test of the jump of ln median with the motions as clusters, times the number of places that were
-    tried (Bonferroni).
+    turns. Wald's test of the jump of ln median with the motions as clusters, times the number of places that were tried
+    (Bonferroni).
     """
     smooth = fit_surface(runs, degrees, start)
     if smooth is None:
@@ -90,17 +73,11 @@ def settled(surface: Surface | None, runs: Pool) -> Surface | None:
 def placed(surface: Surface, runs: Pool) -> Cut | None:
     """Return the cut of a surface at the likeliest place, and the places that the runs allow.
 
-    None where fewer runs lie on one side than determine a jump.
-
-    Notes
-    -----
-    With the coefficients as they are, the ln likelihood of all places is a sum along the normal.  Twice its fall from
-    the greatest is compared with the distribution of Hansen (2000), (1 - exp(-c/2))², whose likelihood is greatest in
-    the coefficients at every place: a larger fall is allowed to one that is not.
-
-    References
-    ----------
-    Hansen, B. E. (2000). Sample splitting and threshold estimation. Econometrica 68, 575-603.
+    None where fewer runs lie on one side than determine a jump. With the coefficients as they are, the ln likelihood of
+    all places is a sum along the normal. Twice its fall from the greatest is compared with the distribution of
+    Hansen (2000), (1 - exp(-c/2))², whose likelihood is greatest in the coefficients at every place: a larger fall is
+    allowed to one that is not. Hansen, B. E. (2000). Sample splitting and threshold estimation. Econometrica 68,
+    575-603.
     """
     cut = surface.cut
     assert cut is not None

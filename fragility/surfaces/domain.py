@@ -146,13 +146,9 @@ def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | No
     """Return shares of runs (point,) that determine a polynomial of a degree, or two, best, a fifth of them even.
 
     Four fifths are the design of the least mean seventh power of the variance of ln medians over the points, near that
-    of the least greatest variance, where a run is worth the inverse square of the dispersion (point,) there.  The even
-    fifth sees what the polynomial does not follow.
-
-    References
-    ----------
-    Silvey, S. D., Titterington, D. M. and Torsney, B. (1978). An algorithm for optimal designs on a design space.
-    Communications in Statistics A 7, 1379-1389 (multiplicative).
+    of the least greatest variance, where a run is worth the inverse square of the dispersion (point,) there. The even
+    fifth sees what the polynomial does not follow. The algorithm is multiplicative: Silvey, S. D., Titterington, D. M.
+    and Torsney, B. (1978). Communications in Statistics A 7, 1379-1389.
     """
     rows = terms_at(points, degree, cut)
     worth = dispersions**-2
@@ -178,20 +174,10 @@ def designed(points: Array, weights: Array, number: int, seed: int, part: int) -
 
 
 def check_points(domain: Domain, given: Array, number: int, seed: int) -> Array:
-    """Return points of blocks that a fit is checked at: far from each other, from the edges of the region inwards.
+    """Return points (point, axis) of blocks that a fit is checked at, far from each other, from the edges inwards.
 
-    Parameters
-    ----------
-    domain : Domain
-    given : array (block, axis)
-        The blocks of the analysis.
-    number : int
-    seed : int
-
-    Returns
-    -------
-    array (point, axis)
-        Half of them as far apart as they can be among vertices and given blocks, the others at random in the region.
+    Half of them are as far apart as they can be among vertices and given blocks (block, axis), the others at random in
+    the region.
     """
     if domain.size == 0:
         return np.zeros((1, 0))
@@ -209,23 +195,10 @@ def check_points(domain: Domain, given: Array, number: int, seed: int) -> Array:
 
 
 def cut_check_points(domain: Domain, given: Array, number: int, seed: int, cut: Cut, check: int) -> Array:
-    """Return points of blocks that a fit with a cut is checked at, others for every check (from 1 on).
+    """Return points (point, axis) of blocks that a fit with a cut is checked at, others for every check (from 1 on).
 
-    Parameters
-    ----------
-    domain : Domain
-    given : array (block, axis)
-        The blocks of the analysis.
-    number : int
-    seed : int
-    cut : Cut
-    check : int
-
-    Returns
-    -------
-    array (point, axis)
-        Half of them next to the cut, on its two sides, and the others at random in the region; none where the runs do
-        not tell the side.
+    Half of them are next to the cut, on its two sides, and the others at random in the region; none where the runs do
+    not tell the side.
     """
     random = stream(seed, *CHECK_KEY, check)
     some = given if len(given) <= CANDIDATES else given[random.choice(len(given), CANDIDATES, replace=False)]

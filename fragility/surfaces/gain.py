@@ -46,44 +46,17 @@ UNKNOWN = Gain(math.nan, math.nan, math.nan)
 
 
 def measure_gain(runs: Observations, ratios: Array) -> Gain:
-    """Return the gain of levels in another measure over levels in that of the runs.
+    """Return the variance of ln capacity in the measure of the runs' levels over that in another one.
 
-    Parameters
-    ----------
-    runs : Observations
-        Runs at levels of the first measure.
-    ratios : array (motion,)
-        r: ln of the other measure less ln of the first one, of the unscaled motions by their number; each measure to
-        the power that makes it grow as the first one does.
+    `ratios` (motion,) r: ln of the other measure less ln of the first one, of the unscaled motions by their number;
+    each measure to the power that makes it grow as the first one does. The ln capacity of a motion in the first measure
+    is fitted as m - b r + s Z, Z standard normal, by maximum likelihood. It has the variance s² + b² v, v the variance
+    of r, and in the other measure s² + (1 - b)² v. Errors are from the sums of each motion, by the delta method
+    (*derived*). The number of motions that a median takes grows with this variance, and with the correlation of the
+    runs of one motion, which is smaller in the better measure: the gain is rather a lower bound. b = 0 and b = 1 are
+    the sufficiency of the first and of the other measure.
 
-    Returns
-    -------
-    Gain
-        Variance of ln capacity in the first measure over that in the other one.
-
-    Notes
-    -----
-    The ln capacity of a motion in the first measure is fitted as m - b r + s Z, Z standard normal, by maximum
-    likelihood.  It has the variance s² + b² v, v the variance of r, and in the other measure s² + (1 - b)² v.  Errors
-    are from the sums of each motion, by the delta method (*derived*).  The number of motions that a median takes grows
-    with this variance, and with the correlation of the runs of one motion, which is smaller in the better measure: the
-    gain is rather a lower bound.  b = 0 and b = 1 are the sufficiency of the first and of the other measure.
-
-    References
-    ----------
-    Luco, N. and Cornell, C. A. (2007). Structure-specific scalar intensity measures for near-source and ordinary
-    earthquake ground motions. Earthquake Spectra 23(2), 357-392 (efficiency).
-
-    Examples
-    --------
-    >>> random = np.random.default_rng(1)
-    >>> motion = np.repeat(np.arange(400), 3)
-    >>> ratios = random.normal(0.0, 0.4, 400)
-    >>> capacity = -ratios + random.normal(0.0, 0.2, 400)
-    >>> x = random.uniform(-0.8, 0.8, 1200)
-    >>> gain = measure_gain(Observations(x, x > capacity[motion], motion), ratios)
-    >>> gain.lower < (0.4**2 + 0.2**2) / 0.2**2 < gain.upper, gain.is_worth_it
-    (True, True)
+    Efficiency: Luco, N. and Cornell, C. A. (2007). Earthquake Spectra 23(2), 357-392.
     """
     used = np.unique(runs.motion)
     own = ratios[used] if used.size and used[-1] < ratios.size else np.empty(0)
@@ -114,8 +87,6 @@ def measure_gain(runs: Observations, ratios: Array) -> Gain:
 def gain_words(labels: Sequence[str], gains: Sequence[Gain]) -> str:
     """Return a clause that offers the measures that surely save most; empty where none saves a third of the motions.
 
-    Examples
-    --------
     >>> gain_words(["pgv", "cav"], [Gain(4.0, 3.0, 5.3), Gain(1.1, 0.9, 1.4)])
     'levels in pgv would take 25 % of the motions or fewer (factor 4.0, 99 % interval 3.0–5.3)'
     """

@@ -65,10 +65,7 @@ def rate_levels(hazard: HazardCurve, log_medians: Array, dispersions: Array, uni
 def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, motions: Index) -> RateCheck | None:
     """Compare rates of curves (block,) with weighted runs (block, stratum, motion), motions (motion,) as clusters.
 
-    Returns
-    -------
-    RateCheck or None
-        None where fewer blocks fell than a plane has terms.
+    None where fewer blocks fell than a plane has terms.
     """
     _, cluster = np.unique(motions, return_inverse=True)
     k = int(cluster.max()) + 1

@@ -47,13 +47,7 @@ class Pool(NamedTuple):
 
 
 def exponents(variables: int, degree: int) -> Index:
-    """Return the degrees (term, variable) of all products of total degree at most `degree`, the constant first.
-
-    Examples
-    --------
-    >>> exponents(2, 1).tolist()
-    [[0, 0], [0, 1], [1, 0]]
-    """
+    """Return the degrees (term, variable) of all products of total degree at most `degree`, the constant first."""
     found = [one for one in product(range(degree + 1), repeat=variables) if sum(one) <= degree]
     return np.array(sorted(found, key=lambda one: (sum(one), one)), dtype=np.int64).reshape(len(found), variables)
 
@@ -177,31 +171,12 @@ class _Rows(NamedTuple):
 def fit_surface(
     runs: Pool, degrees: tuple[int, int], start: Surface | None = None, cut: Cut | None = None
 ) -> Surface | None:
-    """Fit a surface by maximum likelihood, with errors from the sums of each motion's scores.
+    """Return the likeliest surface with polynomials of ln median and ln dispersion of two degrees, or None.
 
-    Parameters
-    ----------
-    runs : Pool
-    degrees : tuple of int
-        Of the polynomials of ln median and of ln dispersion.
-    start : Surface, optional
-        A surface of other degrees, or without the cut, from which the search begins.
-    cut : Cut, optional
-        Where the surface may jump.
-
-    Returns
-    -------
-    Surface or None
-        None where the likelihood has no maximum: the runs are separated, or too few for the degrees.
-
-    Notes
-    -----
-    Fisher's scoring, with steps halved until the likelihood rises.  Covariance by Liang and Zeger's sandwich.
-
-    References
-    ----------
-    Liang, K.-Y. and Zeger, S. L. (1986). Longitudinal data analysis using generalized linear models. Biometrika 73,
-    13-22.
+    The search begins at `start`, a surface of other degrees or without the `cut` where the surface may jump. The
+    likelihood has no maximum where the runs are separated, or too few for the degrees. Fisher's scoring, with steps
+    halved until the likelihood rises. Errors are from the sums of each motion's scores, the sandwich of Liang, K.-Y.
+    and Zeger, S. L. (1986). Biometrika 73, 13-22.
     """
     rows = _Rows(*(terms_at(runs.points, degree, cut) for degree in degrees))
     found = _likeliest(_begin(runs, degrees, start, cut), runs, rows)
@@ -211,24 +186,9 @@ def fit_surface(
 def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surface | None:
     """Fit medians alone to runs near them: dispersions are those of a curve, times one factor for all blocks.
 
-    Levels near the medians tell little of dispersions.  Those of a polynomial of their own were up to 1.6 times too
-    wide at the corners of a region, and errors of medians there are in proportion.
-
-    Parameters
-    ----------
-    runs : Pool
-    degree : int
-        Of the polynomial of ln median.
-    curve : Surface
-        Of all runs; its cut is that of the medians.
-    start : Surface
-        From whose medians the search begins.
-
-    Returns
-    -------
-    Surface or None
-        Of the dispersions of the curve, times the factor; only the factor's error is in the covariance.  None as
-        `fit_surface`.
+    Levels near the medians tell little of dispersions. Those of a polynomial of their own were up to 1.6 times too wide
+    at the corners of a region, and errors of medians there are in proportion. `curve` is the surface of all runs, whose
+    cut is that of the medians; only the factor's error is in the covariance. None as `fit_surface`.
     """
     narrow = np.exp(-curve.log_dispersions(runs.points))
     # (in dispersions of the curve there is a single number to find)

@@ -64,31 +64,14 @@ def drawn_pieces(how: PieceDraws, label: str, count: int, motions: int) -> Index
 class Variability:
     """Differences between pieces of one kind.
 
-    Parameters
-    ----------
-    restitution_sd : float
-        Standard deviation of the restitution, whose mean is its nominal value; beta distribution.
-    slenderness_dispersion : float
-        Lognormal standard deviation of the slenderness angle, whose median is its nominal value; the size R does not
-        vary.
-    pieces : {"independent", "together"}
-        A draw for every piece; or one draw for all pieces of a line, which then still fall together.
-    variants : int
-        Number of variants of each block that are run, from which pieces are drawn; 2 to 1000.
-    realisations : int
-        Number of times that a building is filled with drawn pieces under each motion; 1 to 1000.
-    seed : int
-        Seed of variants and draws.
+    The restitution has a beta distribution with its nominal value as mean and `restitution_sd`, the slenderness angle a
+    lognormal one with its nominal value as median and `slenderness_dispersion`; the size R does not vary. `pieces` are
+    "independent", with a draw for every piece, or "together", with one draw for all pieces of a line, which then still
+    fall together. `variants` (2 to 1000) of each block are run, from which pieces are drawn; a building is filled with
+    drawn pieces `realisations` times (1 to 1000) under each motion.
 
-    Raises
-    ------
-    TypeError, ValueError
-        A value out of range, no variation at all.
-
-    Notes
-    -----
-    FEMA P-58 has two kinds of performance group, whose components are all in one damage state or each in its own.
-    Here the motion is common to all pieces in either case, and only the differences between pieces are drawn: given the
+    FEMA P-58 has two kinds of performance group, whose components are all in one damage state or each in its own. Here
+    the motion is common to all pieces in either case, and only the differences between pieces are drawn: given the
     motion, each independent piece of a line falls with the same probability, the share of the variants that fall.
     Without variability that share is 0 or 1, so that pieces of a line fall together: the number overturned then has its
     greatest variance, while its mean is unbiased.
@@ -136,21 +119,7 @@ def oscillators_of_pieces(
 ) -> list[Oscillator]:
     """Return the oscillator of a block under a law with its own restitution `e`, or its variants where pieces differ.
 
-    across: in the direction of the depth of each (`Block.across`); that of a variant keeps its ratio to the width.
-
-    Raises
-    ------
-    ValueError
-        A restitution for a law that has none; a variability so great that a variant is no block, or that no beta
-        distribution has it.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> block = tp.catalogue["bookcase-5-shelf"]
-    >>> found = oscillators_of_pieces(block, tp.HousnerImpact(), 0.9, Variability(restitution_sd=0.02))
-    >>> len(found), round(sum(one.e for one in found) / 16, 2)
-    (16, 0.9)
+    `across`: in the direction of the depth of each (`Block.across`); that of a variant keeps its ratio to the width.
     """
     return [oscillator_of(*pair) for pair in pieces_of(block, model, e, variability, across)]
 
@@ -264,22 +233,10 @@ def falls_of_axes(
 ) -> tuple[NDArray[np.int8], NDArray[np.int8], Flags | None]:
     """Return the side to which each run falls, the axis about which it falls first, and whether its restraint broke.
 
-    Parameters
-    ----------
-    oscillators, across : sequences of Oscillator
-        Of the same pieces in the direction of their width and of their depth.
-    motions : sequence of Record
-        Motions along the width, with those along the depth as companions.
-    factors, client, progress
-        As for `overturning_flags`.
-    held : bool
-        Whether flags of ruptures are returned, of restraints that act along the width.
-
-    Returns
-    -------
-    directions, axes, ruptures (oscillator, level, motion)
-        1 to the front of its axis, -1 to its back, 0 where it stands; 1 along the width, 2 along the depth, 0 where it
-        stands, by the rules of `fragility.runs.axes.of_both`; None for ruptures that are not asked for.
+    All are (oscillator, level, motion): 1 to the front of its axis, -1 to its back; 1 along the width, 2 along the
+    depth (the rules of `fragility.runs.axes.of_both`); 0 where it stands. `oscillators` and `across` are of the same
+    pieces along their width and depth; motions along the width have those along the depth as companions. Ruptures of
+    restraints along the width are None unless `held`.
     """
     runner = runner_of(client)
     names = ["direction", AXIS, *(["ruptured"] if held else [])]

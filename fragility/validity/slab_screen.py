@@ -109,13 +109,7 @@ OPTIONAL = (BED, POLARITY, RECORD, "own_amplitude", "stripe", DOWNWARD, *FLOORS)
 
 
 def screen_input(runs: xr.Dataset) -> ScreenInput:
-    """Read the properties of labelled runs from their coordinates and attributes.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset that does not hold runs, or runs without the measure of their levels.
-    """
+    """Read the properties of labelled runs from their coordinates and attributes."""
     dims = _dims(runs)
     return ScreenInput({dim: runs.sizes[dim] for dim in dims}, known_coordinates(runs), scale_factors(runs))
 

@@ -72,18 +72,9 @@ class ScreenRequest(NamedTuple):
 class Shaken:
     """What the screen needs of motions, which come some at a time and are not kept.
 
-    Parameters
-    ----------
-    share : float
-        Share of the motions whose runs are repeated under perturbations, rounded up.
-
-    Attributes
-    ----------
-    share : float
-        As given.
-    kept : dict of int to Record
-        The motions whose runs are repeated, by place: evenly spaced from the first one on, with their reverses, so that
-        the choice does not depend on how many motions follow.
+    The runs of the share `share` of the motions, rounded up, are repeated under perturbations. `kept` has these motions
+    by place: evenly spaced from the first one on, with their reverses, so that the choice does not depend on how many
+    motions follow.
     """
 
     def __init__(self, share: float) -> None:
@@ -137,11 +128,6 @@ def selected(runs: xr.Dataset) -> xr.Dataset:
     """Return the runs of the blocks, laws and motions that a dataset holds, with the motions in order of their numbers.
 
     Selecting blocks, laws or motions of a dataset leaves its dimension run as it is.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset without the variables and coordinates of runs at adaptive levels, or without a block, law or motion.
     """
     held = {*OF_RUNS, *NUMBERS, *NEEDED, "level", "wave"} <= {*runs.variables}
     dims = {"block", "model", "motion"}
@@ -175,28 +161,10 @@ def _curves(runs: xr.Dataset) -> Iterator[_Curve]:
 def sparse_screen(
     runs: xr.Dataset, shaken: Shaken | None, asked: ScreenRequest, runner: Runner, progress: Progress | None = None
 ) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-    """Return the variables of the screen of runs at adaptive levels, and its settings.
+    """Return the variables of the screen of runs at adaptive levels (`selected`), and its settings.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        As `selected` returns them.
-    shaken : Shaken, optional
-        Of their motions; without it, as `screen` without motions.
-    asked : ScreenRequest
-        What is asked.
-    runner, progress
-        For the runs that are repeated.
-
-    Returns
-    -------
-    dict of str to xarray.Variable, dict
-        As of `screen`, what is of every run on run, and ``undecided_tested`` (block, model).
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `screen`.
+    They are those of `screen`, what is of every run on run, and ``undecided_tested`` (block, model). Without `shaken`
+    they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
     """
     labels = [str(label) for label in runs["block"].values]
     available = friction_by_block(asked.friction, labels)

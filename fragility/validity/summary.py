@@ -52,14 +52,7 @@ def input_of_pairs(
 ) -> ScreenInput:
     """Return the properties of the runs of blocks, each under its own laws, that the screen needs.
 
-    Parameters
-    ----------
-    labels : sequence of str, length (block,)
-    pairs : sequences, (block, model)
-        The block with each of its laws; the block is the same in a row.
-    motions : sequence of Record, length (motion,)
-    factors : ScaleFactors
-        On level and motion, and on block where they depend on it.
+    `pairs` (block, model) have the block, the same in a row, with each of its laws.
     """
 
     def of_laws(values: list[list[object]]) -> xr.Variable:
@@ -95,30 +88,10 @@ def summary_screen(
 ) -> xr.Dataset:
     """Screen runs as `screen` does, and keep shares and greatest demands alone.
 
-    Parameters
-    ----------
-    given : ScreenInput
-        The properties of the runs (`input_of_pairs`, or `screen_input` of labelled runs).
-    shaking : Characteristics
-        Of the motions.
-    friction
-        As for `screen`; where not given, only a need above 1 counts as sliding.
-    flips : FlipCounts, optional
-        Of the runs that were repeated under perturbations.
-    bounds : Bounds, optional
-        Limits that pass, those of `screen` where not given.
-
-    Returns
-    -------
-    xarray.Dataset
-        As `screen`, but friction_uplift_demand and friction_rocking_demand on block are the greatest of all levels and
-        motions, scale_factor_lowest and scale_factor_highest (block) are the ends of the factors, and there is neither
-        a verdict nor a chance of sliding of single runs.
-
-    Raises
-    ------
-    ValueError
-        A friction that is missing for a block.
+    friction_uplift_demand and friction_rocking_demand on block are the greatest of all levels and motions,
+    scale_factor_lowest and scale_factor_highest (block) are the ends of the factors, and there is neither a verdict nor
+    a chance of sliding of single runs. Without a friction, only a need above 1 counts as sliding; `flips` are of the
+    runs that were repeated under perturbations.
     """
     limits = Bounds() if bounds is None else bounds
     labels = [str(label) for label in given.coordinates["block"].values]

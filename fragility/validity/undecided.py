@@ -170,23 +170,10 @@ def count_flips_of(
 ) -> NDArray[np.int8]:
     """Repeat the runs of pairs of a block and a law under the perturbations of `undecided_outcomes` and count flips.
 
-    Parameters
-    ----------
-    rows : sequence
-        Whatever pairs are made of, such as blocks; at least one.
-    axes : sequence of Axis
-        The pairs of a row and their motions, about one axis or about both: a run overturns about either.
-    flags_of : callable
-        Returns the flags (row, pair, level, motion) of a slice of the rows, as they are without a perturbation.
-    factors : array or BlockFactors, (row or 1, level, motion)
-        Scale factors of these motions.
-    runner, progress
-        For the repeated runs.
-
-    Returns
-    -------
-    numpy.ndarray
-        Counts (row, pair, level, motion), allocated by the runner.
+    Counts are (row, pair, level, motion), allocated by the runner. `rows` are whatever pairs are made of, such as
+    blocks; `axes` has the pairs of a row and their motions, about one axis or about both: a run overturns about either.
+    `flags_of` returns the flags (row, pair, level, motion) of a slice of the rows without a perturbation; `factors` are
+    (row or 1, level, motion).
     """
     first = axes[0].pairs_of(rows[0])
     with_e = [j for j, (block, law) in enumerate(first) if law.restitution(block) is not None]

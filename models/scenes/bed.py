@@ -59,14 +59,7 @@ class Bed:
 def bed_moment(rotation: float) -> float:
     """Return the moment of a bed over m g b, at a rotation (>= 0) over that at uplift, theta_u.
 
-    Notes
-    -----
     theta/(3 theta_u) up to the uplift, then 1 - (2/3) sqrt(theta_u/theta): 1/3 at 1, 2/3 at 4 (derived).
-
-    Examples
-    --------
-    >>> [round(bed_moment(ratio), 6) for ratio in (1.0, 2.0, 4.0, 10.0, 100.0)]
-    [0.333333, 0.528595, 0.666667, 0.789181, 0.933333]
     """
     return rotation / 3.0 if rotation <= 1.0 else 1.0 - 2.0 / 3.0 / math.sqrt(rotation)
 
@@ -87,8 +80,6 @@ def check_bed(bed: Bed, half_width: float, alpha: float) -> None:
 def balance_on_bed(uplift: float) -> float:
     """Return the rotation at which a block on a bed balances, over alpha, from that at uplift over alpha (below 1/3).
 
-    Notes
-    -----
     The block balances at x alpha with 1 - (2/3) sqrt(uplift/x) = x: sqrt(x) = (2/sqrt 3) cos(arccos(-sqrt(3 uplift))/3)
     (derived).
     """
@@ -110,12 +101,9 @@ class Polygon(NamedTuple):
 def polygon(uplift: float) -> Polygon:
     """Return the moment of a bed as a polygon, for a rotation at uplift over alpha below 1/3.
 
-    Notes
-    -----
-    The nodes are those of a geometric series of ratio r from the uplift on.  Beyond the first, they lie on
-    1 - (2/3) c sqrt(uplift/x) with c = 4 sqrt(r)/(1 + sqrt(r))²: each chord then has the area of the curve (derived).
-    The last node is at c² times the balance, so that the constant moment beyond it is that at the balance, which is
-    exact.
+    The nodes are those of a geometric series of ratio r from the uplift on. Beyond the first, they lie on 1 - (2/3) c
+    sqrt(uplift/x) with c = 4 sqrt(r)/(1 + sqrt(r))²: each chord then has the area of the curve (derived). The last node
+    is at c² times the balance, so that the constant moment beyond it is that at the balance, which is exact.
     """
     balance = balance_on_bed(uplift)
     share = 1.0

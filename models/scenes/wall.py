@@ -79,16 +79,12 @@ def rebound(gyration: float, half_width: float, cm_height: float, contact_height
     """Return velocity after over velocity before an impact at a wall, from the block's geometry (>= 0).
 
     A block that turns about its lower rear corner strikes the wall at the height z, and the contact sticks: the angular
-    momentum about that point is kept.  With rho² = I_G/m, the half width b towards the wall, and the mass at height h,
+    momentum about that point is kept. With rho² = I_G/m, the half width b towards the wall, and the mass at height h,
     omega+/omega- = (rho² + b² + h² - h z)/(rho² + b² + (z - h)²), which is -(2 cos² alpha/lambda - 1) for the upper
-    edge of a block with its mass at mid-height.  A positive ratio (squat blocks, low rails) would mean that the block
-    goes on turning about the contact: it is taken to stop there, 0.
-
-    References
-    ----------
-    Derived.  With Housner's restitution at the base before and after it, the product is the restitution of one-sided
-    rocking that is published: Sorrentino, L., AlShawa, O. and Decanini, L. D. (2011). The relevance of energy damping
-    in unreinforced masonry rocking mechanisms. Bulletin of Earthquake Engineering 9, 1617 (recalled, not re-read).
+    edge of a block with its mass at mid-height (derived). A positive ratio (squat blocks, low rails) would mean that
+    the block continues to turn about the contact: it is assumed to stop there, 0. With Housner's restitution at the
+    base before and after it, the product is the published restitution of one-sided rocking: Sorrentino, L., AlShawa, O.
+    and Decanini, L. D. (2011). Bulletin of Earthquake Engineering 9, 1617 (recalled, not re-read).
     """
     square = gyration * gyration + half_width * half_width
     above = contact_height - cm_height

@@ -62,20 +62,10 @@ def demand_in_plane(
 ) -> Array:
     """Return the friction that keeps a block in place where both horizontal components shake it, under each factor.
 
-    Parameters
-    ----------
-    along, across, vertical : array, shape (n,)
-        Components along the width and along the depth, m/s², and the vertical one or None.
-    factors : array
-        Of all components.
-    level : float
-        b/h along the width: a block that uplifts there passes on no more than b/h of its weight in that direction.
-
-    Returns
-    -------
-    array, shape of `factors`
-        Greatest at the samples of sqrt(min(abs(x'')/G, b/h)² + (y''/G)²), G = g + w''; infinite where G is not above
-        zero.
+    Components (n,) along the width and along the depth, and the vertical one or None, are in m/s²; `level` is b/h along
+    the width: a block that uplifts there passes on no more than b/h of its weight in that direction. The friction is
+    the greatest at the samples of sqrt(min(abs(x'')/G, b/h)² + (y''/G)²), G = g + w''; infinite where G is not above
+    zero.
     """
     found = np.empty(factors.size)
     for i, factor in enumerate(factors.ravel().tolist()):
@@ -90,22 +80,10 @@ def demand_in_plane(
 def mode_in_plane(block: Block, static: ArrayLike, along: ArrayLike, across: ArrayLike, plane: ArrayLike) -> Any:
     """Return the `Mode` of a free block with a depth where both horizontal components shake it; arrays broadcast.
 
-    Parameters
-    ----------
-    block : Block
-    static : array
-        Static coefficient of friction.
-    along, across : array
-        Its `demand` along the width and along the depth.
-    plane : array
-        Its `demand_in_plane`, with `level` b/h along the width.
-
-    Returns
-    -------
-    array of int8
-        With static friction below b/h along the depth the block slides where `plane` exceeds it; from b/h along the
-        width on it may rock about the width in such a run, too.  What does not slide rocks where it uplifts along the
-        width or, with friction from b/h along the depth on, along the depth.
+    `along` and `across` are its `demand` along the width and the depth, `plane` its `demand_in_plane` with the `level`
+    b/h along the width. With static friction below b/h along the depth the block slides where `plane` exceeds it; from
+    b/h along the width on it may rock about the width in such a run, too. What does not slide rocks where it uplifts
+    along the width or, with friction from b/h along the depth on, along the depth.
     """
     assert block.depth is not None
     available, weightless = np.asarray(static, dtype=float), np.isinf(np.asarray(plane))

@@ -22,27 +22,17 @@ OF_TRIPS = {
 def tripping_velocity(block: Block) -> float:
     """Return the velocity from which a sliding block turns over when its foot is stopped, m/s.
 
-    Notes
-    -----
-    An obstacle that is low against the block stops the foot at once.  The angular momentum about the foot is kept, m v
-    h = I0 omega with I0 = lambda m R², so that the block begins to rock with omega = v h/(lambda R²).  It passes its
-    balance where the energy suffices to lift its mass that far, I0 omega²/2 >= m g R (1 - cos alpha), hence
+    An obstacle that is low compared with the block stops the foot at once. The angular momentum about the foot is kept,
+    m v h = I0 omega with I0 = lambda m R², so that the block begins to rock with omega = v h/(lambda R²). It passes its
+    balance where the energy suffices to lift its mass that far (Housner 1963), I0 omega²/2 >= m g R (1 - cos alpha),
+    hence
 
         v >= (R/h) sqrt(2 lambda g (R - h)),
 
-    the critical sliding velocity of vehicles that are tripped by a curb.  The shaking after the impact, which may help
-    or hinder, and an obstacle that gives way are left out.
-
-    References
-    ----------
-    Jones, I. S. (1975). The mechanics of rollover as the result of curb impact. SAE Technical Paper 750461 (as quoted
-    by others; not re-read).  Housner, G. W. (1963). The behavior of inverted pendulum structures during earthquakes.
-    Bulletin of the Seismological Society of America 53(2), 403-417 (the energy of the balance).
-
-    Examples
-    --------
-    >>> round(tripping_velocity(Block(0.4, 1.8)), 3)
-    0.776
+    the critical sliding velocity of vehicles that are tripped by a curb. The shaking after the impact, which may help
+    or hinder, and an obstacle that gives way are left out. Jones, I. S. (1975). The mechanics of rollover as the result
+    of curb impact. SAE Technical Paper 750461 (as quoted by others; not re-read). Housner, G. W. (1963). Bulletin of
+    the Seismological Society of America 53(2), 403-417.
     """
     assert block.inertia_factor is not None  # set by the block itself
     # (R - h = b²/(R + h) without cancellation)

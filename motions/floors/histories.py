@@ -43,26 +43,11 @@ class History(NamedTuple):
 class FloorHistories:
     """Floor histories by level, motion, floor and direction; made by `of`.
 
-    Attributes
-    ----------
-    levels : ndarray, shape (level,)
-        Increasing levels of a measure of the ground motion: in `unit` as they were given, or in SI (`at`).
-    unit : str
-        The unit in which they were given; '' where the histories are of one earthquake without a level.
-    texts : tuple of str, (level,)
-        The levels as they were given.
-    names : tuple of tuples of str, (level, motion)
-        The motions of each level: the same at all levels, or different at each.
-    supports : tuple of (str, str)
-        Floors with their directions, in the order of the floors.
-    elastic : bool
-        True where one set stands for all levels, to which it is scaled as if the building were elastic.
-    polarities : int
-        Runs of each motion: 2 where each is followed by its reverse (`both_ways`), else 1.
-    axes : str
-        How the two directions shake pieces: `toppling.motions.arrays.BOTH_AXES` where each shakes the width of a piece
-        and the other one its depth, `WEAK_AXIS` where pieces are asked to be so long that the other one need not, ''
-        where pieces are shaken along their width.
+    `levels` (level,) increase, in `unit` (as given; '' for one earthquake without a level) or in SI (`at`); `texts` are
+    the levels as given, `names` the motions of each level, `supports` the floors with their directions. With `elastic`
+    one set is scaled to all levels as if the building were elastic. `polarities` is 2 where each motion is followed by
+    its reverse (`both_ways`). `axes` is `toppling.motions.arrays.BOTH_AXES` where the two directions shake the width
+    and the depth of a piece, `WEAK_AXIS` where a piece must be so long that only one counts, '' for its width alone.
     """
 
     levels: Array
@@ -79,13 +64,8 @@ class FloorHistories:
     def of(cls, histories: Iterable[History], unit: str = "") -> Self:
         """Make them from histories in any order.
 
-        Raises
-        ------
-        ValueError
-            No history; a motion with two histories of a floor in one direction, with one that others lack or without
-            one that they have, or with histories of different time steps or lengths; levels with different numbers of
-            motions, or that share some motions; a history that is 0 throughout; levels that are not > 0, or nearly
-            equal.
+        Each motion has one history, not of zeros, of every floor and direction, of one step and length; levels > 0, not
+        nearly equal, have equally many motions, the same or none in common. Anything else is a ValueError.
         """
         every = list(histories)
         if not every:
@@ -177,14 +157,10 @@ class FloorHistories:
 
     @property
     def both_ways(self) -> Self:
-        """The same histories, with each motion followed by its reverse: all floors and directions change their signs.
+        """Return the same histories, with each motion followed by its reverse in all floors and directions.
 
-        The reverse of the histories stands for those of the reversed ground motion: a building that answers both alike.
-
-        Raises
-        ------
-        ValueError
-            A motion that has the name of a reverse already.
+        The reverse of the histories replaces the histories of the reversed ground motion: a building that answers both
+        alike.
         """
         reverses = {}
         for (i, motion, floor, direction), one in self.histories.items():

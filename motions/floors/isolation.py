@@ -49,20 +49,7 @@ def refuse_light(mass: Array, stiffness: Array, viscosity: Array) -> None:
 
 @dataclass(frozen=True)
 class Isolation:
-    """Isolators below the slab of a building.
-
-    Parameters
-    ----------
-    isolator : Isolator or Support
-        `Isolator.linear` or `Isolator.bilinear`: period and strength are of the whole weight, slab and building.
-    base_mass : float
-        Mass of the slab above the isolators, kg, > 0; a building refuses one that is far lighter than the rest.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A pendulum, whose friction is no yielding storey; stops or a clearance; a base mass <= 0.
-    """
+    """Linear or bilinear isolators of the whole weight, and the slab above them with its `base_mass` (kg, > 0)."""
 
     isolator: Isolator | Support
     base_mass: float

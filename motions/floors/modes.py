@@ -29,11 +29,9 @@ class Modes(NamedTuple):
 def beam_roots(alpha0: float, modes: int) -> Array:
     """Return the roots gamma (mode,) of the characteristic equation of a uniform flexural-shear cantilever.
 
-    Notes
-    -----
-    2 + [2 + alpha0^4/(gamma beta)²] cos gamma cosh beta + alpha0²/(gamma beta) sin gamma sinh beta = 0 with beta² =
-    alpha0² + gamma², divided by cosh beta.  Its sign at gamma = i pi is that of cos(i pi), so root i lies between
-    (i - 1) pi and i pi.
+    The equation is 2 + [2 + alpha0^4/(gamma beta)²] cos gamma cosh beta + alpha0²/(gamma beta) sin gamma sinh beta = 0
+    with beta² = alpha0² + gamma², divided by cosh beta. Its sign at gamma = i pi is that of cos(i pi), so root i lies
+    between (i - 1) pi and i pi.
     """
     a2 = alpha0 * alpha0
 
@@ -53,17 +51,10 @@ def beam_roots(alpha0: float, modes: int) -> Array:
 def beam_modes(alpha0: float, modes: int, heights: Array) -> Modes:
     """Return the first modes of a uniform flexural-shear cantilever at relative heights (height,), 0 to 1.
 
-    Notes
-    -----
     phi = sin gamma x - (gamma/beta) sinh beta x - eta cos gamma x + eta cosh beta x, eta = (gamma² sin gamma + gamma
     beta sinh beta)/(gamma² cos gamma + beta² cosh beta); omega is proportional to beta gamma; participation is the
-    integral of phi over that of phi².  The two hyperbolic terms nearly cancel: they are written as multiples of
-    exp(-beta (1 - x)) and exp(-beta x).
-
-    References
-    ----------
-    Miranda, E. and Taghavi, S. (2005). Approximate floor acceleration demands in multistory buildings. I: Formulation.
-    Journal of Structural Engineering 131(2), 203-211.
+    integral of phi over that of phi² (Miranda and Taghavi (2005), Journal of Structural Engineering 131(2), 203-211).
+    The two hyperbolic terms nearly cancel: they are written as multiples of exp(-beta (1 - x)) and exp(-beta x).
     """
     gammas = beam_roots(alpha0, modes)
     betas = np.sqrt(alpha0 * alpha0 + gammas * gammas)
@@ -97,8 +88,6 @@ def _integral(k: NDArray[np.complex128], start: NDArray[np.complex128]) -> NDArr
 def storey_modes(masses: Array, stiffnesses: Array) -> tuple[Array, Array]:
     """Return circular frequencies (mode,), rad/s, and shares (mode, storey) of masses (kg) on storey springs (N/m).
 
-    Notes
-    -----
     K phi = omega² M phi with K_ii = k_i + k_(i+1), K_(i,i+1) = -k_(i+1); shapes of unit modal mass, participation phi'
     M 1.
     """

@@ -16,20 +16,13 @@ from ...core.units import STANDARD_GRAVITY
 def arias_intensity(acceleration: Array, dt: float) -> float:
     """Return the Arias intensity pi/(2 g) integral a² dt, m/s.
 
-    References
-    ----------
     Arias, A. (1970). A measure of earthquake intensity. In: Seismic Design for Nuclear Power Plants, MIT Press.
     """
     return 0.5 * math.pi / STANDARD_GRAVITY * float(_squares(acceleration, dt).sum())
 
 
 def cumulative_absolute_velocity(acceleration: Array, dt: float) -> float:
-    """Return the CAV: integral |a| dt, m/s.
-
-    References
-    ----------
-    EPRI (1988). A criterion for determining exceedance of the operating basis earthquake. Report NP-5930.
-    """
+    """Return the CAV, integral |a| dt, m/s (EPRI (1988), report NP-5930)."""
     a, b = np.abs(acceleration[:-1]), np.abs(acceleration[1:])
     both = a + b
     crosses = acceleration[:-1] * acceleration[1:] < 0.0
@@ -52,10 +45,7 @@ def significant_duration_5_95(acceleration: Array, dt: float) -> float:
 def significant_duration(acceleration: Array, dt: float, start: float, end: float) -> float:
     """Return the time between two fractions (0 <= start < end <= 1) of the Arias intensity, s, also between samples.
 
-    References
-    ----------
-    Trifunac, M. D. and Brady, A. G. (1975). A study on the duration of strong earthquake ground motion. Bulletin of the
-    Seismological Society of America 65(3), 581-626.
+    Trifunac, M. D. and Brady, A. G. (1975). Bulletin of the Seismological Society of America 65(3), 581-626.
     """
     largest = float(np.abs(acceleration).max())
     if largest == 0.0:
@@ -69,8 +59,6 @@ def significant_duration(acceleration: Array, dt: float, start: float, end: floa
 def husid(acceleration: Array, dt: float) -> Array:
     """Return the share of the Arias intensity at every sample (time,), 0 to 1; NaN for a motion of zeros.
 
-    References
-    ----------
     Husid, R. (1969). Características de terremotos: análisis general. Revista del IDIEM 8(1), 21-42.
     """
     largest = float(np.abs(acceleration).max())

@@ -20,29 +20,12 @@ scale, and ends here at 7.0, which few records reach (judgement)."""
 
 
 def jma_intensity(acceleration: Array, dt: float) -> float:
-    """Return JMA's instrumental intensity of one component.
+    """Return JMA's instrumental intensity of one component (time,), m/s²: I = 2 log10(a0) + 0.94.
 
-    Parameters
-    ----------
-    acceleration : ndarray, shape (time,)
-        Acceleration, m/s².
-    dt : float
-        Time step, s.
-
-    Returns
-    -------
-    float
-        I = 2 log10(a0) + 0.94, dimensionless, with a0 the acceleration in gal that the filtered motion exceeds for
-        0.3 s in all.  A motion that is multiplied by f has an intensity that is higher by 2 log10(f).
-
-    Notes
-    -----
-    The filter is that of the period's effect, with a high-cut and a low-cut filter.  The agency takes the vector sum of
-    three components; that of one component is lower.
-
-    References
-    ----------
-    Japan Meteorological Agency (1996). Notice on the instrumental seismic intensity (read in translation).
+    a0 is the acceleration in gal that the filtered motion exceeds for 0.3 s in all. The filter is that of the period's
+    effect, with a high-cut and a low-cut filter. The agency takes the vector sum of three components; the intensity of
+    one component is lower. Japan Meteorological Agency (1996). Notice on the instrumental seismic intensity (read in
+    translation).
     """
     size = 2 * acceleration.size
     frequency = np.fft.rfftfreq(size, dt)

@@ -24,13 +24,7 @@ _FACTORS: dict[str, dict[str, float]] = {
 
 
 def long_name_at(long_name: str, place: str) -> str:
-    """Return the long name of a measure of motions of the ground or of a floor.
-
-    Examples
-    --------
-    >>> long_name_at("peak floor velocity", GROUND), long_name_at("Arias intensity", FLOOR)
-    ('peak ground velocity', 'Arias intensity, floor motion')
-    """
+    """Return the long name of a measure of motions of the ground or of a floor: "Arias intensity, floor motion"."""
     return long_name.replace(FLOOR, place) if FLOOR in long_name else f"{long_name}, {place} motion"
 
 
@@ -45,10 +39,8 @@ def place_in(long_name: str) -> str:
 
 
 def our_name(text: str) -> str:
-    """Return our name of a measure from the one that another program writes; a name that is not known as it is.
+    """Return our name of a measure from the one that another program writes; unknown names stay as they are.
 
-    Examples
-    --------
     >>> our_name("SA0P5"), our_name("SA(1.0)"), our_name("PGV")
     ('Sa(0.5)', 'Sa(1.0)', 'pgv')
     """
@@ -68,14 +60,7 @@ def program_unit(measure: Measure) -> str:
 
 
 def written_level(measure: Measure, level: float) -> str:
-    """Return a level (SI) of a measure in the unit of OpenQuake and USGS, as ``0.2 g``.
-
-    Examples
-    --------
-    >>> from toppling.motions.intensity.dataset import measure_named
-    >>> written_level(measure_named("pgv"), 0.5)
-    '50 cm/s'
-    """
+    """Return a level (SI) of a measure in the unit of OpenQuake and USGS: ``0.2 g``, ``50 cm/s``."""
     unit = program_unit(measure)
     return f"{level / in_si(unit, measure):.4g} {unit}" if unit else f"{level:.4g} {measure.units}"
 

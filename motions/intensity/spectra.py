@@ -156,12 +156,8 @@ def housner_intensity(acceleration: Array, dt: float) -> float:
     """Return the Housner intensity: the integral of the pseudo-velocity spectrum from 0.1 to 2.5 s, m.
 
     The damping is 5 %, and the integral is the trapezoidal rule on 49 periods 0.05 s apart (for ten simulated motions
-    within 0.5 % of the result with periods 0.002 s apart).
-
-    References
-    ----------
-    Housner, G. W. (1952). Spectrum intensities of strong motion earthquakes. Symposium on Earthquakes and Blast Effects
-    on Structures, Los Angeles.
+    within 0.5 % of the result with periods 0.002 s apart). Housner, G. W. (1952). Spectrum intensities of strong motion
+    earthquakes. Symposium on Earthquakes and Blast Effects on Structures, Los Angeles.
     """
     displacement = peak_displacements(acceleration, dt, HOUSNER_PERIODS, DAMPING)
     return float(np.trapezoid(displacement * 2.0 * math.pi / HOUSNER_PERIODS, HOUSNER_PERIODS))
@@ -170,12 +166,8 @@ def housner_intensity(acceleration: Array, dt: float) -> float:
 def mean_period(acceleration: Array, dt: float) -> float:
     """Return the mean period sum(C²/f)/sum(C²) of the Fourier amplitudes C at 0.25 <= f <= 20 Hz, s.
 
-    The frequencies are 1/(n dt) apart, 0.05 Hz at most.  The result is NaN if the motion has no content in the band.
-
-    References
-    ----------
-    Rathje, E. M., Faraj, F., Russell, S. and Bray, J. D. (2004). Empirical relationships for frequency content
-    parameters of earthquake ground motions. Earthquake Spectra 20(1), 119-144.
+    The frequencies are 1/(n dt) apart, 0.05 Hz at most; a motion without content in the band has NaN. Rathje, E. M.,
+    Faraj, F., Russell, S. and Bray, J. D. (2004). Earthquake Spectra 20(1), 119-144.
     """
     largest = float(np.abs(acceleration).max())
     if largest == 0.0:

@@ -37,12 +37,8 @@ SPECTRA = "spectra"
 class Variability(NamedTuple):
     """Standard deviations of ln(PGV/PGA) and of ln(Sa(1 s)/Sa(0.2 s)), with their degrees of freedom.
 
-    References
-    ----------
-    Boore, D. M., Stewart, J. P., Seyhan, E. and Atkinson, G. M. (2014). NGA-West2 equations for predicting PGA, PGV,
-    and 5% damped PSA for shallow crustal earthquakes. Earthquake Spectra 30(3), 1057-1085.
-    Baker, J. W. and Bradley, B. A. (2017). Intensity measure correlations observed in the NGA-West2 database, and
-    dependence of correlations on rupture and site parameters. Earthquake Spectra 33(1), 145-156.
+    Boore, D. M., Stewart, J. P., Seyhan, E. and Atkinson, G. M. (2014). Earthquake Spectra 30(3), 1057-1085. Baker, J.
+    W. and Bradley, B. A. (2017). Earthquake Spectra 33(1), 145-156.
     """
 
     freedom: int

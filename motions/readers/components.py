@@ -123,11 +123,6 @@ def arrays_of(file: Path, components: Sequence[Component]) -> list[xr.DataArray]
     """Return the labelled arrays of a file's components, in the file's order, one for each step and length.
 
     Station, component and event become coordinates on `motion`, as far as the file gives them.
-
-    Raises
-    ------
-    RecordError
-        No component, an acceleration beyond that of any record.
     """
     if not components:
         raise RecordError(f"{file}: holds no acceleration")

@@ -43,19 +43,9 @@ def is_cosmos(head: Sequence[str]) -> bool:
 def cosmos_components(lines: Lines) -> list[Component]:
     """Return all accelerations of a COSMOS file, m/s²; velocity and displacement blocks are checked and skipped.
 
-    Uncorrected accelerations (volume 1) lose their mean, the zero of the instrument.
-
-    Raises
-    ------
-    RecordError
-        Headers or data that are not as announced, a unit that is no unit of acceleration (raw counts are refused), a
-        step that does not fit the stated length, a sample that is marked as unknown, another peak than the header's,
-        a channel without its end.
-
-    References
-    ----------
-    Consortium of Organizations for Strong-Motion Observation Systems (2001). COSMOS strong motion data format,
-    version 1.20, https://www.strongmotioncenter.org/vdc/cosmos_format_1_20.pdf.
+    Uncorrected accelerations (volume 1) lose their mean, the zero of the instrument. Consortium of Organizations for
+    Strong-Motion Observation Systems (2001). COSMOS strong motion data format, version 1.20,
+    https://www.strongmotioncenter.org/vdc/cosmos_format_1_20.pdf.
     """
     found: list[Component] = []
     for line in lines:

@@ -37,14 +37,6 @@ def is_csmip(head: Sequence[str]) -> bool:
 def csmip_components(lines: Lines) -> list[Component]:
     """Return the acceleration of every channel, m/s²; its velocity and displacement are checked and skipped.
 
-    Raises
-    ------
-    RecordError
-        A channel whose headers or data do not follow the format, that states no unit or number format, holds another
-        number of samples than declared, or lacks its end.
-
-    References
-    ----------
     Shakal, A. F. and Huang, M. J. (1985). Standard tape format for CSMIP strong-motion data tapes. California Division
     of Mines and Geology, report OSMS 85-03.
     """

@@ -187,13 +187,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
 
 
 def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:
-    """Return the samples of one column without their number and time step above, the header with the step, a note.
-
-    Raises
-    ------
-    RecordError
-        A number above that is neither, and no sample: it is far greater than all samples.
-    """
+    """Return the samples of one column without their number and time step above, the header with the step, a note."""
     n, line = len(values), header[-1][0] + 1 if header else 1
     for count, step in ((0, 1), (1, 0)):
         if values[count, 0] == n - 2 > FEW and 0.0 < values[step, 0] < LONGEST_STEP:

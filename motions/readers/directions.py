@@ -110,11 +110,6 @@ def of_file(path: Path, motion: xr.DataArray) -> Direction:
 
     The direction is what the file says, otherwise that of its name, otherwise that of its title; the recording is named
     by the record sequence number of the NGA databases, by the name without its direction, or by the station and event.
-
-    Raises
-    ------
-    RecordError
-        A file of which neither name nor header gives a direction.
     """
     said, title = direction_of(said_of(motion)), _of_title(motion)
     suffix, name, number = _KNET.fullmatch(path.suffix), _NAME.fullmatch(path.stem), _RECORDING.match(path.stem)
@@ -188,13 +183,8 @@ def horizontal_motions(
 ) -> list[xr.DataArray]:
     """Return what was read from files without vertical components; the first array names those that are left out.
 
-    A file that is named by itself, not by a pattern, and holds nothing else is kept.  With `vertical`, vertical
-    components alone are kept.  `cure`: how the caller takes vertical components on purpose.
-
-    Raises
-    ------
-    RecordError
-        Nothing is left.
+    A file that is named by itself, not by a pattern, and holds nothing else is kept. With `vertical`, vertical
+    components alone are kept. `cure`: how the caller takes vertical components on purpose.
     """
     read = of_the_ground(read, patterns, folder)
     named = {folder / pattern for pattern in patterns}

@@ -28,14 +28,6 @@ def is_esm(head: Sequence[str]) -> bool:
 def esm_components(lines: Lines) -> list[Component]:
     """Return the one component of an ESM file, m/s².
 
-    Raises
-    ------
-    RecordError
-        A missing key, a quantity that is not acceleration, an unknown unit, another number of samples than NDATA or
-        another peak than the header's.
-
-    References
-    ----------
     Luzi, L. et al. (2016). The Engineering Strong-Motion database: a platform to access pan-European accelerometric
     data. Seismological Research Letters 87(4), 987-997; header as in files of format DYNA 1.2, https://esm-db.eu.
     """

@@ -31,15 +31,8 @@ def is_geonet(head: Sequence[str]) -> bool:
 def geonet_components(lines: Lines) -> list[Component]:
     """Return the acceleration of every component, m/s²; its velocity and displacement are checked and skipped.
 
-    Raises
-    ------
-    RecordError
-        An uncorrected accelerogram (V1A), headers or data that do not follow the format, another number of samples or
-        peak than declared.
-
-    References
-    ----------
-    GeoNet, "Strong motion file formats", https://www.geonet.org.nz/data/supplementary/strong_motion_file_formats.
+    Uncorrected accelerograms (V1A) raise RecordError. GeoNet, "Strong motion file formats",
+    https://www.geonet.org.nz/data/supplementary/strong_motion_file_formats.
     """
     found: list[Component] = []
     for line in lines:

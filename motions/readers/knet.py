@@ -52,20 +52,8 @@ def is_knet(head: Sequence[str]) -> bool:
 def knet_components(lines: Lines) -> list[Component]:
     """Return the one component of a K-NET or KiK-net file, m/s², without the offset of its raw samples.
 
-    Raises
-    ------
-    RecordError
-        Another header than NIED's, an invalid scale factor or unit, another number of samples than the sampling
-        frequency and the duration declare, another peak than the header's.
-
-    Notes
-    -----
-    The samples are raw: their mean is the instrument's zero, and the header's peak is that without it.
-    The recording start in the header is 15 s after that of the first sample; no time is taken from it.
-
-    References
-    ----------
-    National Research Institute for Earth Science and Disaster Resilience (NIED), "About K-NET ASCII format",
+    The mean of the samples is the instrument's zero, and the header's peak is that without it. The recording start in
+    the header is 15 s after that of the first sample; no time is taken from it. NIED, "About K-NET ASCII format",
     https://www.kyoshin.bosai.go.jp/kyoshin/man/knetform_en.html.
     """
     header: dict[str, str] = {}

@@ -212,13 +212,8 @@ class Lines:
         return found
 
     def step(self, match: re.Match[str]) -> float:
-        """Return a time step, s, as `STEP` finds it: its number, D exponents and fractions too, and its unit.
-
-        Raises
-        ------
-        RecordError
-            Text after the number that is neither a unit of time nor apart from it, a unit of a frequency, a step that
-            is not between 0 and 1 s.
+        """Return a time step between 0 and 1 s as `STEP` finds it: a number, D exponents and fractions too, with a
+        unit.
         """
         text = f"{match['number']}{match['rest']}".strip()
         after = _AFTER_STEP.match(match["rest"])
@@ -241,13 +236,8 @@ class Lines:
     def numbers(self, count: int | None = None, columns: tuple[int, int] | None = None, what: str = "samples") -> Array:
         """Return the next `count` numbers (all that follow if None), also from fixed columns without blanks between.
 
-        `columns` is the number of values on a line and the width of each, if the file declares them.
-
-        Raises
-        ------
-        RecordError
-            Another number of values than declared, a value that is no number or not finite; the message names the line
-            or the sample.
+        `columns` is the number of values on a line and the width of each, if the file declares them. Messages of a
+        RecordError name the line or the sample.
         """
         found = array("d")
         while count is None or len(found) < count:

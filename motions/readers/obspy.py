@@ -44,17 +44,8 @@ def _is_sac(head: Sequence[str]) -> bool:
 def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     """Return all traces of a file that obspy reads, m/s²; counts lose their mean, the zero of the instrument.
 
-    Parameters
-    ----------
-    file : path
-        File of at most 128 MiB.
-    unit : str or float
-        Unit of the samples, or m/s² per count: of these formats SLIST and TSPAIR alone may state a unit.
-
-    Raises
-    ------
-    RecordError
-        obspy is not installed or knows no such format, no unit, a channel in pieces (a gap), velocity or displacement.
+    The file has at most 128 MiB; `unit` is that of the samples, or m/s² per count: of these formats SLIST and TSPAIR
+    alone may state a unit.
     """
     if file.stat().st_size > OBSPY_BYTES:
         raise RecordError(f"{file}: larger than {OBSPY_BYTES // 2**20} MiB, cut it with obspy first")

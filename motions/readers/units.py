@@ -215,13 +215,7 @@ def _told(text: str, line: int) -> list[Unit]:
 
 
 def agreed(file: Path, units: Iterable[Unit]) -> Unit | None:
-    """Return the one unit of acceleration that all say, None where there is none.
-
-    Raises
-    ------
-    RecordError
-        Two units that differ (the message has both lines), an unknown unit, a unit of velocity or displacement.
-    """
+    """Return the one unit of acceleration that all lines state, None if none does; two different units are an error."""
     first: Unit | None = None
     for unit in sorted(units, key=lambda unit: unit.once):
         if not unit.quantity or (unit.quantity == "acceleration" and math.isnan(unit.factor)):

@@ -50,16 +50,10 @@ def misfit(problem: Problem, chosen: Index) -> float:
 
 
 def choose(problem: Problem, covariance: Array, number: int, rng: np.random.Generator) -> Index:
-    """Return the indices (number,) of a set, sorted, of the least misfit over `RESTARTS` starts.
+    """Return the sorted indices (number,) of the candidates whose misfit is least over `RESTARTS` starts.
 
-    Parameters
-    ----------
-    problem : Problem
-        With at least `number` candidates that the groups allow.
-    covariance : ndarray, shape (measure, measure)
-        Of the target, with variances `sigmas` squared.
-    number : int
-    rng : numpy.random.Generator
+    `covariance` (measure, measure) is that of the target, with variances `sigmas` squared; the groups allow at least
+    `number` candidates.
     """
     draws = [_draw(covariance, number, rng) for _ in range(DRAWS)]
     order = np.argsort([_roughness(one, problem.sigmas) for one in draws], kind="stable")

@@ -34,10 +34,7 @@ class DoubtfulCorrelations(UserWarning):
 def spectral(first: float, second: float) -> float:
     """Return the correlation of ln Sa at two periods, s, 0.01 to 10.
 
-    References
-    ----------
-    Baker, J. W. and Jayaram, N. (2008). Correlation of spectral acceleration values from NGA ground motion models.
-    Earthquake Spectra 24(1), 299-317.
+    Baker, J. W. and Jayaram, N. (2008). Earthquake Spectra 24(1), 299-317.
     """
     a, b = sorted((first, second))
     c1 = 1.0 - math.cos(0.5 * math.pi - 0.366 * math.log(b / max(a, 0.109)))
@@ -65,12 +62,8 @@ _PGV = (
 def velocity_spectral(period: float) -> float:
     """Return the correlation of ln PGV and ln Sa at a period, s, 0.01 to 10.
 
-    The formula jumps by up to 0.0016 at 0.1, 0.75 and 2.5 s; there the piece of the shorter periods is taken.
-
-    References
-    ----------
-    Bradley, B. A. (2012). Empirical correlations between peak ground velocity and spectrum-based intensity measures.
-    Earthquake Spectra 28(1), 17-35.
+    The formula jumps by up to 0.0016 at 0.1, 0.75 and 2.5 s; there the piece of the shorter periods is taken. Bradley,
+    B. A. (2012). Earthquake Spectra 28(1), 17-35.
     """
     _, p, q, c, d = next(piece for piece in _PGV if period <= piece[0])
     return 0.5 * (p + q) - 0.5 * (p - q) * math.tanh(d * math.log(period / c))
@@ -84,22 +77,13 @@ _DURATION = np.array(
 def duration_spectral(period: float) -> float:
     """Return the correlation of ln D5-95 and ln Sa at a period, s, 0.01 to 10.
 
-    References
-    ----------
-    Bradley, B. A. (2011). Correlation of significant duration with amplitude and cumulative intensity measures and its
-    use in ground motion selection. Journal of Earthquake Engineering 15(6), 809-832.
+    Bradley, B. A. (2011). Journal of Earthquake Engineering 15(6), 809-832.
     """
     return float(np.interp(math.log(period), np.log(_DURATION[:, 0]), _DURATION[:, 1]))
 
 
 def by_formulas(measures: Sequence[Measure]) -> Array:
-    """Return the correlations (measure, measure) of PGA, PGV, D5-95 and Sa of 5 % damping, as the formulas have them.
-
-    Raises
-    ------
-    ValueError
-        A measure for which there is no formula.
-    """
+    """Return the published correlations (measure, measure) of PGA, PGV, D5-95 and Sa of 5 % damping."""
     found = np.eye(len(measures))
     for i, one in enumerate(measures):
         for j in range(i):
@@ -154,30 +138,11 @@ class Repair(NamedTuple):
 
 
 def repaired(correlations: Array, labels: Sequence[str] = ()) -> Repair:
-    """Return correlations as a positive definite matrix.
+    """Return symmetric correlations (measure, measure), ones on the diagonal, as a positive definite matrix.
 
-    Parameters
-    ----------
-    correlations : array_like, shape (measure, measure)
-        Symmetric, ones on the diagonal, no value beyond ±1.
-    labels : sequence of str
-        Names of the measures, for messages.
-
-    Returns
-    -------
-    Repair
-        Eigenvalues below 1e-6 are raised to it, and rows and columns scaled so that the diagonal is one again; the
-        matrix itself where there are none.
-
-    Warns
-    -----
-    DoubtfulCorrelations
-        A correlation changes by more than 0.05.
-
-    Raises
-    ------
-    TypeError, ValueError
-        No such matrix, or one whose repair changes a correlation by more than 0.15.
+    Eigenvalues below 1e-6 are raised to it, and rows and columns are scaled so that the diagonal is one again. A
+    correlation that changes by more than 0.05 is warned of (DoubtfulCorrelations), by more than 0.15 refused; `labels`
+    name the measures in messages.
     """
     given = checks.finite_array("correlations", correlations, ndim=(2,))
     n = given.shape[0]

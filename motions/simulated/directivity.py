@@ -105,44 +105,15 @@ ROOT_WITHOUT_PULSE = np.linalg.cholesky(_symmetric(CORRELATION_WITHOUT_PULSE))
 
 @dataclass(frozen=True)
 class NearFaultEquations:
-    """Predictive equations of Dabaghi and Der Kiureghian for one scenario.
+    """Predictive equations of Dabaghi and Der Kiureghian (2018) for one scenario; parameters as of `NearFault`.
 
-    Parameters
-    ----------
-    magnitude : float
-        Moment magnitude, 5.5 to 8.
-    distance : float
-        Closest distance to the rupture, m, 0 to 50 km (data: below 31 km).
-    vs30 : float
-        Shear-wave velocity of the uppermost 30 m, m/s, 100 to 3000; values above 1100 count as 1100.
-    faulting : {"strike-slip", "reverse"}
-        Style of faulting.
-    depth : float
-        Depth of the top of the rupture, m, 0 to 30 km; it counts in reverse faulting only, and up to 1 km.
-    along : float
-        Length of rupture towards the site (s of strike-slip, d of other faulting), m, 0 to 500 km.
-    angle : float
-        Angle between rupture and site (theta or phi), rad, 0 to pi/2.
-
-    Notes
-    -----
     Probability of a pulse (Shahi and Baker 2014): 1/[1 + exp(0.457 + 0.126 R - 0.244 sqrt s + 0.013 theta)] in
     strike-slip faulting, 1/[1 + exp(0.304 + 0.072 R - 0.208 sqrt d + 0.021 phi)] in other faulting (km, degrees).
     Errors beyond two standard deviations are drawn again, as are pulses that would begin before the motion.
 
-    References
-    ----------
-    Dabaghi, M. and Der Kiureghian, A. (2018). Simulation of orthogonal horizontal components of near-fault ground
-    motion for specified earthquake source and site characteristics. Earthquake Engineering and Structural Dynamics 47,
-    1369-1393 (coefficients, correlations and truncation read in public code that implements it).
-    Shahi, S. K. and Baker, J. W. (2014). An efficient algorithm to identify strong-velocity pulses in multicomponent
-    ground motions. Bulletin of the Seismological Society of America 104, 2456-2466.
-
-    Examples
-    --------
-    >>> near = NearFaultEquations(7.0, 5e3, 500.0, "strike-slip", 0.0, 20e3, 0.0)
-    >>> round(near.pulse_probability, 2)
-    0.5
+    Dabaghi, M. and Der Kiureghian, A. (2018). Earthquake Engineering and Structural Dynamics 47, 1369-1393
+    (coefficients, correlations and truncation read in public code that implements it). Shahi, S. K. and Baker, J. W.
+    (2014). Bulletin of the Seismological Society of America 104, 2456-2466.
     """
 
     magnitude: float

@@ -15,11 +15,6 @@ class KeptMotions(Generator):
     """The motions of a generator, made once as long as they fit into `KEPT_BYTES`; others are made again each time.
 
     Its `repr` is the generator's, so that results name that, and so are its other properties.
-
-    Parameters
-    ----------
-    generator : Generator
-        The generator.
     """
 
     def __init__(self, generator: Generator) -> None:

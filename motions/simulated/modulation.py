@@ -46,19 +46,11 @@ def ratio_limits(middle: float) -> tuple[float, float]:
 
 
 def modulation(d5_95: Array, t_middle: Array, middle: float = 0.45) -> Modulation:
-    """Return the modulation that takes `d5_95` from 5 to 95 % of its energy, and reaches `middle` at `t_middle`.
+    """Return the modulation that takes `d5_95` (s) from 5 to 95 % of its energy, and reaches `middle` at `t_middle`
+    (s).
 
-    Parameters
-    ----------
-    d5_95, t_middle : ndarray
-        Times, s, > 0, one shape.
-    middle : float
-        Energy fraction at `t_middle`: 0.45 (Rezaeian and Der Kiureghian), 0.30 (Dabaghi and Der Kiureghian).
-
-    Returns
-    -------
-    Modulation
-        NaN where D5-95/t_middle is outside `ratio_limits`.
+    `middle` is 0.45 (Rezaeian and Der Kiureghian) or 0.30 (Dabaghi and Der Kiureghian); NaN where D5-95/t_middle is
+    outside `ratio_limits`.
     """
     logs, ratios = _table(middle)
     target = np.log(d5_95 / t_middle)

@@ -43,8 +43,20 @@ class NearFault(ScenarioGenerator):
 
     Parameters
     ----------
-    magnitude, distance, vs30, faulting, depth, along, angle
-        The scenario; see `toppling.motions.simulated.directivity.NearFaultEquations`.
+    magnitude : float
+        Moment magnitude, 5.5 to 8.
+    distance : float
+        Closest distance to the rupture, m, 0 to 50 km (data: below 31 km).
+    vs30 : float
+        Shear-wave velocity of the uppermost 30 m, m/s, 100 to 3000; values above 1100 count as 1100.
+    faulting : {"strike-slip", "reverse"}
+        Style of faulting.
+    depth : float
+        Depth of the top of the rupture, m, 0 to 30 km; it counts in reverse faulting only, and up to 1 km.
+    along : float
+        Length of rupture towards the site (s of strike-slip, d of other faulting), m, 0 to 500 km.
+    angle : float
+        Angle between rupture and site (theta or phi), rad, 0 to pi/2.
     with_pulse : {"always", "probability", "never"}
         Motions with a pulse: all, each with the scenario's probability, or none.
     f_c : float, optional

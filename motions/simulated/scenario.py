@@ -91,40 +91,16 @@ SI = np.array([STANDARD_GRAVITY, 1.0, 1.0, TWO_PI, TWO_PI, 1.0])
 
 @dataclass(frozen=True)
 class SiteBasedEquations:
-    """Predictive equations of Rezaeian and Der Kiureghian (2010) for one scenario.
+    """Predictive equations of Rezaeian and Der Kiureghian (2010) for one scenario, as of `SiteBasedScenario`.
 
-    Parameters
-    ----------
-    magnitude : float
-        Moment magnitude, 5 to 8.5 (data: 6.1 to 7.7).
-    distance : float
-        Closest distance to the rupture, m, 1 km to 200 km (data: 10 to 100 km).
-    vs30 : float
-        Shear-wave velocity of the uppermost 30 m, m/s, 100 to 3000 (data: above 600).
-    faulting : {"strike-slip", "reverse"}
-        Style of faulting.
-    arias_constant : float, -5 to 0
-        Constant c of the score of the Arias intensity.
-
-    Notes
-    -----
     Score v_i = c_i + F f_i + m_i M/7 + r_i x_R + s_i x_V + error; for the Arias intensity x_R = ln(R/25 km) and x_V =
-    ln(V/750 m/s), for the others x_R = R/25 km and x_V = V/750 m/s.  The error N(0, tau² + sigma²) is the total error,
-    and the correlations are those of total errors.  Coefficients, tau, sigma, correlations and marginals are the
-    paper's, that of the Arias intensity by default: -1.844.  Later public code by one of its authors has -2.2962,
+    ln(V/750 m/s), for the others x_R = R/25 km and x_V = V/750 m/s. The error N(0, tau² + sigma²) is the total error,
+    and the correlations are those of total errors. Coefficients, tau, sigma, correlations and marginals are the
+    paper's, that of the Arias intensity by default: -1.844. Later public code by one of its authors has -2.2962,
     ln(pi/2) less: with it the medians of PGA and PGV of M 6.5 at 20 km on 760 m/s are 1.1 to 1.2 times those of Boore
     et al. (2014), with the paper's 1.5 to 1.7 times.
 
-    References
-    ----------
-    Rezaeian, S. and Der Kiureghian, A. (2010). Simulation of synthetic ground motions for specified earthquake and
-    site characteristics. Earthquake Engineering and Structural Dynamics 39, 1155-1180.
-
-    Examples
-    --------
-    >>> rock = SiteBasedEquations(6.5, 20e3, 760.0, "strike-slip")
-    >>> round(float(rock.medians().d5_95), 1)
-    13.9
+    Rezaeian, S. and Der Kiureghian, A. (2010). Earthquake Engineering and Structural Dynamics 39, 1155-1180.
     """
 
     magnitude: float

@@ -223,9 +223,14 @@ class SiteBasedScenario(ScenarioGenerator):
 
     Parameters
     ----------
-    magnitude, distance, vs30, faulting
-        The scenario: moment magnitude, distance to the rupture (m), velocity (m/s), "strike-slip" or "reverse"; see
-        `toppling.motions.simulated.scenario.SiteBasedEquations` for the ranges.
+    magnitude : float
+        Moment magnitude, 5 to 8.5 (data: 6.1 to 7.7).
+    distance : float
+        Closest distance to the rupture, m, 1 km to 200 km (data: 10 to 100 km).
+    vs30 : float
+        Shear-wave velocity of the uppermost 30 m, m/s, 100 to 3000 (data: above 600).
+    faulting : {"strike-slip", "reverse"}
+        Style of faulting.
     f_c : float, optional
         Corner of the high-pass, Hz; 10^(1.4071 - 0.3452 M) if not given.
     dt : float
@@ -233,8 +238,8 @@ class SiteBasedScenario(ScenarioGenerator):
     duration : float, optional
         Length, s; by default sufficient for times 2.5 standard deviations above their medians.
     arias_constant : float
-        Constant of the equation of the Arias intensity, which sets the strength of the motions: -1.844 as published in
-        2010, or -2.2962 as in later code; see `SiteBasedEquations`.
+        Constant of the equation of the Arias intensity, -5 to 0, which sets the strength of the motions: -1.844 as
+        published in 2010, or -2.2962 as in later code.
 
     Notes
     -----

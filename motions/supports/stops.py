@@ -28,37 +28,14 @@ FINEST = 1e-4
 
 @dataclass(frozen=True)
 class Stops:
-    """Stops on both sides of a platform.
+    """Stops on both sides of a platform, at a clearance (m, infinite for none), with a restitution of 0.15 to 1.
 
-    Attributes
-    ----------
-    clearance : float
-        Displacement at which the platform touches a stop, m, > 0; infinite for none.
-    frequency : float, optional
-        Natural frequency of the platform with its load on a stop, sqrt(k_s/m)/(2 pi), Hz, >= 0.01; strikes are not
-        modelled where it is not given.
-    restitution : float
-        Velocity after a strike over that before, 0.15 to 1.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Values out of range; a frequency without a clearance, or of a contact too short to be sampled.
-
-    Notes
-    -----
-    Beyond the clearance a stop pushes back with k_s times depth + c_s times its rate (Kelvin-Voigt), and never pulls.
-    With c_s = 2 zeta sqrt(k_s m) a platform on which nothing else acts keeps the share exp(-2 zeta arccos(zeta)/s), s =
-    sqrt(1 - zeta²), of its velocity, after a contact of 2 arccos(zeta)/(omega_s s) (derived: the stop lets go where the
-    acceleration is zero).  Undamped, with the velocity v: depth v/omega_s, duration pi/omega_s, acceleration v omega_s.
-
-    Examples
-    --------
-    >>> stops = Stops(0.1, 5.0, 1.0)
-    >>> round(stops.contact, 12)
-    0.1
-    >>> round(Stops(0.1, 5.0, 0.6).damping, 4)
-    0.1809
+    `frequency` is the natural frequency of the platform with its load on a stop, sqrt(k_s/m)/(2 pi), Hz, >= 0.01;
+    strikes are not modelled where it is not given. Beyond the clearance a stop pushes back with k_s times depth + c_s
+    times its rate (Kelvin-Voigt), and never pulls. With c_s = 2 zeta sqrt(k_s m) a platform on which nothing else acts
+    keeps the share exp(-2 zeta arccos(zeta)/s), s = sqrt(1 - zeta²), of its velocity, after a contact of 2
+    arccos(zeta)/(omega_s s) (derived: the stop lets go where the acceleration is zero). Undamped, with the velocity v:
+    depth v/omega_s, duration pi/omega_s, acceleration v omega_s.
     """
 
     clearance: float = math.inf

@@ -184,13 +184,7 @@ def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
 
 
 def weights_of(assessment: xr.Dataset, level: float | None) -> Array:
-    """Return the weights of the levels (level,): annual rates, or 1 for one level and 0 for all others.
-
-    Raises
-    ------
-    ValueError
-        No such level, or no level where the assessment has no hazard curve.
-    """
+    """Return the weights of the levels (level,): annual rates, or 1 for one level and 0 for all others."""
     if level is None:
         if "level_weight" not in assessment:
             raise ValueError("anchoring needs a level, or an assessment with a hazard curve, got neither")

@@ -32,16 +32,9 @@ MOST_NAMED = 8
 def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) -> Inventory:
     """Return an inventory as `Shaking.placed` does, with the lines that are run about their depth, too.
 
-    These are all lines that can fall, but those on soft beds, and those that are at least 1.6 times as long as they
-    are wide and so squat along their depth that a law has no restitution for it.  A wall, a restraint, an offset of the
-    mass and a lean act in the direction of the width: along its depth a piece stands free.
-
-    Raises
-    ------
-    ValueError
-        As `Shaking.placed`; lines without a depth where both components shake, a line too squat along its depth for a
-        law without an explicit restitution; where blocks are asked to rock about their weak axis alone, lines without
-        a depth, or with one below 1.6 times their width; lines near an obstacle.
+    These are all lines that can fall, but those on soft beds, and those that are at least 1.6 times as long as they are
+    wide and so squat along their depth that a law has no restitution for it. A wall, a restraint, an offset of the mass
+    and a lean act in the direction of the width: along its depth a piece stands free.
     """
     placed = shaking.placed(inventory)
     if not shaking.axes:

@@ -74,40 +74,21 @@ def rates_over_branches(
 ) -> xr.Dataset:
     """Return fractiles and means over branches of the annual rates of pieces and events, and of annual amounts.
 
-    Parameters
-    ----------
-    branches : sequence of InventoryBranch
-        All combinations with their weights, which sum to 1; with realisations of a hazard its own uncertainty counts.
-    assessments : mapping of str to xarray.Dataset
-        By the names of motions: the inventory under them at the same levels, as `assess` returns it, without
-        modelling uncertainty in its flags.
-    inventory : Inventory
-        The inventory.
-    sampling : Sampling
-        Replicates, seed and modelling uncertainty.
+    `branches` are all combinations, whose weights sum to 1; with realisations of a hazard its own uncertainty counts.
+    `assessments` are the inventory by the names of motions at the same levels, without modelling uncertainty in their
+    flags; `sampling` has replicates, seed and modelling uncertainty.
 
-    Returns
-    -------
-    xarray.Dataset
-        For item_rate (item), any_rate, annual_number, annual_loss, annual_downtime, annual_injuries (place) and
-        consequence_rate (place, consequence), as far as the inventory gives them, under their names: ``epistemic_…``,
-        the mean; ``epistemic_…_fractile`` on epistemic_fractile; ``epistemic_…_spread`` on epistemic_source, shares of
-        the variance of the logarithm; ``branch_…`` on branch, the value of each branch; and ``branch_share_beyond``,
-        the share of the building's expected falls from shaking beyond the hazard curve's or above the highest level,
-        where they are a guess.  All with a hazard in 1/year.
+    The variables, with a hazard in 1/year, are of item_rate (item), any_rate, annual_number, annual_loss,
+    annual_downtime, annual_injuries (place) and consequence_rate (place, consequence), as far as the inventory gives
+    them: ``epistemic_…``, the mean; ``epistemic_…_fractile`` on epistemic_fractile; ``epistemic_…_spread`` on
+    epistemic_source, shares of the variance of the logarithm; ``branch_…`` on branch; and ``branch_share_beyond``, the
+    share of the building's expected falls from shaking beyond the hazard curve's or above the highest level, where they
+    are a guess.
 
-    Raises
-    ------
-    ValueError
-        A hazard curve that is a fractile of its realisations; modelling uncertainty of several classes where levels
-        have motions of their own.
-
-    Notes
-    -----
     As `toppling.fragility.epistemic_rates`, with the rates of weighted levels in place of those of curves: the finite
-    number of motions counts by resampled motions.  With beta_m in the fractiles each sample has a score of each class
+    number of motions counts by resampled motions. With beta_m in the fractiles each sample has a score of each class
     (`modelling`): capacities of the class are off by exp(beta_m Z), so that its rate is the hazard at the shifted
-    capacities; sums over classes are of independent scores.  With beta_m in the means all rates are means over it.
+    capacities; sums over classes are of independent scores. With beta_m in the means all rates are means over it.
     """
     for one in branches:
         if one.hazard.fractile is not None and one.hazard.weights is not None:

@@ -27,18 +27,9 @@ NUMBERS = {
 def code_variables(
     inventory: Inventory, code: Code, building: Building | None, safety: tuple[str, ...]
 ) -> dict[str, xr.Variable]:
-    """Return what a code says of every line: ``code_status``, ``code_clause``, …, on item.
+    """Return the statements of a code on every line, on item: ``code_status``, ``code_clause``, ….
 
-    Parameters
-    ----------
-    inventory : Inventory
-        The lines.
-    code : Code
-        The code with the parameters of the site.
-    building : Building, optional
-        The building, which gives the heights of the floors.
-    safety : tuple of str
-        Consequences that are a risk to persons.
+    The building gives the heights of the floors; `safety` are consequences that are a risk to persons.
     """
     found = [code.check(component_of(row, building, safety)) for row in inventory.rows]
     texts = {name: (np.array([getattr(one, name) for one in found], object), text) for name, text in TEXTS.items()}

@@ -93,8 +93,6 @@ class ShiftedLevels(Mixture):
     def between(cls, weights: LevelWeights, mean: HazardCurve, hazard: HazardCurve, beta: float) -> Self:
         """Make the states for weights of levels under the `mean` hazard (`blurred`), and the hazard itself.
 
-        Notes
-        -----
         The mean hazard at the position of a level is the sum of the weights from there on, so that each class alone has
         the annual values of the weights: E[H(c exp(beta_m Z))] is the mean hazard at c.
         """
@@ -148,24 +146,9 @@ class ScoredLevels(Mixture):
 def scored_levels(levels: Array, beta: float) -> tuple[Array, ScoredLevels]:
     """Return the levels that have to be run for values at given levels, increasing, and the states that they make.
 
-    Parameters
-    ----------
-    levels : ndarray, shape (level,)
-        The levels, > 0, increasing.
-    beta : float
-        beta_m, > 0.
-
-    Notes
-    -----
     Levels x exp(-beta_m z) for thirteen scores z from -3 to 3: for a lognormal capacity of dispersion beta, the mean
-    over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)) to 0.2 %
-    where beta >= beta_m/2.
-
-    Examples
-    --------
-    >>> run, states = scored_levels(np.array([1.0]), 0.5)
-    >>> run.size, float(run[6]), states.shares.shape
-    (13, 1.0, (1, 14))
+    over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)) to 0.2 % where beta >=
+    beta_m/2.
     """
     every = levels[:, None] * np.exp(-beta * SCORES)
     run = np.unique(every)
@@ -209,20 +192,8 @@ def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
 def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
     """Join the outcomes of all classes in random states at points of shaking, given the motion.
 
-    Parameters
-    ----------
-    joint : JointFlags
-        The flags of the inventory at the levels that were run.
-    mixture : Mixture
-        The states.
-    seed : int
-        Of the draws of the scores, each class by its name alone.
-
-    Returns
-    -------
-    JointOutcomes
-        As of `JointFlags.results`, with points in place of levels: expectations and probabilities of events are exact,
-        outcomes (…, draw) are of `DRAWS` scores a motion, independent from class to class.
+    The results are those of `JointFlags.results`, with points in place of levels: expectations and probabilities of
+    events are exact, outcomes (…, draw) are of `DRAWS` scores a motion, independent from class to class.
     """
     flags = joint.flags
     models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]

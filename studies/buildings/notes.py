@@ -120,8 +120,6 @@ def _named(here: xr.Dataset, which: Flags, beside: Array | None = None) -> tuple
 def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[str]:
     """Notes on what an inventory may have meant, and on what a building code would need of it: a sentence each.
 
-    Examples
-    --------
     >>> import toppling as tp
     >>> from toppling.studies.inventory.contents import Contents
     >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injuries",))

@@ -46,39 +46,26 @@ SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor"
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     """Return the pieces of a performance study's results under one of its laws, sorted as the study says.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        As a performance study writes it: an assessment (`assess`), with the attributes ``safety`` and ``sort`` where
-        these are not as by default, and ``at_level`` without a hazard.
-    model : int
-        Position of the law.
+    The attributes ``safety`` and ``sort`` count where they are not as by default, and ``at_level`` without a hazard.
 
-    Returns
-    -------
-    list of Piece
-
-    Notes
-    -----
-    *Required by code* and *anchor below code force* come before all others, whatever the risk.  Other recommendations,
-    for pieces that are not anchored.  Where the falling of a piece is a matter of safety (``safety``,
-    by default the consequences injury, blocks-exit, and release of a hazardous substance), nothing is said of its cost:
-    *reduces risk most* for those that, taken from the one that contributes most, make up four fifths of the expected
-    falls of all such pieces (of the expected injuries, where the inventory gives these for all of them), *makes people
-    safer* for the others.  For pieces that are no matter of safety: *worth its cost*, if the lower end of what
-    anchoring saves in 50 years, discounted (``discount_rate``), is at least its cost; *small
-    effect*, if the upper end is less; *not resolved* between the two; *anchoring cost not given*, *value not given*
-    where there is nothing to compare.  Where a line has no cost of anchoring and kits were tried, the costs and the
-    savings are those of the kits.  Without a hazard, or where no piece has a value, *reduces loss most* are those that
-    make up four fifths of the expected loss (*prevents most other falls*: of the falls, where nothing has a value), and
-    *small effect* the others; both are *reduces risk most* in an inventory of which nothing that is not anchored is a
-    matter of safety.  A small effect is *little money saved* (*few falls prevented*) *; danger to people not stated* of
-    lines without any consequence: that is not known to be harmless.  A piece that falls under no motion is *not
-    resolved*.
+    *Required by code* and *anchor below code force* come before all others, whatever the risk. Other recommendations,
+    for pieces that are not anchored. Where the falling of a piece is a matter of safety (``safety``, by default the
+    consequences injury, blocks-exit, and release of a hazardous substance), nothing is said of its cost: *reduces risk
+    most* for those that, taken from the one that contributes most, make up four fifths of the expected falls of all
+    such pieces (of the expected injuries, where the inventory gives these for all of them), *makes people safer* for
+    the others. For pieces that are no matter of safety: *worth its cost*, if the lower end of what anchoring saves in
+    50 years, discounted (``discount_rate``), is at least its cost; *small effect*, if the upper end is less; *not
+    resolved* between the two; *anchoring cost not given*, *value not given* where there is nothing to compare. Where a
+    line has no cost of anchoring and kits were tried, the costs and the savings are those of the kits. Without a
+    hazard, or where no piece has a value, *reduces loss most* are those that make up four fifths of the expected loss
+    (*prevents most other falls*: of the falls, where nothing has a value), and *small effect* the others; both are
+    *reduces risk most* in an inventory of which nothing that is not anchored is a matter of safety. A small effect is
+    *little money saved* (*few falls prevented*) *; danger to people not stated* of lines without any consequence: that
+    is not known to be harmless. A piece that falls under no motion is *not resolved*.
 
     No advice follows from chances of falling that do not apply: *outside the model* is a squat piece, whose mass centre
     is less than two half widths high, *indicative only* one of whose falls more than 5 % are in runs in which what it
-    stands on slides or rocks.  The latter is *fix before what stands on it*, unless there is another reason to fix it.
+    stands on slides or rocks. The latter is *fix before what stands on it*, unless there is another reason to fix it.
     None of these has a saving or a payback.
     """
     here = results.isel(model=model)
@@ -195,28 +182,9 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
 
     What the code requires comes first (as many pieces as the budget allows), then the most falls of pieces that are a
     matter of safety (the most injuries, where these are known of all such pieces), then of the others what they save in
-    50 years, discounted, beyond their cost: none is chosen that costs more than it saves.  Without a hazard, or where
-    nothing has a value, the loss or the falls of the others.  Pieces whose chances are no ground for advice are chosen
+    50 years, discounted, beyond their cost: none is chosen that costs more than it saves. Without a hazard, or where
+    nothing has a value, the loss or the falls of the others. Pieces whose chances are no ground for advice are chosen
     only where the code requires it.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        As `pieces_of` takes them.
-    budget : float
-        Money, in the currency of the inventory.
-    model : int
-        Position of the law.
-
-    Returns
-    -------
-    Choice
-        With the chosen lines in the order of the results' items.
-
-    Raises
-    ------
-    ValueError
-        A budget that is negative or not finite.
     """
     named = {one.item: one for one in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]

@@ -58,29 +58,9 @@ def screen_inventory(
 ) -> xr.Dataset:
     """Screen every line of an inventory; lines that are anchored neither rock nor slide.
 
-    Parameters
-    ----------
-    inventory, models, levels, im, variability
-        As for `assess`.
-    shaking : Shaking
-        The motions of each floor.
-    overturned : xarray.DataArray
-        The flags of the assessment, on (model, item, level, motion), and variant where pieces differ.
-    screening : Screening
-        How many motions are tested.
-    runner, progress
-        For the runs under perturbations.
-
-    Returns
-    -------
-    xarray.Dataset
-        As `summary_screen`, on item instead of block; NaN for what depends on the motion where an item is anchored.
-        The variants of pieces that differ are among the outcomes that are tested; the rest is of the nominal block.
-
-    Raises
-    ------
-    ValueError
-        As `assess`.
+    The variables are those of `summary_screen`, on item instead of block; NaN for what depends on the motion where an
+    item is anchored. The flags `overturned` are on (model, item, level, motion), and variant where pieces differ:
+    variants are among the outcomes that are tested; the rest is of the nominal block.
     """
     inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(levels, im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")

@@ -91,11 +91,7 @@ class Shaking:
     ) -> Shaking:
         """Make the shaking from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motions.
 
-        Raises
-        ------
-        TypeError, ValueError
-            As `toppling.motions.records`; floor motions where there is a building, without their ground motions, or
-            beside ground motions; motions that hold reverses already.
+        Floor motions need their ground motions and no building; motions that hold reverses already are refused.
         """
         checks.choice("polarity", polarity, POLARITIES)
         if building is not None and not isinstance(building, Building):
@@ -154,14 +150,9 @@ class Shaking:
     def placed(self, inventory: Inventory) -> Inventory:
         """Return the inventory with the direction of every line; '' for all where shaking has no directions.
 
-        Under pairs of components lines without a direction have their widths in x.
-
-        Raises
-        ------
-        ValueError
-            A floor that is not known, a line without a direction where there are two, a floor without histories in the
-            direction of a line, or in the other one where both shake; a bench or a platform under pairs of components
-            or vertical shaking, or one that yields under motions that are scaled.
+        Under pairs of components lines without a direction have their widths in x. Every floor has histories in the
+        directions of its lines; benches and platforms are not for pairs of components or vertical shaking, and must not
+        yield under motions that are scaled.
         """
         self.used(inventory)
         for row in inventory.rows:
@@ -261,13 +252,7 @@ class Shaking:
         return (levels, self.runs) if self.histories is None else self.histories.run_shape(levels)
 
     def scaled(self, levels: Any, im: str | Measure) -> Scaling:
-        """Return the levels of the ground motions; those of floor histories cannot be chosen, unless they are elastic.
-
-        Raises
-        ------
-        ValueError
-            As `fragility.runs.scaling.scaling`; levels at which there are no histories.
-        """
+        """Return the levels of the ground motions; levels of floor histories are fixed, unless these are elastic."""
         if self.histories is None:
             if self.axes and not isinstance(intensity_measure(im), PairMeasure | None):
                 raise ValueError(

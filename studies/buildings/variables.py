@@ -406,11 +406,6 @@ def of_motions(values: Array, polarities: int) -> Array:
     """Return the means (…, motion) over the polarities of each motion of values (…, run).
 
     The runs of a motion follow one another.
-
-    Examples
-    --------
-    >>> of_motions(np.array([1.0, 0.0, 1.0, 1.0]), 2).tolist()
-    [0.5, 1.0]
     """
     if polarities == 1:
         return values

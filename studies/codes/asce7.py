@@ -30,35 +30,21 @@ class Factors(NamedTuple):
 class Asce7(Code):
     """ASCE/SEI 7-22 at a site.
 
-    Parameters
-    ----------
-    sds : float
-        Design spectral acceleration at short periods S_DS, in g.
-    category : str
-        Seismic design category, A to F.
-    factors : mapping of str to Factors
-        C_AR and R_po of each class of components, from the tables of the standard.
-    importance : float
-        I_p, 1.0 or 1.5, of pieces that state none.
-    r_mu : float
-        Ductility reduction factor R_mu of the building, at least 1.3.
-    period : float, optional
-        Approximate fundamental period T_a of the building, s.
+    `sds` is the design spectral acceleration at short periods S_DS, in g; `category` the seismic design category, A to
+    F; `factors` C_AR and R_po of each class of components, from the tables of the standard; `importance` I_p, 1.0 or
+    1.5, of pieces that state none; `r_mu` the ductility reduction factor R_mu of the building, at least 1.3; `period`
+    its approximate fundamental period T_a, s.
 
-    Notes
-    -----
-    F_p = 0.4 S_DS I_p W_p (H_f/R_mu)(C_AR/R_po), between 0.3 and 1.6 S_DS I_p W_p (13.3-1 to 13.3-3); H_f = 1 +
-    a_1 (z/h) + a_2 (z/h)^10 with a_1 = min(1/T_a, 2.5), a_2 = max(1 - (0.4/T_a)², 0), where T_a is not known 1 +
-    2.5 z/h; R_mu = 1 and H_f = 1 at grade.  Against overturning 0.9 - 0.2 S_DS of the weight counts.
+    F_p = 0.4 S_DS I_p W_p (H_f/R_mu)(C_AR/R_po), between 0.3 and 1.6 S_DS I_p W_p (13.3-1 to 13.3-3); H_f = 1 + a_1
+    (z/h) + a_2 (z/h)^10 with a_1 = min(1/T_a, 2.5), a_2 = max(1 - (0.4/T_a)², 0), where T_a is not known 1 + 2.5 z/h;
+    R_mu = 1 and H_f = 1 at grade. Against overturning 0.9 - 0.2 S_DS of the weight counts.
 
     Exempt by 13.1.4: furniture other than storage cabinets; temporary and movable equipment; architectural components
     in category B with I_p = 1; mechanical and electrical ones in B, in C with I_p = 1 where they are attached, and in D
     to F with I_p = 1 where they are attached with flexible connections (which are not known here: *not checked*) and
-    weigh up to 1780 N with the centre of mass up to 1.22 m above the floor, or up to 89 N.  Everything in category A
-    (11.7).  Storage cabinets and shelves are components from 1.829 m (table 13.5-1).
+    weigh up to 1780 N with the centre of mass up to 1.22 m above the floor, or up to 89 N. Everything in category A
+    (11.7). Storage cabinets and shelves are components from 1.829 m (table 13.5-1).
 
-    References
-    ----------
     ASCE/SEI 7-22, Minimum design loads and associated criteria for buildings and other structures, chapter 13 (F_p and
     table 13.5-1's rows from code-checking software; exemptions as in earlier editions, recalled).
     """
@@ -132,13 +118,7 @@ class Asce7(Code):
 
 
 def height_factor(height: float, period: float | None = None) -> float:
-    """Return H_f, the amplification of the acceleration with height, at z/h of a building with the period T_a (s).
-
-    Examples
-    --------
-    >>> height_factor(0.5), height_factor(1.0, 0.5), height_factor(1.0, 0.2)
-    (2.25, 3.36, 3.5)
-    """
+    """Return H_f, the amplification of the acceleration with height, at z/h of a building with the period T_a (s)."""
     if period is None:
         return 1.0 + 2.5 * height
     first, tenth = min(1.0 / period, 2.5), max(1.0 - (0.4 / period) * (0.4 / period), 0.0)

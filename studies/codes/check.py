@@ -108,13 +108,7 @@ def anchor_demand(force: float, held_down: float, one: Component) -> float:
 
     With the height of the anchor h_a, by moments about the edge of the base, (F h_cm - w W b)/h_a with half the width b
     and the share w of the weight W that may be counted, at least 0: the rest of F is to be held at the base, which is
-    not checked here.  Without that height the whole force F.
-
-    Examples
-    --------
-    >>> shelf = Component(width=0.4, height=2.0, cm_height=1.0, mass=100.0, anchor_height=1.9)
-    >>> round(anchor_demand(500.0, 0.9, shelf), 1)
-    170.3
+    not checked here. Without that height the whole force F.
     """
     if one.anchor_height is None:
         return force

@@ -16,31 +16,17 @@ VERY_LOW, VERY_LOW_ON_SOIL = 0.04, 0.05
 class Eurocode8(Code):
     """EN 1998-1 at a site.
 
-    Parameters
-    ----------
-    ag : float
-        Design ground acceleration on type A ground a_g, in g.
-    soil : float
-        Soil factor S.
-    period : float
-        Fundamental period T_a of the anchored piece, s; 0 where it is rigid and rigidly held.
-    building_period : float, optional
-        Fundamental period T_1 of the building, s.
-    importance : float
-        Importance factor gamma_a of pieces that state none.
-    q : float, optional
-        Behaviour factor q_a of all pieces; where it is not given 2 for storage (table 4.4: anchorage of permanent
-        cabinets and book stacks supported by the floor) and 1 for others.
+    `ag` is the design ground acceleration on type A ground a_g, in g; `soil` the soil factor S; `period` the
+    fundamental period T_a of the anchored piece, s, 0 where it is rigid and rigidly held; `building_period` T_1 of the
+    building, s; `importance` the importance factor gamma_a of pieces that state none; `q` the behaviour factor q_a of
+    all pieces, where it is not given 2 for storage (table 4.4: anchorage of permanent cabinets and book stacks
+    supported by the floor) and 1 for others.
 
-    Notes
-    -----
     F_a = S_a W_a gamma_a / q_a (4.24), S_a = alpha S [3 (1 + z/H)/(1 + (1 - T_a/T_1)²) - 0.5], at least alpha S (4.25).
     Elements that might cause risks to persons in case of failure shall be verified (4.3.5.1(1)P): here those whose
-    consequences are a matter of safety, and those with gamma_a above 1.  In very low seismicity (a_g up to 0.04 g, or
+    consequences are a matter of safety, and those with gamma_a above 1. In very low seismicity (a_g up to 0.04 g, or
     a_g S up to 0.05 g: recommended values, national choice) the code need not be observed (3.2.1(5)P).
 
-    References
-    ----------
     EN 1998-1:2004, Design of structures for earthquake resistance, 3.2.1, 4.3.5 (4.3.5.1 read, the formulas recalled).
     """
 

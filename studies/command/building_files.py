@@ -44,32 +44,10 @@ INDEPENDENT = "independent"
 def write_building_files(
     result: Path, folder: Path, model: str | None = None, prefix: str | None = None, verify: bool = False
 ) -> list[str]:
-    """Write the pieces of a performance study under one law for a whole assessment of pelicun.
+    """Write the pieces of a performance study under one law for a whole assessment of pelicun; return lines to print.
 
-    Parameters
-    ----------
-    result : Path
-        The results.
-    folder : Path
-        The folder for the files, made where missing.
-    model : str, optional
-        Label or short name of the law; not needed where the study has one.
-    prefix : str, optional
-        Beginning of the ids, which are then ``PREFIX.001`` and so on in the order of the inventory; else they are made
-        of the pieces' names.
-    verify : bool
-        Refuse results that were edited after they were written.
-
-    Returns
-    -------
-    list of str
-        Lines for the terminal.
-
-    Raises
-    ------
-    StudyError
-        One sentence: results that cannot be read, several laws and no choice of one, floors without numbers, a measure
-        that pelicun has no demand for, a prefix that makes no ids, a file that cannot be written.
+    `model` is the label or short name of the law, not needed where the study has one. The ids are ``PREFIX.001`` and so
+    on in the order of the inventory, or made of the pieces' names. With `verify`, results that were edited are refused.
     """
     with read_results(result) as results:
         check_content(result, results, verify)

@@ -45,13 +45,8 @@ _WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str, tuple[str,
 def read_curves(path: Path, model: str | None = None, verify: bool = False, modelling: bool = False) -> xr.Dataset:
     """Read the curves of a result file, of every law or of the laws that `model` names by label or short name.
 
-    Results that were edited after they were written are warned of, and with `verify` refused.  With `modelling` the
+    Results that were edited after they were written are warned of, and with `verify` refused. With `modelling` the
     dispersions hold the study's modelling uncertainty, too; ``modelling_dispersion`` says how much they hold.
-
-    Raises
-    ------
-    StudyError
-        One sentence: no such file, no result file, no curves in it, no such law, no modelling uncertainty in the study.
     """
     try:
         with opened(path) as whole:
@@ -179,14 +174,7 @@ def missing_lines(written: Written) -> list[str]:
 
 
 def write_curves(curves: xr.Dataset, folder: Path, format_: CurveFormat) -> Written:
-    """Write curves into a folder, made where missing, from which an earlier export in this format is removed.
-
-    Raises
-    ------
-    StudyError
-        One sentence: curves that the format cannot hold, a folder that cannot be written or holds other files of these
-        names.
-    """
+    """Write curves into a folder, made where missing, from which an earlier export in this format is removed."""
     write, name, names = _WRITERS[format_]
     try:
         with own_files(folder, f"export {format_}", names):

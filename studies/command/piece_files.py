@@ -38,36 +38,13 @@ WIDEST = 40
 
 
 def write_pieces(result: Path, folder: Path, format_: str, model: str | None = None, verify: bool = False) -> Path:
-    """Write the table of a performance study's pieces under one law, or of blocks' rates, into a folder.
+    """Write the table of a performance study's pieces under one law, or of blocks' rates; return the file.
 
-    Parameters
-    ----------
-    result : Path
-        The results.
-    folder : Path
-        The folder for ``pieces.csv``, ``pieces.xlsx`` or ``rates.xlsx``, made where missing.
-    format_ : {"csv", "xlsx"}
-        A table in SI units, which its headings name; or a workbook with that table, levels in the unit of the tables
-        and chances in per cent, and a sheet that says what it is of.
-    model : str, optional
-        Label of the law, or its short name for the first of its kind; where not given the reference, for rates all.
-    verify : bool
-        Refuse results that were edited after they were written.
-
-    Returns
-    -------
-    Path
-        The file; kits stand in a sheet of the workbook of their own, or in ``kits.csv`` beside it.
-
-    Raises
-    ------
-    StudyError
-        One sentence: results that cannot be read or hold no rates, no such law, a file that cannot be written, or that
-        is there and was not written by toppling.
-
-    Notes
-    -----
-    In a CSV file, texts that a spreadsheet would take for formulas begin with an apostrophe, as in exported curves.
+    A CSV file has the table in SI units, which its headings name; an XLSX workbook that table, levels in the unit of
+    the tables and chances in per cent, and a sheet on its contents. Kits are in another sheet of the workbook, or in
+    ``kits.csv``. `model` is the label of the law, or its short name for the first of its kind; where not given the
+    reference, for rates all. In a CSV file, texts that a spreadsheet would take for formulas begin with an apostrophe,
+    as in exported curves.
     """
     with read_results(result) as results:
         check_content(result, results, verify)

@@ -53,24 +53,7 @@ _HERE = Path(__file__).parents[1] / "starters"
 def write_starter(kind: Starter, folder: Path) -> list[str]:
     """Write a study to begin with into a new or empty folder, all of its files or none.
 
-    Parameters
-    ----------
-    kind : {"bookcase", "hazard", "inventory", "records", "scenario"}
-        A bookcase with and without an anti-tip kit; a cabinet under motions that agree with a hazard curve and its
-        disaggregation; an inventory in a building with a hazard curve; two pieces under records; an inventory in one
-        earthquake.
-    folder : Path
-        The folder, made where missing.
-
-    Returns
-    -------
-    list of str
-        Names of what the folder holds now, the study first.
-
-    Raises
-    ------
-    StudyError
-        The folder holds anything already, is a file, or cannot be written.
+    The names of the files are returned, the study first.
     """
     try:
         if os.path.lexists(folder) and not folder.is_dir():

@@ -49,13 +49,7 @@ class StudyStatus(NamedTuple):
 
 
 def status_of(folder: Path, verify: bool = False) -> StudyStatus:
-    """Return the status of the study in a folder.
-
-    Raises
-    ------
-    StudyError
-        No such folder, or no study in it; with `verify` also results that are not finished, or were edited.
-    """
+    """Return the status of the study in a folder; `verify` refuses results that are not finished, or were edited."""
     if not folder.is_dir():
         raise StudyError(f"{folder}: no such folder")
     running = is_locked(folder)

@@ -39,24 +39,10 @@ def compare(
 ) -> Comparison:
     """Compare two results, and write the table, the figures and the page of the comparison into a folder.
 
-    Parameters
-    ----------
-    first, second : Path
-        Folders of finished studies, their results, or study files with results in results/NAME; A and B in all that is
-        said.
-    folder : Path
-        For ``comparison.csv``, ``comparison.html`` and the figures, made where missing; those of an earlier comparison
-        are removed.
-    laws : tuple of str, optional
-        A law of A and a law of B to compare, by label or short name; all laws in common where not given.
-    verify : bool
-        Refuse results that were edited after they were written.
-
-    Raises
-    ------
-    StudyError
-        One sentence: as `two_sides`; no block, piece or law in common; a file that cannot be written, or
-        that is there and was not written by toppling.
+    The results are folders of finished studies, their results, or study files with results in results/NAME; A and B in
+    all texts. The folder for ``comparison.csv``, ``comparison.html`` and the figures is made where missing; files of an
+    earlier comparison are removed. `laws` are a law of A and a law of B, by label or short name, where not given all in
+    common. With `verify`, results that were edited are refused.
     """
     from . import figures  # noqa: PLC0415 - matplotlib
     from .page import html_page  # noqa: PLC0415 - jinja2

@@ -46,15 +46,7 @@ OF_PIECES = (
 
 
 def differences_in_words(a: Side, b: Side, of_names: Matched, of_laws: Matched) -> list[str]:
-    """Return a line for each table of the study file that differs, for the blocks or pieces, and for the motions.
-
-    Parameters
-    ----------
-    a, b : Side
-        The two studies.
-    of_names, of_laws : Matched
-        Their blocks (or pieces) and their laws, as they are compared.
-    """
+    """Return a line for each table of the study file that differs, for the blocks or pieces, and for the motions."""
     dim = "item" if a.kind == PIECES else "block"
     said = [*_matched(a, b, of_laws, "model", "law"), *_matched(a, b, of_names, dim, "piece" if dim == "item" else dim)]
     said += list(_numbers(a, b, of_names, of_laws, dim))

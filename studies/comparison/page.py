@@ -37,18 +37,8 @@ def html_page(
 ) -> str:
     """Return the page of a comparison; the same results give the same text.
 
-    Parameters
-    ----------
-    a, b : Side
-        What is compared.
-    titles : tuple of str
-        What they are called.
-    sentences, differences, reading : sequence of str
-        The answer, what differs between the inputs, and what a reader must know.
-    tables : sequence of Rows
-        The numbers of both sides.
-    draw : callable
-        Draws the figures, each with its file name.
+    `titles` are the names of both sides; `sentences`, `differences` and `reading` are the answer, the differences
+    between the inputs, and what a reader must know; `draw` makes the figures, each with its file name.
     """
     of_page = [page_table(plain_table(*rows)) for rows in tables]
     drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures_of(draw, " ".join(sentences))]

@@ -106,15 +106,8 @@ def _downtime(results: xr.Dataset, law: int, year: Year) -> Array | None:
 def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Found:
     """Compare the pieces of two performance studies, and the totals of their buildings.
 
-    Raises
-    ------
-    StudyError
-        No piece or no law in common.
-
-    Notes
-    -----
-    The interval of a ratio is of bootstrap replicates over motions, as the intervals of both sides are.  Where both
-    were shaken by the same motions, a replicate draws the same motions for both.
+    The interval of a ratio is of bootstrap replicates over motions, as the intervals of both sides are. Where both were
+    shaken by the same motions, a replicate draws the same motions for both.
     """
     items, models = matched_names(a, b, "item", "piece"), matched_laws(a, b, laws)
     yearly = "item_rate" in a.results

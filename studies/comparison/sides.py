@@ -77,22 +77,10 @@ def titles_of(a: Side, b: Side, laws: tuple[str, str] | None = None) -> tuple[st
 
 @contextmanager
 def two_sides(first: Path, second: Path, same: bool = False, verify: bool = False) -> Iterator[tuple[Side, Side]]:
-    """Open two results until the block ends.
+    """Open two results until the block ends: folders of finished studies, their results, or study files (results/NAME).
 
-    Parameters
-    ----------
-    first, second : Path
-        Folders of finished studies, their results (``results.nc``), or study files with results in results/NAME.
-    same : bool
-        True where both may be the same, as for two laws of one study.
-    verify : bool
-        Refuse results that were edited after they were written; otherwise a warning says so.
-
-    Raises
-    ------
-    StudyError
-        One sentence: as `result_of`, the same results twice, edited results, kinds, damage
-        states or measures that differ, kinds that are not compared.
+    `same` is True where both may be the same, as for two laws of one study. Results that were edited are warned of, and
+    with `verify` refused.
     """
     paths = [result_of(one) for one in (first, second)]
     if not same and paths[0].resolve() == paths[1].resolve():
@@ -201,12 +189,8 @@ def same_motions(a: Side, b: Side) -> bool:
 def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
     """Match labels of two sides; where none is common and each side has one, these two are compared.
 
-    Examples
-    --------
     >>> matched(["shelf", "rack"], ["rack", "crate"])
     Matched(pairs=[(1, 0)], only_a=['shelf'], only_b=['crate'])
-    >>> matched(["free"], ["anchored"]).pairs
-    [(0, 0)]
     """
     where = {label: j for j, label in enumerate(of_b)}
     pairs = [(i, where[label]) for i, label in enumerate(of_a) if label in where]

@@ -16,13 +16,7 @@ STUDY_FILE = ".toml"
 
 
 def result_of(path: Path) -> Path:
-    """Return the result file of a finished study, of which the folder, the result file or the study file is given.
-
-    Raises
-    ------
-    StudyError
-        There is none, or the study is not finished, or a study file was changed since its results were computed.
-    """
+    """Return the result file of a finished, unchanged study, given its folder, its result file or its study file."""
     if path.suffix == STUDY_FILE and path.is_file():
         return _of_study_file(path)
     if not path.is_dir():

@@ -157,14 +157,7 @@ class RestraintTable(Table):
 
 
 def stiffness_notes(study: Mapping[str, Any]) -> list[str]:
-    """Return a sentence on the restraints of a study file (as plain values) whose stiffness is not given.
-
-    Examples
-    --------
-    >>> stiffness_notes({"restraints": {"kit": {"kind": "strap", "height_m": 1.7, "strength_n": 600.0}}})[0]
-    'the stiffness of restraint kit (20 N/mm) is not given but a judgement, on which it depends whether a restraint \
-breaks: ask the maker, or try softer and stiffer ones'
-    """
+    """Return a sentence on the restraints of a study file (as plain values) whose stiffness is not given."""
     tables = dict(study.get("restraints") or {})
     for block in study.get("blocks") or ():
         if isinstance(block.get("restraint"), dict):

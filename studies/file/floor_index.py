@@ -30,29 +30,13 @@ _BRACKETS = re.compile(r"\s*[\[(][^\])]*[\])]\s*")
 
 
 def read_floor_index(path: Path, dt: float | None = None, unit: str | float | None = None) -> FloorHistories:
-    """Read floor histories from the files that an index names.
+    """Read floor histories from the files that an index names, with levels in the unit of their column.
 
-    Parameters
-    ----------
-    path : Path
-        A table in UTF-8, a line for each history in any order, with the columns ``motion``, ``floor`` and ``file``
-        (relative to the index); ``level (g)`` or in another unit, the level at which the history is used, without which
-        all are of one earthquake; ``direction``, x or y, without which there is one; and ``column``, the heading of the
-        history's column in a file that holds several.
-    dt, unit
-        Time step (s) and unit of acceleration of files that state none, as for `toppling.motions.read`.
-
-    Returns
-    -------
-    FloorHistories
-        With levels in the unit of their column.
-
-    Raises
-    ------
-    StudyError
-        One sentence that names the index, and line and column where there is one.
-    RecordError
-        A file that cannot be read, as `toppling.motions.read`.
+    The index is a table in UTF-8, a line for each history in any order, with the columns ``motion``, ``floor`` and
+    ``file`` (relative to the index); ``level (g)`` or in another unit, the level at which the history is used, without
+    which all are of one earthquake; ``direction``, x or y, without which there is one; and ``column``, the heading of
+    the history's column in a file that holds several. `dt` (s) and `unit` are of files that state none, as for
+    `toppling.motions.read`.
     """
     table = CsvTable(path, KIND)
     for name in ("motion", "floor", "file"):

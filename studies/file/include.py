@@ -63,12 +63,7 @@ class MergedContent:
 def read_content(path: Path, table: type[Table]) -> MergedContent:
     """Read a study file merged with its included files; the fields of `table` tell which keys are paths.
 
-    Raises
-    ------
-    StudyError
-        A file that cannot be read, is too large, is no TOML or nested too deeply; text that holds control characters,
-        integers of more than 64 bits; files that include each other, more than 32 of them, deeper than 8, or that give
-        the same key.
+    At most 32 files include each other, 8 deep, without circles, and no key is given twice.
     """
     return _merged(path, table, [], [])
 
@@ -146,13 +141,7 @@ def _parsed(path: Path) -> dict[str, Any]:
 
 
 def line_of(text: str, location: tuple[int | str, ...]) -> int:
-    r"""Return the number of the line of a TOML text that begins with a key or its table; 0 where none does.
-
-    Examples
-    --------
-    >>> line_of("[[models]]\nlaw = 'housner'\n[[models]]\nlow = 3", ("models", 1, "low"))
-    4
-    """
+    """Return the number of the line of a TOML text that begins with a key or its table; 0 where none does."""
     above: tuple[int | str, ...] = ()
     several: dict[tuple[str, ...], int] = {}
     for number, line in enumerate(text.splitlines(), start=1):

@@ -50,26 +50,9 @@ _EXAMPLES = {
 def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least: float | None = None) -> float:
     """Convert a number with its unit to its SI value, > 0 or at least a given value.
 
-    Parameters
-    ----------
-    option : str
-        The option that it is given for, as the user wrote it.
-    text : str
-        The number and, with or without a blank between, its unit.
-    units : str
-        The SI unit that it must convert to: ``m s-2``, ``m``, ``s``, ``rad``, ``kg``, ``N`` or ``N m-1``.
-    bare : float
-        A number without a unit is taken in that unit up to this value; 0 where the unit must always be given.
-    at_least : float, optional
-        The least value; values must be above 0 where it is not given.
+    `option` is the option as the user wrote it; `units` is the SI unit, ``m s-2``, ``m``, ``s``, ``rad``, ``kg``, ``N``
+    or ``N m-1``. A number without a unit is taken in that unit up to `bare`; 0 where the unit must always be given.
 
-    Raises
-    ------
-    StudyError
-        No number, another unit or none, a value that is not finite or too small, a number alone that is above `bare`.
-
-    Examples
-    --------
     >>> quantity("--width", "40cm", "m"), quantity("--width", "0.4", "m", bare=10.0)
     (0.4, 0.4)
     """
@@ -119,10 +102,8 @@ def nearest_key(name: str, keys: Iterable[str]) -> str | None:
 
 
 def meant(name: str, keys: Sequence[str]) -> str:
-    """Return the question whether another key is meant, and what its unit does to the numbers; '' without one.
+    """Return the question for another key that may be meant, with what its unit does to the numbers; '' without one.
 
-    Examples
-    --------
     >>> meant("width_mm", ["width_m"]), meant("Width (m)", ["width_m"]), meant("colour", ["width_m"])
     ("did you mean 'width_m'? Then divide by 1000", "did you mean 'width_m'?", '')
     """
@@ -184,10 +165,6 @@ class WordChoice:
 def all_errors(sentences: Sequence[str]) -> str:
     """Return all errors of a study file in one line, the first `MOST_ERRORS` of them with their sentences.
 
-    Examples
-    --------
-    >>> all_errors(["key 'title' is missing"])
-    "key 'title' is missing"
     >>> all_errors(["blocks[1].width_m: must be > 0", "key 'models' is missing"])
     "2 errors: (1) blocks[1].width_m: must be > 0; (2) key 'models' is missing"
     """

@@ -78,32 +78,14 @@ class Numeric(str):
 def sheet_rows(
     content: bytes, sheet: str, most_bytes: int, most_rows: int
 ) -> tuple[list[tuple[int, list[str]]], list[str]]:
-    """Return the rows of a sheet that are neither empty nor comments, and what a person sees otherwise.
+    """Return the rows of a sheet that are neither empty nor comments, and sentences on what a person sees otherwise.
 
-    Parameters
-    ----------
-    content : bytes
-        The workbook.
-    sheet : str
-        Name of the sheet, in any case; where there is none of that name, the first sheet that is not hidden is read.
-    most_bytes : int
-        Most bytes of a table; a workbook may be UNPACKED times as large once it is unpacked.
-    most_rows : int
-        Reading ends after so many rows below the header, and one more.
-
-    Returns
-    -------
-    list of (int, list of str)
-        Numbers as the sheet counts them, from 1, and cells; a row ends with its last cell that is not empty.  A row
-        whose first cell begins with # is a comment.  Cells without a text are `Unreadable`, numbers `Numeric`.
-    list of str
-        Sentences on hidden rows, columns and sheets that are read, and on visible sheets that are not.
-
-    Raises
-    ------
-    WorkbookError
-        The content is no workbook, unfolds to more than `toppling.core.limits` allow, or reaches beyond MOST_ROWS or
-        MOST_COLUMNS.
+    The sheet has the name `sheet`, in any case; where there is none of that name, the first sheet that is not hidden is
+    read. A table has at most `most_bytes`; a workbook may be UNPACKED times as large once it is unpacked. Reading ends
+    after `most_rows` rows below the header, and one more. Rows are numbers as the sheet counts them, from 1, with cells
+    up to the last that is not empty; a row whose first cell begins with # is a comment. Cells without a text are
+    `Unreadable`, numbers `Numeric`. The sentences are on hidden rows, columns and sheets that are read, and on visible
+    sheets that are not.
     """
     if content.startswith(_OLD):
         raise WorkbookError("an old workbook (XLS), or one with a password; save it as XLSX without a password")

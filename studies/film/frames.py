@@ -51,11 +51,6 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
 
     The film lasts from the first sample to the last, or to `STAYS` seconds (of the film) after the block lies on its
     side.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As for `animate`.
     """
     checked(response, VARIABLES, ATTRIBUTES)
     rate = checks.number("speed", speed, at_least=SLOWEST, at_most=FASTEST)
@@ -116,13 +111,8 @@ def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
 def corners(block: Block, rotation: float, floor: float = 0.0) -> Array:
     """Return the corners (4, 2) of a block on a floor at height 0, m: bottom left and right, top right and left.
 
-    Parameters
-    ----------
-    block : Block
-    rotation : float
-        Rotation, rad; positive to the right, about the right corner.
-    floor : float
-        Displacement of the floor, m, which is the x of the middle of the upright block.
+    A rotation (rad) is positive to the right, about the right corner; `floor` is the displacement of the floor, m,
+    which is the x of the middle of the upright block.
     """
     return rotated(
         block,

@@ -56,23 +56,8 @@ def ffmpeg() -> str | None:
 def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> Iterator[Film]:
     """Open a film of `size` (width, height, both even) at `path`; the file is complete when the block ends.
 
-    Where the block fails, there is no file.
-
-    Parameters
-    ----------
-    path : Path
-        File that ends in .gif or .mp4.
-    fps : int
-        Frames a second, one of `FRAME_RATES`.
-    size : (int, int)
-        Width and height, pixels.
-    colours : sequence of str
-        Palette of a GIF (at most 255 colours, ``#rrggbb``): every pixel gets the nearest colour.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written, or ffmpeg fails or is missing.
+    Where the block fails, there is no file. The path ends in .gif or .mp4; `fps` is one of `FRAME_RATES`; `colours` are
+    the palette of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
     """
     with whole_file(path) as temporary:
         made = _Gif(temporary, fps, size, colours) if path.suffix == ".gif" else _Mp4(temporary, fps, size)

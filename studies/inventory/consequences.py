@@ -163,22 +163,12 @@ class Injury:
 
 @dataclass(frozen=True)
 class PieceScores:
-    """The draws that decide the consequences of every piece.
+    """The draws that decide the consequences of every piece: `realisations` under each motion.
 
-    Parameters
-    ----------
-    realisations : int
-        Number of draws under each motion.
-    correlation : float
-        Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1.
-    seed : int
-        Seed of the draws.
-
-    Notes
-    -----
-    The scores of a piece are z_i = √ρ f + √(1 − ρ) ε_i with a factor f common to its three consequences (a Gaussian
-    copula with one factor).  They depend on the seed, the name of the line, the motion, and the number of the piece
-    within the line alone: laws and levels see the same ones, in any order of computation.
+    The scores of a piece are z_i = √ρ f + √(1 − ρ) ε_i with a factor f common to its three consequences, cost, downtime
+    and injuries (a Gaussian copula with one factor and the `correlation` ρ, 0 to 1). They depend on the seed, the name
+    of the line, the motion, and the number of the piece within the line alone: laws and levels see the same ones, in
+    any order of computation.
     """
 
     realisations: int = REALISATIONS

@@ -21,23 +21,9 @@ POLE_WIDTH = 0.02
 class Kit:
     """A restraint that can be bought for pieces of an inventory.
 
-    Parameters
-    ----------
-    name : str
-        Its name in the study file and in results.
-    restraint : Restraint
-        The restraint of one piece.
-    cost : float, optional
-        What it costs to fix one piece with it, in the inventory's currency, >= 0.
-    height : float, optional
-        Height of its anchor, m, of a kit whose moment arm is that height (straps, brackets, horizontal cables).
-    width : float, optional
-        Width of the pieces that it is made for, m (tendons, sloping cables).
-
-    Raises
-    ------
-    ValueError
-        A cost that is negative or not finite.
+    `cost` fixes one piece, in the inventory's currency, >= 0; `height` is that of its anchor, m, of a kit whose moment
+    arm is that height (straps, brackets, horizontal cables); `width` is that of the pieces that it is made for, m
+    (tendons, sloping cables).
     """
 
     name: str
@@ -84,13 +70,7 @@ class Kit:
         return ""
 
     def held(self, block: Block, height: float | None = None) -> Block:
-        """Return the block with the kit, at the height of its own anchors (m) where that is given.
-
-        Raises
-        ------
-        ValueError
-            A block that it does not fit, or without mass.
-        """
+        """Return the block with the kit, at the height of its own anchors (m) where that is given."""
         why = self.misfit(block, height)
         if why:
             raise ValueError(f"kit {self.name!r} {why}")

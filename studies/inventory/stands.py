@@ -18,12 +18,7 @@ from ...motions.supports.support import Support
 class Stand:
     """A bench or an isolated platform, which answers the motion of its floor and shakes what stands on it.
 
-    Parameters
-    ----------
-    name : str
-        Its name in tables.
-    support : Support or Isolator
-        Its mechanical model; the reaction of what stands on it is left out.
+    The reaction of what stands on it is left out.
     """
 
     name: str

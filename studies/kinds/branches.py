@@ -17,13 +17,7 @@ Made = TypeVar("Made")
 
 
 def weighted_laws(content: StudyFile, models: Sequence[Law]) -> dict[str, float]:
-    """Return weights by the labels of laws; the reference law alone without branches of models.
-
-    Raises
-    ------
-    ValueError
-        A branch of models that names no law of the study, or several.
-    """
+    """Return weights by the labels of laws; the reference law alone without branches of models."""
     asked = _shares(content).get(OF_MODELS)
     labels = [model.label for model in models]
     if asked is None:  # (the law that every report takes first)
@@ -39,13 +33,7 @@ def weighted_laws(content: StudyFile, models: Sequence[Law]) -> dict[str, float]
 
 
 def weighted_motions(content: StudyFile, made: Callable[[StudyFile], Made]) -> dict[str, tuple[Made | None, float]]:
-    """Return what is made of each set of motions with its weight, by name; None for the study's own motions.
-
-    Raises
-    ------
-    ValueError
-        Motions that cannot be made, with the name of their set.
-    """
+    """Return what is made of each set of motions with its weight, by name; None for the study's own motions."""
     others = {one.name: one.motions for one in content.motion_sets or []}
     found: dict[str, tuple[Made | None, float]] = {}
     for name, weight in _shares(content).get(OF_MOTIONS, {OF_MOTIONS: 1.0}).items():
@@ -62,13 +50,7 @@ def weighted_motions(content: StudyFile, made: Callable[[StudyFile], Made]) -> d
 def weighted_hazards(
     content: StudyFile, own: HazardCurve, im: str, folder: Path
 ) -> dict[str, tuple[HazardCurve, float]]:
-    """Return the hazard curves with their weights by name, `own` under its own name.
-
-    Raises
-    ------
-    ValueError
-        A curve that cannot be made, with its name.
-    """
+    """Return the hazard curves with their weights by name, `own` under its own name."""
     curves = {one.name: one.hazard for one in content.hazards or []}
     found = {}
     for name, weight in _shares(content).get(OF_HAZARD, {OF_HAZARD: 1.0}).items():

@@ -81,10 +81,7 @@ def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> Non
 def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -> FloorHistories | None:
     """Read the floor histories with levels of their own, in the unit of their index; None where there is no index.
 
-    Raises
-    ------
-    ValueError
-        The study asks for other levels, and does not say that one set is scaled to them.
+    A study may ask for other levels only if it says that one set is scaled to them.
     """
     if table.floors_index is None:
         return None

@@ -102,29 +102,10 @@ def level_floors(
     levels: Array,
     unit: str,
 ) -> LevelFloors:
-    """Scale ground motions to each level, and send them through the building.
+    """Scale ground motions (m s-2) to each level (level,), and send them through the building.
 
-    Parameters
-    ----------
-    building : BuildingTable, optional
-        The building; all stands on the ground where not given.
-    inventory : Inventory
-        What stands on its floors; the motions of no other floors are kept.
-    ground : sequence of xarray.DataArray
-        Ground motions, m s-2.
-    generator : Generator, optional
-        What made them.
-    im : str
-        The measure of the levels; the plain factor ``scale`` where motions are as they are.
-    levels : ndarray, shape (level,)
-        Levels, SI.
-    unit : str
-        The unit in which they were given, '' where motions are as they are.
-
-    Raises
-    ------
-    ValueError
-        Motions that the building cannot be shaken by; too many samples to be held.
+    All of the inventory is on the ground without a building; the motions of no other floors are kept. The measure is
+    the plain factor ``scale``, and the unit '', where motions are as they are.
     """
     floors = sorted({int(row.floor) for row in inventory.rows})
     table = None if building is None else building.model_copy(update={"floors": floors, "name": None})

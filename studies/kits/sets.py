@@ -101,27 +101,9 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     as strong as the code's demand on the anchor where that is known), then for the most falls saved of pieces that are
     a matter of safety, then of pieces that the code requires to be anchored, then of the others for what they save in
     50 years, discounted, beyond their cost; without a hazard, or where nothing has a value, the loss or the falls of
-    the others that they save.  Of sets that serve all of this equally it is the cheapest.  A kit whose interval of the
-    falls it saves holds 0 counts as one that saves none: it is bought only where the code requires an anchor.  So does
+    the others that they save. Of sets that serve all of this equally it is the cheapest. A kit whose interval of the
+    falls it saves holds 0 counts as one that saves none: it is bought only where the code requires an anchor. So does
     any kit for pieces whose chances of falling are no ground for advice (`Piece.judged`).
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        As a performance study with kits writes them.
-    budget : float
-        Money, in the currency of the inventory.
-    model : int
-        Position of the law.
-
-    Returns
-    -------
-    KitSet
-
-    Raises
-    ------
-    ValueError
-        A budget that is negative or not finite.
     """
     options = _Options(results, model)
     pieces = _in_order(results, model)
@@ -154,25 +136,10 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
 def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 0) -> KitSet:
     """Choose the cheapest kits with which what is expected of the building is within targets, under one law.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        As a performance study with kits writes them.
-    targets : mapping of str to float
-        The most that is allowed of some of `TARGETS`, in a year or at the level of the results' table.
-    model : int
-        Position of the law.
-
-    Returns
-    -------
-    KitSet
-        Not `met` where no set is enough.
-
-    Notes
-    -----
-    Expected falls are at least the rate (or the probability) of any fall, so that a set that meets a target of falls
-    also meets it for the event that anything falls.  A kit whose interval of the falls that it saves (of forward falls,
-    for a target of these) holds 0 counts as one that saves none.
+    `targets` are the most that is allowed of some of `TARGETS`, in a year or at the level of the results' table; the
+    set is not `met` where none is enough. Expected falls are at least the rate (or the probability) of any fall, so
+    that a set that meets a target of falls also meets it for the event that anything falls. A kit whose interval of the
+    falls that it saves (of forward falls, for a target of these) holds 0 counts as one that saves none.
     """
     options = _Options(results, model)
     needs = [(options.surely_saved(name), options.now(name) - most) for name, most in targets.items()]

@@ -33,38 +33,11 @@ class Choice(NamedTuple):
 def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index | None = None) -> Choice:
     """Choose the lines whose cost is within the budget and that serve the first goal best, then the second, ….
 
-    Parameters
-    ----------
-    costs : ndarray, shape (line,)
-        Cost of each line, >= 0; lines with NaN are not chosen.
-    budget : float
-        Money that there is, >= 0.
-    goals : sequence of ndarray, shape (line,)
-        What each line adds to each goal, >= 0.
-    groups : ndarray, shape (line,), optional
-        Numbers of groups of which at most one line is chosen, such as the kits for one piece; each line by itself where
-        not given.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    ValueError
-        A budget that is negative or not finite; a cost or a gain that is negative, or a gain that is not finite; goals
-        of another number of lines than the costs.
-
-    Notes
-    -----
-    A knapsack problem for each goal, solved by branch and bound (scipy's HiGHS) with what the goals before gain as a
-    further constraint: exact where the search ends, which the gap says (0).  A line that adds to no goal is not chosen.
-
-    Examples
-    --------
-    >>> choice = best_set(np.array([6.0, 5.0, 5.0]), 10.0, [np.array([10.0, 6.0, 6.0])])
-    >>> choice.chosen.tolist(), choice.gaps
-    ([False, True, True], (0.0,))
+    Costs (line,) and what each line adds to each goal (line,) are >= 0; lines with a cost of NaN are not chosen.
+    `groups` (line,) are numbers of groups of which at most one line is chosen, such as the kits for one piece; each
+    line by itself where not given. A knapsack problem for each goal, solved by branch and bound (scipy's HiGHS) with
+    what the goals before gain as a further constraint: exact where the search ends, which the gap says (0). A line that
+    adds to no goal is not chosen.
     """
     checks.number("budget", budget, at_least=0.0)
     gains = [np.asarray(one, dtype=float) for one in goals]
@@ -124,35 +97,11 @@ class Cheapest(NamedTuple):
 def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Index) -> Cheapest:
     """Choose the lines that cost least and add at least what is needed to each of several amounts.
 
-    Parameters
-    ----------
-    costs : ndarray, shape (line,)
-        Cost of each line, >= 0; lines with NaN are not chosen.
-    needs : sequence of (ndarray, float)
-        What each line adds to an amount, shape (line,), which may be negative, and what is needed of it.
-    groups : ndarray, shape (line,)
-        Numbers of groups of which at most one line is chosen.
-
-    Returns
-    -------
-    Cheapest
-        `chosen` is None where no set is enough; the gap is infinite where the search stopped before it had one.
-
-    Raises
-    ------
-    ValueError
-        A cost that is negative, an amount that is not finite.
-
-    Notes
-    -----
-    Branch and bound as in `best_set`, and exact in the same sense.  A need is met to within a billionth of the sum of
-    all amounts, for rounding.
-
-    Examples
-    --------
-    >>> costs, saves = np.array([10.0, 25.0, 10.0]), np.array([1.0, 3.0, 1.5])
-    >>> cheapest_set(costs, [(saves, 3.5)], np.array([0, 0, 1])).chosen.tolist()
-    [False, True, True]
+    Costs (line,) are >= 0; lines with NaN are not chosen. A need is what each line adds to an amount (line,), which may
+    be negative, and what is needed of it; at most one line of each of the `groups` (line,) is chosen. `chosen` is None
+    where no set is enough; the gap is infinite where the search stopped before it had one. Branch and bound as in
+    `best_set`, and exact in the same sense. A need is met to within a billionth of the sum of all amounts, for
+    rounding.
     """
     if np.any(costs < 0.0):
         raise ValueError(f"costs must be >= 0, got {np.nanmin(costs):g}")

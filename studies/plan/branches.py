@@ -74,23 +74,11 @@ class Branches:
     ) -> xr.Dataset:
         """Return the rates over all combinations, under the names that they have in the results.
 
-        Parameters
-        ----------
-        own : FittedCurves
-            The study's own curves with their replicates, of all laws.
-        fitted : callable
-            Returns the curves of another design, of all laws, given its name and itself.
-        risk : Risk
-            The rules beyond the ends of hazard curves.
-        fit : Fit
-            The seed of the pairing of replicates with samples of the modelling uncertainty, the state that counts, and
-            beta_m of the range of the mean.
-
-        Returns
-        -------
-        xarray.Dataset
-            As `epistemic_rates`; and ``branch_share_beyond``, the share of each branch's rate from shaking beyond its
-            hazard curve or above its runs, where it is a guess.
+        `own` are the study's own curves with their replicates, of all laws; `fitted` returns those of another design,
+        given its name and itself. `risk` has the rules beyond the ends of hazard curves; `fit` the seed of the pairing
+        of replicates with samples of the modelling uncertainty, the state that counts, and beta_m of the range of the
+        mean. The variables are those of `epistemic_rates`; and ``branch_share_beyond``, the share of each branch's rate
+        from shaking beyond its hazard curve or above its runs, where it is a guess.
         """
         every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [

@@ -20,12 +20,7 @@ POINTS = 10_000
 def design_level(levels: Array, hazard: HazardCurve) -> float:
     """Return the level that is exceeded with 10 % in 50 years, in the unit of the levels; NaN beyond the levels.
 
-    Parameters
-    ----------
-    levels : ndarray (level,)
-        Levels > 0 of the runs, increasing, in the unit of the hazard curve.
-    hazard : HazardCurve
-        The hazard curve of their measure.
+    The levels (level,) of the runs are > 0 and increase, in the unit of the hazard curve of their measure.
     """
     axis = np.linspace(math.log(levels[0]), math.log(levels[-1]), POINTS)
     rates = hazard.rate_at(np.exp(axis))
@@ -36,13 +31,7 @@ def design_level(levels: Array, hazard: HazardCurve) -> float:
 
 
 def at_level(level: float, levels: Array, values: Any) -> Array:
-    """Return values (…, level) at a level between the levels, by straight lines over its logarithm; NaN for NaN.
-
-    Examples
-    --------
-    >>> at_level(2.0, np.array([1.0, 4.0]), [[0.0, 1.0], [0.5, 0.7]]).tolist()
-    [0.5, 0.6]
-    """
+    """Return values (…, level) at a level between the levels, by straight lines over its logarithm; NaN for NaN."""
     given = np.asarray(values, dtype=np.float64)
     if math.isnan(level):
         return np.full(given.shape[:-1], np.nan)

@@ -63,16 +63,9 @@ def form_free(
 ) -> FormFree:
     """Return the variables of annual rates with those without a form of curve in the place of the fitted curves'.
 
-    Parameters
-    ----------
-    fitted : mapping
-        Variables of the rates of the fitted curves, under the names that they have in results.
-    runs : xarray.Dataset
-        As `toppling.ida` at adaptive levels until a rate returns them.
-    factor : xarray.DataArray or float
-        What the modelling uncertainty multiplies a rate by (`modelling_factor`).
-    risk, fit, blocks
-        Of the study.
+    `fitted` are the variables of the fitted curves, under the names that they have in results; `runs` are those of
+    `toppling.ida` at adaptive levels until a rate; `factor` is what the modelling uncertainty multiplies a rate by
+    (`modelling_factor`).
     """
     found = dict(fitted)
     dims = fitted["rate"].dims

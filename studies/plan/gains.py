@@ -28,18 +28,8 @@ def comparable(blocks: Sequence[Block]) -> dict[int, int]:
     """Return the positions of blocks, each with that of the block it is compared with.
 
     A block with a restraint is compared with the block that differs from it in the restraint alone, where there is one;
-    any other with the first block, if it differs from that in walls and restraints alone.  Masses may differ, because
+    any other with the first block, if it differs from that in walls and restraints alone. Masses may differ, because
     only restraints use them.
-
-    Examples
-    --------
-    >>> from toppling import Restraint, Wall
-    >>> strap = Restraint.strap(1.75, 267.0)
-    >>> shelf, wide = Block(0.3, 1.8, name="shelf"), Block(0.4, 1.8, name="wide")
-    >>> wall = Block(0.3, 1.8, name="at a wall", wall=Wall(0.02))
-    >>> kit = Block(0.3, 1.8, name="with a kit", wall=Wall(0.02), mass=100.0, restraint=strap)
-    >>> comparable([shelf, wall, wide, kit])
-    {1: 0, 3: 1}
     """
     bare = [replace(one, wall=None, restraint=None, mass=None, name=None) for one in blocks]
     # (backwards, so that the first of several that are alike is kept)
@@ -58,27 +48,10 @@ def comparable(blocks: Sequence[Block]) -> dict[int, int]:
 def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
     """Return ratios of chances in the years of a study, as `comparable` pairs blocks, with intervals over motions.
 
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Curves of all blocks with replicates, in which the same motions are drawn for every block.
-    risk : Risk
-        The hazard curve and the years.
-    blocks : sequence of Block
-        The blocks of the curves.
-    confidence : float
-        Of the intervals.
-
-    Returns
-    -------
-    xarray.Dataset or None
-        ``chance_ratio`` with its interval on the dimensions of the rates, NaN for blocks that are compared with none,
-        and on block the coordinate ``compared_with``, the other block, or ''; None where no block can be compared.
-
-    Notes
-    -----
-    A replicate draws the same motions for both blocks, so that scatter that both have in common cancels in the ratio.
-    The hazard curve is the mean one where it has realisations: the interval is over motions only.
+    ``chance_ratio`` with its interval is on the dimensions of the rates, NaN for blocks that are compared with none,
+    and ``compared_with`` on block is the other block, or ''; None where no block can be compared. A replicate draws the
+    same motions for both blocks, so that scatter that both have in common cancels in the ratio. The hazard curve is the
+    mean one where it has realisations: the interval is over motions only.
     """
     pairs = comparable(blocks)
     if not pairs:

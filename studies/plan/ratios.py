@@ -9,13 +9,7 @@ HIGHER, LOWER, SAME, OPEN, UNKNOWN = "higher", "lower", "the same", "not resolve
 
 
 def verdict_of(ratio: tuple[float, float, float]) -> str:
-    """Return in words what a ratio with its interval says of the second number against the first.
-
-    Examples
-    --------
-    >>> verdict_of((1.2, 1.1, 1.3)), verdict_of((1.2, 0.9, 1.4)), verdict_of((1.0, 1.0, 1.0))
-    ('higher', 'not resolved', 'the same')
-    """
+    """Return in words what a ratio with its interval says of the second number against the first."""
     value, lower, upper = ratio
     if math.isnan(lower) or math.isnan(upper):
         return UNKNOWN

@@ -44,24 +44,10 @@ def ruptures(
 ) -> xr.Dataset:
     """Return the shares of the motions in which the restraints of blocks break.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        Runs at levels with the output ``ruptured``.
-    blocks : sequence of Block
-        The blocks of the runs.
-    confidence : float
-        Of the intervals, which are those of `overturning_probability`.
-    hazard : HazardCurve, optional
-        Hazard curve of the measure of the levels.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``broken_probability`` with its interval on the dimensions of `overturning_probability`, NaN of blocks without a
-        restraint; with a hazard curve ``broken_at_design``, the same at the level that is exceeded with 10 % in 50
-        years (between the levels by straight lines over the logarithm; NaN beyond them), which is the coordinate
-        ``design_level``.
+    ``broken_probability`` with its interval is on the dimensions of `overturning_probability`, NaN of blocks without a
+    restraint; with a hazard curve of the measure of the levels ``broken_at_design``, the same at the level that is
+    exceeded with 10 % in 50 years (between the levels by straight lines over the logarithm; NaN beyond them), which is
+    the coordinate ``design_level``.
     """
     flags = runs.assign(overturned=runs[FLAG])
     counted = gathered(lambda part: overturning_probability(part, confidence), flags)

@@ -69,18 +69,8 @@ class Risk:
     def check(self, design: Design, file_of_floors: bool = False) -> None:
         """Check that the hazard curve is of the same place as the levels, before anything runs.
 
-        Parameters
-        ----------
-        design : Design
-            The motions and the measure of the levels.
-        file_of_floors : bool
-            True where the floor motions are of another program, so that their ground motions are not known.
-
-        Raises
-        ------
-        ValueError
-            The hazard is of a floor, and there are several or none; the hazard is of the ground and the levels are of a
-            floor's motion, or the other way round.
+        A hazard of a floor needs exactly one floor, and levels of its motion; a hazard of the ground levels of the
+        ground. `file_of_floors`: the floor motions are of another program, so that their ground motions are not known.
         """
         floors = design.floors
         upper = [floor for floor in floors if floor not in GROUND_FLOORS]
@@ -116,28 +106,12 @@ class Risk:
     ) -> xr.Dataset:
         """Compute the rates of curves, and the size that meets the target, under the names that they have in results.
 
-        Parameters
-        ----------
-        curves : xarray.Dataset
-            As `fit_fragility` returns them.
-        confidence : float
-            Confidence of the intervals.
-        highest : xarray.DataArray or float
-            The highest shaking that was run, in the measure of the curves, SI; on block where it depends on the block.
-        state : str or float
-            The state that counts, for the long names.
-        telling : callable, optional
-            Called with the name of the work, the number of blocks that have their rates, and the number of all blocks.
-        lowest : xarray.DataArray or float
-            As `highest`, the lowest shaking that was run.
-
-        Returns
-        -------
-        xarray.Dataset
-            As `annual_rate` and `size_for_rate`, with names of `RISK_NAMES` and ``size_…``; and
-            ``rate_share_below_levels`` and ``rate_share_above_levels``, the shares of each rate from shaking below
-            `lowest` and above `highest`; ``rate_above_highest_level``, how often it shakes more strongly
-            than `highest`, and ``probability_at_highest_level``, how far the curve has risen there.
+        `highest` and `lowest` are the ends of the shaking that was run, in the measure of the curves, SI; on block
+        where they depend on the block. `telling` is called with the name of the work, the number of blocks that have
+        their rates, and the number of all blocks. The variables are those of `annual_rate` and `size_for_rate`, with
+        names of `RISK_NAMES` and ``size_…``; and ``rate_share_below_levels`` and ``rate_share_above_levels``, the
+        shares of each rate from shaking below `lowest` and above `highest`; ``rate_above_highest_level``, how often it
+        shakes more strongly than `highest`, and ``probability_at_highest_level``, how far the curve has risen there.
         """
         rates = self._slab_by_slab(curves, confidence, telling)
         found = rates.drop_vars("rate_sample", errors="ignore").rename(

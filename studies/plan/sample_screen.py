@@ -36,30 +36,10 @@ def screen_samples(
 ) -> xr.Dataset:
     """Screen all samples of one block together.
 
-    Parameters
-    ----------
-    block : Block
-        The nominal block.
-    pairs : sequences, (sample, model)
-        The block and the law of every sample.
-    design : Incremental
-        Motions and levels.
-    overturned : xarray.DataArray
-        The flags on (model, sample, level, motion).
-    friction : Friction or None
-        The friction there is.
-    undecided : float
-        Share of the motions whose flags are tested.
-    shaking : Characteristics
-        Of the motions of the design.
-    runner, progress
-        For the runs under perturbations.
-
-    Returns
-    -------
-    xarray.Dataset
-        As `summary_screen`, with the nominal block on block: squat and friction_uplift are its own, shares are of the
-        runs of all samples, and demands the greatest among them.
+    `block` is the nominal one, `pairs` (sample, model) have the block and the law of every sample, and `overturned` is
+    on (model, sample, level, motion); `undecided` is the share of the motions whose flags are tested. The variables are
+    those of `summary_screen`, with the nominal block on block: squat and friction_uplift are its own, shares are of the
+    runs of all samples, and demands the greatest among them.
     """
     plain = records(design.motions)
     ground = ground_of(plain, records(design.ground)) if design.ground else None

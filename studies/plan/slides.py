@@ -112,34 +112,17 @@ class Slides:
     ) -> xr.Dataset:
         """Return the chances of sliding and of slips, and those of overturning where blocks rock.
 
-        Parameters
-        ----------
-        runs : xarray.Dataset
-            The runs of blocks that cannot slide.
-        motions : sequence
-            The motions of the runs.
-        blocks : sequence of Block
-        fit : Fit
-            The confidence, the replicates and the seed of intervals.
-        risk : Risk or None
-            The hazard curve.
-        falls : mapping of str to xarray.DataArray
-            What is known of their falls: ``probability`` at levels, ``rate`` and its interval with a hazard.
-        client : Runner
-            Of the further runs, which it is told of block by block.
+        `runs` are those of blocks that cannot slide; `falls` is what is known of their falls, ``probability`` at
+        levels, ``rate`` and its interval with a hazard; `client` is told of the further runs block by block.
 
-        Returns
-        -------
-        xarray.Dataset
-            On block: ``slides_instead``, the chance of a friction below b/h, with which the block slides and never
-            rocks, and ``friction_near_uplift``, that of one between b/h and 1.3 b/h.  On (block, [floor], level):
-            ``slide_probability``; with slip (m): ``slip_probability`` with its interval, and without level
-            ``slip_rate``, 1/year.  ``gated_probability`` and ``gated_rate``: those of overturning times the chance that
-            the block rocks.  NaN for blocks that are held or uneven.  Where blocks are near edges, and NaN for the
-            others, also those of `_falls`.  Where blocks are near obstacles, and NaN for the others:
-            ``trip_distance``, m; ``trip_probability`` on (block, [floor], level) and ``trip_rate`` on (block, [floor]),
-            with intervals.  The attribute ``slides_on`` holds the numbers of the motions at whose end blocks still
-            slide.
+        On block: ``slides_instead``, the chance of a friction below b/h, with which the block slides and never rocks,
+        and ``friction_near_uplift``, that of one between b/h and 1.3 b/h. On (block, [floor], level):
+        ``slide_probability``; with slip (m): ``slip_probability`` with its interval, and without level ``slip_rate``,
+        1/year. ``gated_probability`` and ``gated_rate``: those of overturning times the chance that the block rocks.
+        NaN for blocks that are held or uneven. Where blocks are near edges, and NaN for the others, also those of
+        `_falls`. Where blocks are near obstacles, and NaN for the others: ``trip_distance``, m; ``trip_probability`` on
+        (block, [floor], level) and ``trip_rate`` on (block, [floor]), with intervals. The attribute ``slides_on`` holds
+        the numbers of the motions at whose end blocks still slide.
         """
         free = free_of(blocks)
         parts: list[xr.Dataset] = []
@@ -239,27 +222,13 @@ class Slides:
     def _falls(self, runs: xr.Dataset, rocking: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
         """Return the chances of one block near an edge to fall off, and to fall at all.
 
-        Parameters
-        ----------
-        runs : xarray.Dataset
-            Its runs with random friction.
-        rocking : xarray.Dataset
-            Its runs as if it could not slide.
-        fit, risk
-            As of `of`.
-
-        Returns
-        -------
-        xarray.Dataset
-            ``fall_off_probability`` on (block, [floor], level) and ``fall_off_rate`` on (block, [floor]), with
-            intervals; ``falls_probability`` on (block, model, [floor], level): of runs in which it falls off or, under
-            the same motion, overturns as if it could not slide; and ``more_rate`` on (block, model, [floor]): by how
-            much its falls over an edge raise the rate of overturning, of isotonic curves of the same resamples.
-
-        Notes
-        -----
-        Isotonic regression keeps the order of its data, so that the raise is never negative between the levels; beyond
-        them falls of either kind are taken as high and overturning as low as they can be.
+        `runs` have random friction, `rocking` are those as if it could not slide. ``fall_off_probability`` is on
+        (block, [floor], level) and ``fall_off_rate`` on (block, [floor]), with intervals; ``falls_probability`` on
+        (block, model, [floor], level): of runs in which it falls off or, under the same motion, overturns as if it
+        could not slide; and ``more_rate`` on (block, model, [floor]): by how much its falls over an edge raise the rate
+        of overturning, of isotonic curves of the same resamples. Isotonic regression keeps the order of its data, so
+        that the raise is never negative between the levels; beyond them falls of either kind are taken as high and
+        overturning as low as they can be.
         """
         off = overturning_probability(runs, fit.confidence, FALLEN_OFF).isel(model=0, drop=True)
         ways = runs.sizes["motion"] // rocking.sizes["motion"]

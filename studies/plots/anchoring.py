@@ -21,13 +21,7 @@ REFERENCE_BAR = "0.6"
 
 
 def ranking_in(results: xr.Dataset) -> xr.Dataset:
-    """Return a ranking of anchoring as it is, or the ranking that a performance study's results hold.
-
-    Raises
-    ------
-    ValueError
-        No ranking.
-    """
+    """Return a ranking of anchoring as it is, or the ranking that a performance study's results hold."""
     if "saving" in results:
         return results
     if "ranking" in results.attrs and "place" in results.dims:
@@ -118,13 +112,7 @@ def remainder(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> 
 
 
 def anchoring_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of what anchoring each item saves under every law, and of what is left as items are anchored.
-
-    Raises
-    ------
-    ValueError
-        No ranking.
-    """
+    """Return the figure of the savings from anchoring each item under every law, and of the rest."""
     ranking = ranking_in(results)
     laws = selection.laws(ranking)
     n = len(order_of(ranking))

@@ -262,13 +262,7 @@ def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[
 
 
 def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
-    """Return the figure of what overturns against the level, under every law: a panel for the building and each floor.
-
-    Raises
-    ------
-    ValueError
-        As `inventory`.
-    """
+    """Return the figure of overturned pieces against the level, under every law: a panel for each place."""
     places = [str(place) for place in results["place"].values]
     if len(places) == 2:  # a single floor is the same as the building
         places = places[1:]
@@ -296,13 +290,7 @@ def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
 
 
 def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
-    """Return the figure of annual rates at which a loss (or a number of pieces) is exceeded, a panel for each law.
-
-    Raises
-    ------
-    ValueError
-        As `inventory`.
-    """
+    """Return the figure of annual rates at which a loss (or a number of pieces) is exceeded, a panel for each law."""
     laws = selection.labels(results, "model")
     columns = axes.columns_for(len(laws))
     rows = math.ceil(len(laws) / columns)

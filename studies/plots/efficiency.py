@@ -84,27 +84,9 @@ def ranking(
 ) -> Axes:
     """Draw the dispersion of the capacity in every measure (over its power) with its interval, the best on top.
 
-    Full dots: measures that the paired differences do not distinguish from the best; hollow dots: worse measures.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        The ranking of one block and one law (and one floor): `fragility.rank_measures` with `sel` or `isel`.
-    ax : matplotlib Axes, optional
-        Axes to draw into; new axes by default.
-    order : list of str, optional
-        The measures from top to bottom; by rank by default.
-    color : str, optional
-        Colour of the measures that cannot be distinguished from the best.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    ValueError
-        Several blocks, laws or floors.
+    Full dots: measures that the paired differences do not distinguish from the best, in `color`; hollow dots: worse
+    measures. `found` is `fragility.rank_measures` of one block and one law (and one floor); `order` has the measures
+    from top to bottom, by rank by default.
     """
     _check_single(found, "dispersion")
     if ax is None:
@@ -147,13 +129,7 @@ def by_rank(found: xr.Dataset) -> list[str]:
 
 
 def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str | None = None) -> Figure:
-    """Return the figure of a block's ranked measures, a panel for each law, in one order; by default the first.
-
-    Raises
-    ------
-    ValueError
-        Results of several floors, and no floor given.
-    """
+    """Return the figure of a block's ranked measures, a panel for each law, in one order; by default the first."""
     label = selection.labels(found, "block")[0] if block is None else block
     here = selection.one(found, block=label, floor=floor)
     where = label if floor is None else f"{label}, {floor_name(floor)}"
@@ -183,22 +159,9 @@ def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str
 
 
 def sufficiency(found: xr.Dataset, covariate: str, ax: Axes | None = None, order: list[str] | None = None) -> Axes:
-    """Draw the trend of the capacity with a covariate in every measure, with its interval.
+    """Draw the trend of the capacity with a covariate in every measure, with its interval; arguments as `ranking`.
 
     A sufficient measure leaves no trend.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        The ranking of one block and one law (and one floor), as for `ranking`.
-    covariate : str
-        Name of the covariate.
-    ax, order
-        As for `ranking`.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     _check_single(found, "dispersion")
     here = found.sel(measure=order or by_rank(found), covariate=covariate)

@@ -27,13 +27,7 @@ class DrawnLaw(NamedTuple):
 
 
 def laws(results: xr.Dataset, model: str | None = None, color: str | None = None) -> list[DrawnLaw]:
-    """Return every law of some results, or only the law labelled `model`, each with the look that it has among all.
-
-    Raises
-    ------
-    ValueError
-        No such law; one colour for several laws.
-    """
+    """Return every law of some results, or only the law labelled `model`, each with the look that it has among all."""
     checks.not_empty("results", results.sizes, "model")
     names = labels(results, "model")
     if model is not None:
@@ -78,13 +72,7 @@ def floors(results: xr.Dataset) -> list[int | str | None]:
 
 
 def one(results: xr.Dataset, **chosen: str | int | None) -> xr.Dataset:
-    """Return the results of one block, law or floor: of the label given for each dimension, or of its only label.
-
-    Raises
-    ------
-    ValueError
-        Several labels along a dimension, and none is given; no such label.
-    """
+    """Return the results of one block, law or floor: of the label given for each dimension, or of its only label."""
     for dim, label in chosen.items():
         if dim not in results.dims:
             continue

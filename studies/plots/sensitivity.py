@@ -221,12 +221,7 @@ def free_rocking_panel(
 def convergence(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
     """Draw the distance from the rigid block under pulses over delta, both logarithmic, and the slope of first order.
 
-    The arguments are as for `sensitivity`.  Distances that are only rounding (below 1e-9) lie below the frame.
-
-    Raises
-    ------
-    ValueError
-        Results without this distance, such as those of a study of e.
+    The arguments are as for `sensitivity`. Distances that are only rounding (below 1e-9) lie below the frame.
     """
     if "pulse_error" not in results:
         raise ValueError("convergence is of delta: results hold no pulse_error")

@@ -28,19 +28,10 @@ BOUNDS = (
 
 
 def study_schema() -> dict[str, Any]:
-    """Make the JSON schema of a study file.
+    """Return the JSON schema of a study file: draft 2020-12, every key with its description.
 
-    Returns
-    -------
-    dict
-        Draft 2020-12, every key with its description; the annotation ``unit`` holds its unit, ``default`` the value
-        that holds where the key is not given (the description names it where it is no single value).
-
-    Examples
-    --------
-    >>> schema = study_schema()
-    >>> schema["$defs"]["BlockTable"]["properties"]["width_m"]["unit"]
-    'm'
+    The annotation ``unit`` holds its unit, ``default`` the value that holds where the key is not given (the description
+    names it where it is no single value).
     """
     schema = StudyFile.model_json_schema(by_alias=True)
     definitions = schema.pop("$defs")

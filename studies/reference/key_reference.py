@@ -22,14 +22,7 @@ class PlacedTable(NamedTuple):
 
 
 def key_reference() -> str:
-    """Make the reference of all keys in Markdown; tables in the order in which a study names them.
-
-    Examples
-    --------
-    >>> page = key_reference()
-    >>> "| `width_m` | Full size in the direction in which it tips, m (of a bookcase, its depth). |" in page
-    True
-    """
+    """Return the reference of all keys in Markdown; tables in the order in which a study names them."""
     schema = study_schema()
     parts = []
     for place in _places(schema, schema, ""):

@@ -28,24 +28,10 @@ SIZES, SLENDERNESS = ("width_m", "height_m"), ("alpha_rad", "R_m")
 
 
 def read_region(file: Path) -> BlockArray:
-    """Read the blocks of a CSV file as columns.
+    """Read the blocks of a CSV file as columns: the blocks that `read_blocks` gives, with the same labels.
 
-    Parameters
-    ----------
-    file : Path
-        A file as of ``blocks_file``: a line for each block, of which none has a scene; and columns ``e`` and ``delta``,
-        if blocks have their own.
-
-    Returns
-    -------
-    BlockArray
-        The blocks that `read_blocks` gives, with the same labels.
-
-    Raises
-    ------
-    StudyError
-        As `read_blocks`; or a block that does not stand free on a rigid floor; columns ``e`` and ``delta`` with values
-        out of range or missing, or in a file that cannot be read column by column.
+    The file is as of ``blocks_file``, a line for each block, of which none has a scene; and columns ``e`` and
+    ``delta``, if blocks have their own.
     """
     table = CsvTable(file, KIND._replace(columns=(*KIND.columns, *OWN)))
     try:

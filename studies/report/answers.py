@@ -158,21 +158,9 @@ def _always(results: xr.Dataset, cases: Sequence[tuple[int, tuple[int, str | Non
 def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
     """Return a sentence on the level at which half overturn: the reference law's with its interval, and the others'.
 
-    Parameters
-    ----------
-    here : xarray.Dataset
-        Curves on the dimension model alone.
-    verb : str
-        The verb for what the block does, such as overturns.
-    axis : xarray.DataArray
-        The levels, with the attributes of their measure.
+    `here` has curves on the dimension model alone, `axis` the levels with the attributes of their measure; `verb` is
+    what the block does.
 
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> curves = xr.Dataset(
     ...     {"half_level": ("model", [4.0, 2.0]), "half_level_lower": ("model", [3.6, 1.9]),
     ...      "half_level_upper": ("model", [4.4, 2.2]), "status": ("model", ["ok", "ok"])},

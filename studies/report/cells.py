@@ -89,8 +89,6 @@ def longest_word(text: str) -> int:
 def whole_intervals(text: str) -> Markup:
     """Return a cell as one HTML element in which no line break divides an interval in brackets.
 
-    Examples
-    --------
     >>> print(whole_intervals("0.23 (0.21–0.25)"))
     <span>0.23 <span class="whole">(0.21–0.25)</span></span>
     """
@@ -103,13 +101,7 @@ def _split(text: str) -> Iterator[tuple[int, str]]:
 
 
 def markdown(text: object) -> str:
-    r"""Return text escaped for Markdown in one line, so that nothing in it is markup or HTML.
-
-    Examples
-    --------
-    >>> print(markdown("<b>a|b</b>"))
-    &lt;b&gt;a\|b&lt;/b&gt;
-    """
+    """Return text escaped for Markdown in one line, so that nothing in it is markup or HTML."""
     entities = {"<": "&lt;", ">": "&gt;", "&": "&amp;"}
     plain = " ".join(clean(str(text)).split())
     marked = _LINE_START.search(plain)

@@ -60,26 +60,10 @@ def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
 
 
 def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
-    """Return where a curve is higher and where it is lower than another; None where they do not cross.
+    """Return where a curve (level,) is higher and where it is lower than another; None where they do not cross.
 
-    Parameters
-    ----------
-    one, other : array, shape (level,)
-        Probabilities of two curves.
-    levels : array, shape (level,)
-        The levels, increasing (SI).
-
-    Notes
-    -----
-    Curves cross where each is higher than the other by more than `APART` at one of the levels.
-
-    Examples
-    --------
-    >>> levels = np.array([1.0, 2.0, 3.0, 4.0])
-    >>> crossing(np.array([0.25, 0.5, 0.5, 0.5]), np.array([0.0, 0.25, 0.5, 1.0]), levels)
-    Crossing(higher=[(1.0, 2.0)], lower=[(4.0, 4.0)], most_higher=0.25, most_lower=0.5)
-    >>> crossing(np.array([0.3, 0.4]), np.array([0.0, 0.3]), levels[:2]) is None
-    True
+    Curves cross where each is higher than the other by more than `APART` at one of the levels (level,), which increase
+    (SI).
     """
     with np.errstate(invalid="ignore"):
         higher, lower = one - other > APART, other - one > APART
@@ -111,14 +95,7 @@ def _digits(value: float) -> str:
 def crossings_of(probability: Array, levels: Array, places: Sequence[Place]) -> Iterator[Pair]:
     """Yield the pairs of curves that cross, those with the first curve first, then those that differ most both ways.
 
-    Parameters
-    ----------
-    probability : array, shape (…, level)
-        Probabilities of curves.
-    levels : array, shape (level,)
-        The levels, increasing (SI).
-    places : sequence of tuple of int
-        The places of the curves that are compared, in their order.
+    `probability` is (…, level), and `places` are the places of the curves that are compared, in their order.
     """
     found = []
     for i, j in combinations(range(len(places)), 2):

@@ -100,21 +100,11 @@ def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterato
 
 
 def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Picture]:
-    """Yield figures as pictures for a page.
+    """Yield figures as pictures for a page, SVG or PNG.
 
-    Parameters
-    ----------
-    draw : callable
-        Draws the figures, each with its file name; they are drawn a second time for a phone.
-    numbers : str
-        The main numbers in words, with which the description of each figure ends.
-    png : bool
-        True for PNG instead of SVG.
-
-    Yields
-    ------
-    Picture
-        Its ``svg`` is safe inside HTML: no script, no external reference, and ids that no other figure has.
+    `draw` makes the figures, each with its file name; they are drawn a second time for a phone. The main `numbers` in
+    words end the description of each figure. A picture's ``svg`` is safe inside HTML: no script, no external reference,
+    and ids that no other figure has.
     """
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         described = f"{describe(figure)} {clean(numbers)}".strip()

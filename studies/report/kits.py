@@ -51,12 +51,7 @@ CHECK = (
 def purchases(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
     """Yield the kits to buy for the study's budget, and the cheapest that meet its target.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        Of a performance study; nothing is said without a budget or a target for kits.
-    pieces : list of Piece
-        Its pieces under the reference law.
+    `pieces` are those under the reference law.
     """
     here = results.isel(model=reference_law(results)[0])
     money = f" {currency_of(results)}" if currency_of(results) else ""
@@ -96,12 +91,7 @@ def purchases(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
 def kits_without_effect(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
     """Yield the kits that prevent nothing measurable, or too little, or cause more falls, and of which pieces.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        Of a performance study; nothing is said without kits.
-    pieces : list of Piece
-        Its pieces under the reference law.
+    `pieces` are those under the reference law.
     """
     motions = counted(number_of_motions(results), "motion") if "kit_falls" in results else ""
     for kit in dict.fromkeys(tried.kit for one in pieces for tried in one.tried):
@@ -196,11 +186,7 @@ def _left_out(here: xr.Dataset, kits: Mapping[str, str], motions: int) -> Iterat
 def restraint_steps(results: xr.Dataset) -> Iterator[str]:
     """Yield whether the restraints of blocks help, compared with the same blocks without them, under the reference law.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        Of a fragility study: with a hazard the chances are compared, else the levels at which half of the motions bring
-        the blocks down.
+    With a hazard the chances are compared, else the levels at which half of the motions bring the blocks down.
     """
     if SCENE not in results.coords:
         return

@@ -59,31 +59,12 @@ NUMBERS = 600
 def write_report(
     result: Path, out: Path | None = None, format_: ReportFormat = "html", verify: bool = False
 ) -> list[Path]:
-    """Write the report of a study's results.
+    """Write the report of a study's results, and return the files written.
 
-    Parameters
-    ----------
-    result : Path
-        The results, ``results.nc``.
-    out : Path, optional
-        The file; by default ``report.html`` (``.pdf``, ``.md``) beside the results, or in `out` where `out` is a
-        folder or has no ending.
-    format_ : {"html", "pdf", "md"}
-        One self-contained page; the same page printed by a browser of this machine; Markdown with its figures as PNG
-        files in the same folder.
-    verify : bool
-        Refuse results that were edited after they were written, which are otherwise named on the page and warned of.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    StudyError
-        One sentence: a result file that `read_results` or `verify` refuses, no browser for a PDF, a file that cannot
-        be written.
+    `out` is the file; by default ``report.html`` (``.pdf``, ``.md``) beside the results, or in `out` where `out` is a
+    folder or has no ending. The formats are one self-contained page; the same page printed by a browser of this
+    machine; Markdown with its figures as PNG files in the same folder. Results that were edited are named on the page
+    and warned of, and with `verify` refused.
     """
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:

@@ -25,11 +25,7 @@ KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
 def read_results(path: Path) -> Iterator[xr.Dataset]:
     """Open a study's results until the block ends; variables of single runs are read only where they are used.
 
-    Raises
-    ------
-    StudyError
-        One sentence: no such file, not a result file, another layout, not a study's results; or contents that differ
-        from those of results of its kind.
+    Contents that differ from those of results of its kind are refused.
     """
     if not path.is_file():
         raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")

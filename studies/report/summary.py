@@ -111,17 +111,7 @@ SOURCES = {
 
 
 def plain_answer(results: xr.Dataset) -> list[str]:
-    """Return the answer in a few plain sentences.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        A study's results, of any kind.
-
-    Returns
-    -------
-    list of str
-    """
+    """Return the answer of a study's results, of any kind, in a few plain sentences."""
     return list(_PLAIN[str(results.attrs["kind"])](within_levels(results)))
 
 

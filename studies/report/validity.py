@@ -124,19 +124,7 @@ class Check(NamedTuple):
 
 
 def checks_of(results: xr.Dataset, state: str = AS_WRITTEN) -> list[Check]:
-    """Return every check of a study's results.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        A study's results, of any kind.
-    state : str
-        Whether they are as they were written (`check_content`).
-
-    Returns
-    -------
-    list of Check
-    """
+    """Return every check of a study's results, of any kind, which are in the `state` of `check_content`."""
     return [*_edited(state), *_model(results), *_numbers(within_levels(results))]
 
 

@@ -31,22 +31,9 @@ def history_figure(
 ) -> Figure:
     """Return the figure of one run on one page: shaking, history, phase portrait and hysteresis.
 
-    Parameters
-    ----------
-    response : xarray.Dataset
-        Dataset that `toppling.simulate` returned.
-    title, text : str
-        Texts above the panels: the block and the law, and what the block does.
-    lifts : (float, float)
-        Accelerations that just tip a rigid block to the front and to the back, m/s².
-    ends : float
-        Time at which the record ends, s; a history may continue without shaking after it.
-    walls : sequence of float
-        Rotations at which the block meets a wall, rad.
-
-    Returns
-    -------
-    matplotlib Figure
+    `lifts` are the accelerations that just tip a rigid block to the front and to the back, m/s²; `ends` is the time at
+    which the record ends, s, after which a history may continue without shaking; `walls` are rotations at which the
+    block meets a wall, rad.
     """
     figure = Figure(figsize=(8.0, 9.0), layout="constrained")
     panels = figure.subplot_mosaic(

@@ -41,13 +41,8 @@ def block_of(
 ) -> Block:
     """Return the block of a catalogue name, or of sizes with units (``--width``, ``--height``, ``--cm-height``).
 
-    scene: keys of ``[[blocks]]`` for what stands around it or holds it, as `scene.scene_of` returns them; placed: the
-    item of the catalogue as it usually stands.
-
-    Raises
-    ------
-    StudyError
-        Neither a name nor sizes, or both; a name that is not in the catalogue; values out of range.
+    `scene`: keys of ``[[blocks]]`` for what stands around it or holds it, as `scene.scene_of` returns them; `placed`:
+    the item of the catalogue as it usually stands.
     """
     given = [option for option, text in sizes.items() if text is not None]
     metres = {option: quantity(option, str(sizes[option]), METRE, bare=LARGEST) for option in given}
@@ -85,23 +80,9 @@ def motion_of(
 ) -> xr.DataArray:
     """Return one motion: of a generator or a pulse by its name, of a record file, or of a study file.
 
-    Parameters
-    ----------
-    name : str
-        A name of `NAMES`, a path or pattern of record files, or a study file (.toml).
-    seed : int, optional
-        Seed of a generator; 0 by default.
-    index : int
-        Position of the motion among those of the seed, or among those of the file (floor after floor).
-    settings : sequence of str
-        ``key=value``, with keys of ``[motions]`` in a study file.
-    period : str, optional
-        Period of a pulse, with its unit.
-
-    Raises
-    ------
-    StudyError
-        No such name or file, keys that do not belong to the motion, an index beyond the last motion.
+    `name` is one of `NAMES`, a path or pattern of record files, or a study file (.toml); `index` is the position of the
+    motion among those of the seed, or of the file (floor after floor); `settings` are ``key=value`` of ``[motions]``;
+    `period` is that of a pulse, with its unit.
     """
     keys = dict(_setting(one) for one in settings)
     made = name in NAMES

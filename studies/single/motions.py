@@ -74,13 +74,7 @@ class Shown(NamedTuple):
 
 
 def read_motions(inputs: Sequence[str]) -> Shown:
-    """Return the motions of one study file (through its building) or of record files, paths or patterns.
-
-    Raises
-    ------
-    StudyError
-        One sentence: a file cannot be read or does not exist, or a study file is given with other files.
-    """
+    """Return the motions of one study file (through its building) or of record files, paths or patterns."""
     studies = [one for one in inputs if one.lower().endswith(".toml")]
     if studies and len(inputs) > 1:
         raise StudyError(f"{studies[0]}: a study file must stand alone, got {len(inputs)} files")
@@ -273,19 +267,7 @@ def spectra_figure(
 def draw_spectra(
     ax: Axes, motions: Sequence[xr.DataArray], damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> Axes:
-    """Draw spectra into axes: every motion thin, median and 16 and 84 % of each floor, and a target dotted.
-
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        Axes to draw into.
-    motions : sequence of xarray.DataArray
-        Labelled motions.
-    damping : float
-        Damping ratio.
-    target : toppling.motions.TargetSpectrum, optional
-        Spectrum that the motions should match.
-    """
+    """Draw spectra into axes: every motion thin, median and 16 and 84 % of each floor, and a target dotted."""
     spectrum = shaking.response_spectrum(list(motions), PERIODS, damping_of(damping))
     sa = spectrum["sa"].values / STANDARD_GRAVITY
     floors = _by_floor(spectrum)

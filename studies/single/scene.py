@@ -52,19 +52,7 @@ PARTS = {
 def scene_of(options: Mapping[str, str | None], restitution: float | None, restraint: str | None) -> dict[str, Any]:
     """Return the keys of ``[[blocks]]`` that the options of the command line give.
 
-    Parameters
-    ----------
-    options : mapping
-        The words of `OPTIONS`, None where an option is not given.
-    restitution : float or None
-        ``--wall-restitution``.
-    restraint : str or None
-        ``--restraint``: a kind, and its parts with commas.
-
-    Raises
-    ------
-    StudyError
-        A value without its unit, a part that is no key of restraints or is given twice.
+    `options` are the words of `OPTIONS`, None where not given; `restraint` is a kind, and its parts with commas.
     """
     found: dict[str, Any] = {
         OPTIONS[option].key: _value(option, text, OPTIONS[option]) for option, text in options.items() if text

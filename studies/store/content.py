@@ -59,13 +59,7 @@ def sealed(results: xr.Dataset) -> xr.Dataset:
 
 
 def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
-    """Return whether results are as they were written, and warn where they are not.
-
-    Raises
-    ------
-    StudyError
-        With `verify`: they were edited, or have no checksum.
-    """
+    """Return whether results are as they were written, and warn where they are not; with `verify` refuse them."""
     state = content_state(results)
     if verify and state != AS_WRITTEN:
         raise StudyError(f"{path}: was {state}: run its study again with --fresh")

@@ -22,13 +22,7 @@ OTHER_MOTIONS = "this processor or its libraries make other motions"
 
 
 def identifying(study: Any) -> Any:
-    """Return the part of a study file's content that decides its runs, and so its identity.
-
-    Examples
-    --------
-    >>> identifying({"title": "a", "performance": {"im": "pga", "sort": "value"}})
-    {'performance': {'im': 'pga'}}
-    """
+    """Return the part of a study file's content that decides its runs, and so its identity."""
     if not isinstance(study, dict):
         return study
     found = {key: value for key, value in study.items() if key not in APART}
@@ -75,19 +69,9 @@ def _motions_of(study: Any) -> list[dict[str, Any]]:
 def differences(before: Any, now: Any, same: bool = False) -> str:
     """Return the keys of a study file whose values differ; where none differs, what else has changed.
 
-    Parameters
-    ----------
-    before, now : dict
-        The content of the study files as plain values.  What is no part of the identity is not compared.
-    same : bool
-        True where the inputs are the same, and the motions alone differ (`same_inputs`).
+    Both contents are plain values; what is no part of the identity is not compared. `same` is True where the inputs are
+    the same, and the motions alone differ (`same_inputs`).
 
-    Returns
-    -------
-    str
-
-    Examples
-    --------
     >>> differences({"motions": {"seed": 1}}, {"motions": {"seed": 2}})
     'motions.seed was 1, is 2'
     """
@@ -106,8 +90,6 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
 def changes(before: Any, now: Any, key: str = "") -> Iterator[tuple[str, str, str]]:
     """Yield each key whose values differ with both values in words; keys `APART` are not compared.
 
-    Examples
-    --------
     >>> list(changes({"hazard": {"k": 2.0}}, {"hazard": {"k": 2.5, "k0": 0.001}}))
     [('hazard.k', '2.0', '2.5'), ('hazard.k0', 'not given', '0.001')]
     """

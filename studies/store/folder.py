@@ -36,13 +36,8 @@ LOCK_ATTEMPTS = 20
 def folder_of_one(folder: Path) -> Iterator[None]:
     """Lock a folder, made where missing, for this process alone until the block ends.
 
-    The system releases the lock when a process ends, however it ends.  A folder that was made here is removed again
+    The system releases the lock when a process ends, however it ends. A folder that was made here is removed again
     where it stayed empty.
-
-    Raises
-    ------
-    StudyError
-        The folder cannot be made or written, or another process works in it.
     """
     _refuse_name(folder)
     made = not folder.exists()
@@ -121,13 +116,8 @@ def refuse_folder(target: Path) -> None:
 def finished(target: Path, identity: str, study: Mapping[str, Any], other_machine: bool = False) -> xr.Dataset | None:
     """Return the finished results of the study of this identity, or None where there are none.
 
-    `study`: the content of the study file, to name its differences from the study of the results.  `other_machine`:
+    `study`: the content of the study file, to name its differences from the study of the results. `other_machine`:
     results of motions with other last digits are of the same study.
-
-    Raises
-    ------
-    StudyError
-        The results of another study are there, or something that is no result file.
     """
     from .differences import OTHER_MOTIONS, makes_motions, same_inputs  # noqa: PLC0415
 

@@ -123,12 +123,7 @@ def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
 def opened(path: Path) -> xr.Dataset:
     """Open results whose arrays are read when they are used.
 
-    Raises
-    ------
-    StudyError
-        The file declares more than a file of its size holds, which would fill the memory.
-    OSError, RuntimeError, ValueError
-        It cannot be opened.
+    A file that declares more than a file of its size holds would fill the memory: it is a StudyError.
     """
     import xarray as xr  # noqa: PLC0415 - a title is read without labelled arrays
 

@@ -148,13 +148,8 @@ class Shards(Runner):
 def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_machine: bool = False) -> tuple[Path, bool]:
     """Return the folder for the shards of a study, and True if it holds shards of this study already.
 
-    `pinned`: identity, study (its file's content) and work (its runs), as the manifest keeps them.  `other_machine`:
+    `pinned`: identity, study (its file's content) and work (its runs), as the manifest keeps them. `other_machine`:
     take the shards of another kind of processor, too; the manifest then names both.
-
-    Raises
-    ------
-    StudyError
-        The folder holds parts of another study, or of another engine: one sentence that names the difference.
     """
     shards = folder / FOLDER
     refuse_link(shards)

@@ -42,13 +42,7 @@ SELDOM = 0.1
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
-    """Expected values in a year, by place.
-
-    Raises
-    ------
-    ValueError
-        An assessment without a hazard curve, no such model.
-    """
+    """Expected values in a year, by place."""
     here = of_model(assessment, model)
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
@@ -79,13 +73,7 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
 
 
 def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -> Rows:
-    """Overturned pieces and losses at one of the levels, by place.
-
-    Raises
-    ------
-    ValueError
-        No such level or model.
-    """
+    """Overturned pieces and losses at one of the levels, by place."""
     at = level_index(assessment, level)
     here = of_model(assessment, model).isel(level=at)
     has_loss = "loss_mean" in here
@@ -142,13 +130,7 @@ def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: 
 
 
 def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:
-    """The items whose anchoring saves most, as `anchoring` ranks them, with a mark on those that no advice rests on.
-
-    Raises
-    ------
-    ValueError
-        No such model.
-    """
+    """The items whose anchoring saves most, as `anchoring` ranks them, with a mark on those that no advice rests on."""
     here = of_model(ranking, model)
     paid = bool(np.isfinite(here["cost"].values).any())
     scale, unit = objective_unit(ranking)
@@ -194,8 +176,6 @@ def common_modelling(ranking: xr.Dataset) -> str:
 def span(annual: xr.DataArray) -> tuple[float, str]:
     """Return the years for which an annual amount is written, so that it is no small fraction, and those in words.
 
-    Examples
-    --------
     >>> span(xr.DataArray([2.5, 0.01])), span(xr.DataArray([0.0075]))
     ((1.0, 'a year'), (1000.0, 'in 1,000 years'))
     """
@@ -208,13 +188,7 @@ def drawn_heading(name: str, years: str) -> str:
 
 
 def fallen_word(results: xr.Dataset) -> str:
-    """Return what pieces have done that fell: overturned, or where any stands near an edge, fallen.
-
-    Examples
-    --------
-    >>> fallen_word(xr.Dataset())
-    'overturned'
-    """
+    """Return what pieces have done that fell: overturned, or where any stands near an edge, fallen."""
     return "fallen" if FALLEN in results else "overturned"
 
 

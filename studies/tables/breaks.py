@@ -39,16 +39,7 @@ def breaks_by_level(
 ) -> Rows | None:
     """Return a table of the shares of motions in which restraints break: a row a level, a column a restraint.
 
-    Parameters
-    ----------
-    every : mapping
-        Shares (level,) and the ends of their intervals, by the name of the piece and its restraint.
-    levels : xarray.DataArray
-        The levels with their attributes.
-    confidence : str
-        The confidence of the intervals in words.
-    what : str
-        What breaks: restraints, or kits.
+    `every` has shares (level,) and the ends of their intervals, by the name of the piece and its restraint.
     """
     if not every:
         return None

@@ -164,15 +164,7 @@ def _low_level(one: xr.Dataset) -> float:
 
 
 def rate_values(results: xr.Dataset, laws: Sequence[int] | None = None) -> ValueTable:
-    """Return the rates of the blocks as values, for a spreadsheet; levels in SI.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        Results of a fragility study with a hazard.
-    laws : sequence of int, optional
-        Positions of the laws; all where not given.
-    """
+    """Return the rates of the blocks as values, for a spreadsheet; levels in SI; `laws` are positions, None for all."""
     results = within_levels(results)
     years, level = float(results.attrs["years"]), str(axis_of(results).attrs.get("units", "1"))
     in_all = f"chance_in_{years:g}_years"

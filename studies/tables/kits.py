@@ -106,15 +106,7 @@ class KitRow(NamedTuple):
 
 
 def kit_lines(results: xr.Dataset, model: int = 0) -> list[KitRow]:
-    """Return every piece that is not anchored for good as it is and with each kit that fits it, in the pieces' order.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        As a performance study with kits writes them.
-    model : int
-        Position of the law.
-    """
+    """Return every piece that is not anchored for good as it is and with each kit that fits it, in their order."""
     here = results.isel(model=model)
     strengths = {str(name): one for name, one in zip(here["kit"].values, here["kit_strength"].values, strict=True)}
     yearly = "item_rate" in here

@@ -368,11 +368,9 @@ def model_ranges(results: xr.Dataset, model: int) -> dict[str, str]:
 def payback_text(years: float, best: float = math.nan) -> str:
     """Return a payback in a cell: never where the saving does not pay the cost, a dash where it is not known.
 
-    best: the payback of the upper end of the saving's interval, where that decides; it stands beside a payback that the
-    saving itself never reaches.
+    `best`: the payback of the upper end of the saving's interval, where that decides; it stands beside a payback that
+    the saving itself never reaches.
 
-    Examples
-    --------
     >>> payback_text(12.3), payback_text(math.inf), payback_text(math.inf, 61.0), payback_text(math.nan)
     ('12', 'never', 'never; 61 at best', '–')
     """
@@ -382,13 +380,7 @@ def payback_text(years: float, best: float = math.nan) -> str:
 
 
 def at_rate(pieces: Sequence[Piece]) -> str:
-    """Return the clause on the discount rate of paybacks, in a heading.
-
-    Examples
-    --------
-    >>> at_rate([])
-    ''
-    """
+    """Return the clause on the discount rate of paybacks, in a heading."""
     rates = {one.discount for one in pieces}
     return "".join(f" (at {given_percent(rate)} a year)" for rate in rates)
 

@@ -24,8 +24,6 @@ def most_probability(results: xr.Dataset) -> float:
 def most_rate(results: xr.Dataset) -> float:
     """Return the largest annual rate of what none of the motions showed at any level.
 
-    Notes
-    -----
     The sum over the levels of their annual rates times `most_probability`; shaking above the last level, of which the
     runs say nothing, counts in full.
     """
@@ -35,15 +33,7 @@ def most_rate(results: xr.Dataset) -> float:
 
 
 def at_most(results: xr.Dataset, years: float = YEARS) -> str:
-    r"""Return the bound of the chance of what none of the motions showed, in so many years or at the study's level.
-
-    Examples
-    --------
-    >>> weights = xr.DataArray([0.02, 0.003], dims="level"), xr.DataArray(0.001)
-    >>> found = xr.Dataset({"level_weight": weights[0], "level_weight_above": weights[1]}, attrs={"confidence": 0.95})
-    >>> at_most(found.assign_coords(motion=range(40)))
-    'at most 14\xa0%'
-    """
+    """Return the bound of the chance of what none of the motions showed, in so many years or at the study's level."""
     if "level_weight" in results:
         return f"at most {about_percent(float(probability_in(np.float64(most_rate(results)), years)))}"
     return f"at most {about_percent(most_probability(results))}"

@@ -88,26 +88,8 @@ def action_of(verb: str, name: str) -> str:
 def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
     """Notes on curves that rest on few runs, and on levels of half with wide intervals: one sentence each.
 
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        As `fit_fragility` returns them; without ``median_lower`` there is no note on intervals.
-    reached, runs : xarray.DataArray
-        How many runs of each curve reached the state, and how many there are, on the dimensions of the curves.
-    state : str
-        Name of the state.
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> curves = xr.Dataset({"status": ("block", ["separated"])}, {"block": ["shelf"]})
-    >>> curve_notes(curves, xr.DataArray([2], dims="block"), xr.DataArray([40], dims="block"), "overturning")
-    ['fewer than 5 runs overturned for the curve (shelf: 2 of 40): it rests on them; take more motions or higher \
-levels', 'data are separated for the curve (shelf): no two levels have both runs that overturned and runs that did \
-not, so the dispersion is a guess (penalised likelihood); take more motions or closer levels']
+    Without ``median_lower`` in the curves there is no note on intervals; `reached` and `runs`, on their dimensions,
+    count the runs that reached the state, and all.
     """
     status = curves["status"]
     reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
@@ -147,22 +129,7 @@ not, so the dispersion is a guess (penalised likelihood); take more motions or c
 
 
 def misfit_notes(curves: xr.Dataset, state: str) -> list[str]:
-    """Notes on curves whose median or level of 10 % lies outside the interval of the level at which so many runs fell.
-
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        As `fit_fragility` returns them.
-    state : str
-        Name of the state.
-
-    Examples
-    --------
-    >>> curves = xr.Dataset({"status": "ok", "misfit": 0.034, "misfit_low": 0.0})
-    >>> print(misfit_notes(curves, "overturning")[0])  # doctest: +NORMALIZE_WHITESPACE
-    the curve (the block: +3.4 %) misses its runs: its median is not where half of them overturned; rates and
-    exports are those of the fitted curve; compare with form = "isotonic", which follows any runs
-    """
+    """Notes on curves whose median or level of 10 % lies outside the interval of the level of so many runs."""
     rest = 'rates and exports are those of the fitted curve; compare with form = "isotonic", which follows any runs'
     return [
         note
@@ -187,8 +154,6 @@ def _misses(off: xr.DataArray, what: str) -> list[str]:
 def modelling_note(dispersion: float, where: str) -> str:
     """Return what the rates hold of modelling uncertainty, in a sentence.
 
-    Examples
-    --------
     >>> modelling_note(0.3, "mean")
     'rates hold a modelling uncertainty of β_m = 0.3, in the mean'
     """
@@ -234,15 +199,8 @@ def branches_beyond(results: xr.Dataset) -> str:
 def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[str]:
     """Return what is to be known of branches whose rates come from shaking beyond hazard curves or levels.
 
-    Parameters
-    ----------
-    beyond : sequence of float
-        The share of each branch's rate (its largest over blocks) from such shaking.
-    names : sequence of str
-        The branches in words.
+    `beyond` is the share of each branch's rate (its largest over blocks) from such shaking.
 
-    Examples
-    --------
     >>> branches_beyond_note([0.0, 0.34], ["a / b", "a / c"])[0][:76]
     'in 1 of 2 branches part of a rate comes from shaking beyond the hazard curve'
     """
@@ -267,15 +225,7 @@ def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
     """Return the shares of annual rates that rest on curves where nothing was run, ``below`` and ``above`` the levels.
 
     A share from above the highest shaking that was run counts as 0 where no curve that rises on from there changes the
-    rate by more than `NOTABLE` (`rate_bounds`).  Empty where results do not hold these shares.
-
-    Examples
-    --------
-    >>> known = {"rate": [1e-3, 1e-3], BEYOND: [0.3, 0.3], UNDER: [0.0, 0.01], AT_HIGHEST: [0.5, 0.97]}
-    >>> known[EXCEEDED] = [4e-4, 3.05e-4]
-    >>> found = extrapolated_shares(xr.Dataset({name: ("block", values) for name, values in known.items()}))
-    >>> {side: one.values.tolist() for side, one in found.items()}
-    {'below': [0.0, 0.01], 'above': [0.3, 0.0]}
+    rate by more than `NOTABLE` (`rate_bounds`). Empty where results do not hold these shares.
     """
     found = {side: results[name] for side, name in (("below", UNDER), ("above", BEYOND)) if name in results}
     if "above" in found:
@@ -287,14 +237,7 @@ def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None
     """Return the least and the greatest rate over the one given, whatever a curve does above the highest shaking run.
 
     Above it the curve does not fall, and does not exceed 1: with P its probability there and H the annual rate of such
-    shaking, what comes from there lies between P H and H.  None where results do not hold what that needs.
-
-    Examples
-    --------
-    >>> known = {"rate": 1e-3, BEYOND: 0.3, AT_HIGHEST: 0.5, EXCEEDED: 4e-4}
-    >>> low, high = rate_bounds(xr.Dataset(known))
-    >>> round(low.item(), 6), round(high.item(), 6)
-    (0.9, 1.1)
+    shaking, what comes from there lies between P H and H. None where results do not hold what that needs.
     """
     if not {BEYOND, AT_HIGHEST, EXCEEDED} <= {*results}:
         return None
@@ -323,34 +266,9 @@ def rate_notes(
 ) -> list[str]:
     """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
 
-    Parameters
-    ----------
-    rates : xarray.Dataset
-        As `Risk.of` returns them: ``rate``, ``rate_share_below``, ``rate_share_above``, ``rate_share_above_levels``,
-        and ``rate_share_below_levels`` where `lowest` is given.
-    settled : xarray.DataArray
-        The probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known.
-    hazard_ends : (float, float)
-        The hazard curve's first and last level, SI, in the unit of the bins.
-    highest, lowest : LevelEnd
-        The ends of the shaking that was run.
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> shares = {"rate": [1e-4], "rate_share_below": [0.0], "rate_share_above": [0.71], BEYOND: [0.08]}
-    >>> rates = xr.Dataset(
-    ...     {name: ("block", values) for name, values in shares.items()},
-    ...     {"block": ["pedestal"], "bin": ("bin", [1.0], {"units": "m s-1"})},
-    ... )
-    >>> settled, ends = xr.DataArray([0.6], dims="block"), (0.1, 1.6)
-    >>> for note in rate_notes(rates, settled, ends, LevelEnd("the last level", "raise ida.levels.to")):
-    ...     print(note[:88])
-    71 % of the annual rate of pedestal comes from shaking above the hazard curve's last lev
-    8 % of the annual rate of pedestal comes from shaking above the last level, where the cu
+    `rates` are those of `Risk.of`, with ``rate_share_below_levels`` where `lowest` is given; `settled` is the
+    probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known;
+    `hazard_ends` are the hazard curve's first and last level, SI, in the unit of the bins.
     """
     beyond = rates[BEYOND]
     found = []
@@ -396,12 +314,8 @@ def rate_notes(
 def coverage_notes(form: str, design: str, motions: int) -> list[str]:
     """A note on intervals of rates that are known to hold the true rate less often than they should, or none.
 
-    Examples
-    --------
     >>> coverage_notes("lognormal", "ida", 10)
     ['95 % intervals of annual rates held the true rate in 87 to 99 % of simulated studies with few motions (10 here)']
-    >>> coverage_notes("lognormal", "ida", 20)
-    []
     """
     few = "few motions" if motions < ENOUGH_MOTIONS else ""
     kind = next((kind for kind in (form, design, few) if kind in HELD), None)
@@ -418,8 +332,6 @@ def _unknown_at(side: str, end: LevelEnd) -> str:
 def beyond_hazard(side: str, end: str) -> str:
     """Return the words on shaking below or above the levels of a hazard curve, with the advice; end: its end as text.
 
-    Examples
-    --------
     >>> beyond_hazard("below", "0.02 g")
     "below the hazard curve's first level (0.02 g), where only its first slope is known: give the curve at lower levels"
     """
@@ -435,8 +347,6 @@ def family_notes(curves: xr.Dataset, along: str) -> list[str]:
 
     The blocks of a family with one free size share another size: all slendernesses of one R, all widths of one height.
 
-    Examples
-    --------
     >>> blocks = {"width": ("block", [0.3, 0.4]), "height": ("block", [1.6, 1.9]), "R": ("block", [0.81, 0.97])}
     >>> print(family_notes(xr.Dataset(coords=blocks), "width")[0][:75])
     the size that is looked for is of blocks that differ in width, R and height

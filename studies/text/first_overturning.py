@@ -11,15 +11,7 @@ from ...core.wording import whole_percent
 
 
 def spacing_notes(curves: xr.Dataset) -> list[str]:
-    """Return one sentence on curves that were fitted to first overturnings, none on other curves.
-
-    Examples
-    --------
-    >>> curves = xr.Dataset({"level_shift": ("block", [0.0488, 0.0953])}, attrs={"level_spacing": 0.2})
-    >>> spacing_notes(curves)
-    ['the curves are of first overturnings, which closer levels find earlier, without an end: levels are up to 20 % \
-apart, and with every other level first overturnings come 5 % to 10 % later']
-    """
+    """Return one sentence on curves that were fitted to first overturnings, none on other curves."""
     if "level_shift" not in curves:
         return []
     shifts = curves["level_shift"].values.ravel()

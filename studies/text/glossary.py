@@ -192,8 +192,6 @@ TERMS = (
 def used(texts: Iterable[str], known: Iterable[Term] = ()) -> list[Term]:
     """Return the terms that some texts use, but for those that are `known` already.
 
-    Examples
-    --------
     >>> [term.name for term in used(["The median PGA is 0.4 g."])]
     ['PGA, PGV', 'g', 'fitted curve, median']
     """

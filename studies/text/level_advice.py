@@ -13,27 +13,16 @@ EVERY = 0.0, math.inf
 
 
 def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float] = EVERY) -> str:
-    """Return what to change in a study file so that the shaking reaches higher, or begins lower.
+    """Return what to change in a study file (plain values) so that the shaking reaches higher, or begins lower.
 
-    Parameters
-    ----------
-    study : mapping
-        The study file as plain values.
-    higher : bool
-        Whether higher levels are wanted, else lower ones.
-    run : tuple of float
-        The lowest and the highest level that was run (SI): selected stripes beyond them were left out.
+    `run` is the lowest and the highest level that was run (SI): selected stripes beyond them were left out.
 
-    Examples
-    --------
     >>> other_levels({"ida": {"levels": {"from": 0.1, "to": 1.0, "number": 5}}}, True)
     'raise ida.levels.to'
     >>> other_levels({"ida": {"levels": {"values": [0.1, 0.2]}}}, True)
     'add higher levels to ida.levels.values'
     >>> other_levels({"stripes": {}}, False)
     'add a stripe below the lowest'
-    >>> other_levels({"stripes": {"select": {}, "unit": "g", "at": [{"level": 0.1}, {"level": 1.0}]}}, True, (1.0, 1.0))
-    'select the stripes that were left out from more motions, or with a wider stripes.select.factor'
     """
     if "ida" in study:
         if isinstance(study["ida"]["levels"], str):  # (adaptive levels look as far as they must)

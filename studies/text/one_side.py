@@ -20,17 +20,7 @@ MOST_NAMED = 3
 
 
 def forced_to_1(blocks: Iterable[Block], state: State, form: str) -> str:
-    """Name the blocks whose curves of falls to one side rise to 1 though they may fall to the other side, or return ''.
-
-    Parameters
-    ----------
-    blocks : iterable of Block
-        The blocks of the curves.
-    state : str or float
-        The damage state of the curves.
-    form : str
-        The form of the curves.
-    """
+    """Name the blocks whose curves of falls to one side rise to 1 though they may fall to the other side, or ''."""
     if state not in DIRECTIONS or form == default_form(state):
         return ""
     return _listed(block for block in blocks if _falls_both_ways(block, str(state)))

@@ -40,14 +40,7 @@ def open_ends(low: float, high: float, results: xr.Dataset) -> tuple[float, floa
 
 
 def dispersion_texts(one: xr.Dataset, name: str = "dispersion") -> tuple[str, str]:
-    """Return a dispersion, and its interval; in words where the curve is flat over all shaking.
-
-    Examples
-    --------
-    >>> one = xr.Dataset({"dispersion": 0.4, "dispersion_lower": 0.3, "dispersion_upper": 7.6e17})
-    >>> dispersion_texts(one)
-    ('0.400', 'above 0.300')
-    """
+    """Return a dispersion, and its interval; in words where the curve is flat over all shaking."""
     value, low, high = (float(one[f"{name}{end}"]) if f"{name}{end}" in one else np.nan for end in ENDS)
     text = f"above {FLAT:g}" if value > FLAT else three_digits(value)
     return text, interval_text(low, np.inf if high > FLAT else high)
@@ -56,8 +49,6 @@ def dispersion_texts(one: xr.Dataset, name: str = "dispersion") -> tuple[str, st
 def level_texts(one: xr.Dataset, name: str, scale: float) -> tuple[str, str]:
     """Return a level from the runs, divided by `scale`, and its interval; in words where it lies beyond the levels.
 
-    Examples
-    --------
     >>> one = xr.Dataset({"half_level": 2.0, "half_level_lower": 0.0, "half_level_upper": 3.0})
     >>> level_texts(one, "half_level", 1.0)
     ('2.00', 'below 3.00')
@@ -76,17 +67,9 @@ def fraction_text(one: xr.Dataset, p: float, scale: float) -> str:
 def within_levels(results: xr.Dataset) -> xr.Dataset:
     """Return results in which fitted medians above the highest level that was run are infinite: not reached.
 
-    Parameters
-    ----------
-    results : xarray.Dataset
-        Results with levels (``level`` or, of a cloud, ``intensity``) and with ``sample_median``, or ``median`` and
-        ``median_ratio`` with its ends; others are returned as they are.
-
-    Returns
-    -------
-    xarray.Dataset
-        Ratios of a median that is not reached are infinite, ratios to one that is not reached are NaN.  Doing it twice
-        changes nothing.
+    Results with levels (``level`` or, of a cloud, ``intensity``) and with ``sample_median``, or ``median`` and
+    ``median_ratio`` with its ends, change; others are returned as they are. Ratios of a median that is not reached are
+    infinite, ratios to one that is not reached are NaN. Doing it twice changes nothing.
     """
     most = highest_level(results)
     if not np.isfinite(most):

@@ -48,13 +48,7 @@ QUALITIES = "FEMA P-58-1 has 0.25 for a model of average and 0.40 for one of lim
 
 
 def chance_range(low: float, high: float) -> str:
-    r"""Write a range of chances.
-
-    Examples
-    --------
-    >>> chance_range(0.02, 0.061)
-    '2.0–6.1\xa0%'
-    """
+    """Write a range of chances: ``2.0–6.1 %``."""
     return chances_between(low, high, about_percent)
 
 
@@ -97,8 +91,6 @@ def has_model_range(here: xr.Dataset, name: str) -> bool:
 def of_what(results: xr.Dataset) -> str:
     """Return what a model range is, for a caption; '' for results without.
 
-    Examples
-    --------
     >>> of_what(xr.Dataset(attrs={"modelling_range": 0.3}))
     'model range: if all capacities are off by one factor, 0.68 to 1.5'
     """

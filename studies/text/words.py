@@ -101,8 +101,6 @@ def axis_name(axis: xr.DataArray, default: str = "level") -> str:
 def quantity_name(axis: xr.DataArray, default: str = "level") -> str:
     """The name of the quantity of an axis in a sentence, where a number follows it.
 
-    Examples
-    --------
     >>> quantity_name(xr.DataArray(0.0, attrs={"long_name": "spectral acceleration at 1 s, 5 % damping"}))
     'spectral acceleration at 1 s (5 % damping)'
     """
@@ -111,14 +109,7 @@ def quantity_name(axis: xr.DataArray, default: str = "level") -> str:
 
 
 def level_name(results: xr.Dataset) -> str:
-    """Return the measure of the levels of some results, with the place where it is measured.
-
-    Examples
-    --------
-    >>> of_levels = {"im": "pgv", "long_name": "peak ground velocity"}
-    >>> level_name(xr.Dataset(coords={"level": ("level", [0.1], of_levels)}))
-    'PGV of the ground'
-    """
+    """Return the measure of the levels of some results, with the place where it is measured: PGV of the ground."""
     axis = next(results[name] for name in ("level", "intensity", "median") if name in results.variables)
     label = str(axis.attrs.get("im") or results.attrs.get("im") or "level")
     floors = {*floor_of_each_motion(results)} if "motion" in results.sizes else set()
@@ -128,8 +119,6 @@ def level_name(results: xr.Dataset) -> str:
 def measure_at(label: str, long_name: str, power: float = 1.0, floor: str = "") -> str:
     """Return the written name of a measure with the place that its long name gives; `floor`: the only floor, if known.
 
-    Examples
-    --------
     >>> measure_at("ground_Sa(0.5)", "spectral acceleration at 0.5 s, 5 % damping, ground motion")
     'Sa(0.5 s) of the ground'
     >>> measure_at("pgv", "peak floor velocity", floor="3"), measure_at("scale", "scale factor")
@@ -147,8 +136,6 @@ def measure_name(label: str, power: float = 1.0) -> str:
 
     `power` is the exponent of the motion's amplitude in the measure.
 
-    Examples
-    --------
     >>> measure_name("pgv"), measure_name("Sa(0.5)"), measure_name("Sa(1.0, 0.02)")
     ('PGV', 'Sa(0.5 s)', 'Sa(1 s, 2 % damping)')
     >>> measure_name("RotD50(Sa(0.5))"), measure_name("AvgSa(0.2:2.0:10)")
@@ -178,12 +165,8 @@ def input_name(name: str) -> str:
 def block_title(name: str) -> str:
     """The name of a block for people: the title of an item of the catalogue in place of its key.
 
-    Examples
-    --------
-    >>> block_title("bookcase-5-shelf"), block_title("my shelf")
-    ('Bookcase, 5 shelves', 'my shelf')
-    >>> block_title("bookcase-5-shelf, back to a wall")
-    'Bookcase, 5 shelves, back to a wall'
+    >>> block_title("bookcase-5-shelf, back to a wall"), block_title("my shelf")
+    ('Bookcase, 5 shelves, back to a wall', 'my shelf')
     """
     key, comma, rest = name.partition(",")
     return f"{catalogue.item(key).title.removesuffix(', unanchored')}{comma}{rest}" if key in catalogue else name
@@ -195,10 +178,8 @@ def consequence_name(word: str) -> str:
 
 
 def that_has(word: str) -> str:
-    """What follows a piece in a sentence on its consequence.
+    """The clause after a piece in a sentence on its consequence.
 
-    Examples
-    --------
     >>> that_has("blocks-exit"), that_has("medication")
     ('that can block an exit', 'marked “medication”')
     """
@@ -208,8 +189,6 @@ def that_has(word: str) -> str:
 def floor_name(floor: int | str) -> str:
     """The written name of a floor; one of several buildings is called after its building.
 
-    Examples
-    --------
     >>> floor_name(0), floor_name("3"), floor_name("tower 10"), floor_name("ground")
     ('ground', 'floor 3', 'tower 10', 'ground')
     """
@@ -232,8 +211,6 @@ def is_one_piece(results: xr.Dataset) -> bool:
 def floor_cell(floor: int | str, roof: str = "") -> str:
     """The floor in a column of floors, with a word where it is the roof.
 
-    Examples
-    --------
     >>> floor_cell(0), floor_cell("3"), floor_cell("3", roof="3")
     ('ground', '3', '3 (roof)')
     """

@@ -56,13 +56,7 @@ class Element:
 
 
 def parse(file: Path, content: bytes) -> Element:
-    """Return the fragility model in a document.
-
-    Raises
-    ------
-    ExchangeError
-        No XML, a document type, too many or too deeply nested elements, no fragility model of NRML 0.5.
-    """
+    """Return the fragility model of NRML 0.5 in a document without a document type, of limited size and depth."""
     root = _Reader(file).read(content)
     if root.tag != "nrml" or root.namespace != NAMESPACE:
         raise ExchangeError(

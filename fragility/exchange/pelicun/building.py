@@ -54,41 +54,17 @@ def write_building(
     description: str,
     ids: Sequence[str] | None = None,
 ) -> Written:
-    """Write a building's contents for pelicun into a folder that is there.
+    """Write a building's contents for pelicun into a folder: ``fragility.csv``, ``components.csv`` and their metadata.
 
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Probabilities on ``item`` and ``level``, levels of a measure of the ground motion.
-    lines : sequence of Line
-        One for each item.
-    folder : Path
-        The folder.
-    currency : str
-        Currency of the values; empty where none is stated.
-    description : str
-        Sentences on what the curves are and what the tables do not hold.
-    ids : sequence of str, optional
-        As for `write_pelicun`; made of the items' labels where not given.
+    `curves` has probabilities on ``item`` and ``level`` (of a measure of the ground motion), `lines` one line for each
+    item; `ids` are made of the items' labels where not given. Costs and downtimes make ``consequence_repair.csv``, and
+    a currency that pelicun does not know ``units.json``.
 
-    Returns
-    -------
-    Written
-        ``fragility.csv``, ``components.csv`` and, where something has a cost or a downtime, ``consequence_repair.csv``,
-        with their metadata; ``units.json`` where pelicun does not know the currency.
-
-    Raises
-    ------
-    ExchangeError, ValueError
-        As `write_pelicun`.
-
-    Notes
-    -----
-    What stands on floor k is at location k + 1, as pelicun has the contents of a storey.  Pieces that fall together are
-    one row of quantities, others a row each: pelicun draws a capacity for each row.  Blocks, which serve the same
-    purpose, cannot: pelicun 3.10 stops at the second block of a component that has a ``multilinear_CDF``.  One cost and
-    one time are drawn for each row, too, and multiplied by the pieces that fall: the unit of quantity of a downtime is
-    therefore the whole row.
+    What is on floor k is at location k + 1, as pelicun has the contents of a storey. Pieces that fall together are one
+    row of quantities, others a row each: pelicun draws a capacity for each row. Blocks, which serve the same purpose,
+    cannot: pelicun 3.10 stops at the second block of a component that has a ``multilinear_CDF``. One cost and one time
+    are drawn for each row, too, and multiplied by the pieces that fall: the unit of quantity of a downtime is therefore
+    the whole row.
     """
     rows = sum(1 if one.together else one.number for one in lines)
     if rows > MAX_CURVES:

@@ -57,13 +57,7 @@ class Consequence(NamedTuple):
 
 
 def currency_unit(currency: str) -> str:
-    """Return the unit of a currency in pelicun's tables: a word of letters, ``money`` for any other text.
-
-    Examples
-    --------
-    >>> currency_unit("EUR"), currency_unit("€"), currency_unit("")
-    ('EUR', 'money', 'money')
-    """
+    """Return the unit of a currency in pelicun's tables: a word of letters, ``money`` for other texts, as ``€``."""
     return currency if re.fullmatch("[A-Z]{3}", currency) else "money"
 
 

@@ -33,13 +33,7 @@ FINE = "The curve is no lognormal one: it is linear between so many levels that 
 
 
 def theta(row: CurveRow, levels: Array | None, factor: float) -> str:
-    """Return ``Theta_0`` of a curve: levels, in a unit of `factor` (SI), and their probabilities.
-
-    Raises
-    ------
-    ExchangeError
-        Levels that are alike to six digits.
-    """
+    """Return ``Theta_0`` of a curve: levels, in a unit of `factor` (SI), unlike to six digits, and probabilities."""
     if row.probability is None:
         x = grid([row], TAIL, STEP)
         y = probability_at(row.parameters, x)
@@ -57,11 +51,6 @@ def points(file: Path, where: str, theta_0: str, factor: float) -> tuple[Array, 
     """Return the levels (SI) and the probabilities of a curve in a table; levels are in a unit of `factor`.
 
     A last point that only ends the list, at `FAR` times the level before, is left out: the curve is constant there.
-
-    Raises
-    ------
-    ExchangeError
-        Lists that are no such curve.
     """
     texts = [part.split(",") for part in theta_0.split("|")]
     if len(texts) != 2 or len(texts[0]) != len(texts[1]):
