@@ -202,7 +202,7 @@ benchmark: $(VENV)/installed-dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[peers]'
 	@if command -v gfortran >/dev/null; then $(BIN)/python -m pip install --quiet --disable-pip-version-check numbalsoda; \
 	else echo "numbalsoda is left out: it is built with gfortran, which is not there" >&2; fi
-	$(BIN)/toppling bench --out docs
+	$(BIN)/python -m toppling.benchmarks --out docs
 
 # remove $(VENV) and what was built
 clean:

@@ -1,1 +1,1 @@
-"""Benchmark of the engine: cost and errors, compared with its rivals and a 40-digit truth (`toppling bench`)."""
+"""Benchmark of the engine: cost and errors, compared with its rivals and a 40-digit truth (`make benchmark`)."""

@@ -514,9 +514,9 @@ def _flags_section(results: Row, _: set[str]) -> list[str]:
         "## Wrong verdicts",
         f"A usual study: {rows[0]['runs']:,} runs a law (25 blocks of case B, 40 levels of peak acceleration that grow "
         f"with each block's g tan α √R, 10 simulated motions), of which overturn: {shares}. Each integrator's "
-        "overturned flags against the engine's (which `toppling bench --parts precision` holds to the truth); "
-        "lognormal curves are fitted per block to both, and the relative changes of median and dispersion β are "
-        "given over the blocks.",
+        "overturned flags against the engine's (which `python -m toppling.benchmarks --parts precision` compares with "
+        "the truth); lognormal curves are fitted per block to both, and the relative changes of median and dispersion "
+        "β are given over the blocks.",
         *(markdown(flags_table(law, rows), title=True) for law in laws_of(rows)),
         "Wrong flags of both kinds cancel in a curve: a curve that hardly moves does not make single verdicts right.",
     ]

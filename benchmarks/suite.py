@@ -33,7 +33,7 @@ PARTS = (
     "precision",
     "flags",
 )
-COMMAND = "toppling bench"
+COMMAND = "python -m toppling.benchmarks"
 
 
 def _speed(full: bool) -> Row:

@@ -18,16 +18,10 @@ import tempfile
 from itertools import groupby
 from pathlib import Path
 
-from toppling.core.wording import counted, whole_percent
-from toppling.models.friction import CONTACTS
-from toppling.motions.intensity.jma import CLASSES
-from toppling.studies.plan.piece_classes import COLUMNS, NAMES, TABLE as CLASS_TABLE, PieceClass
-from toppling.studies.show import save_figures
-from toppling.studies.tables.values import with_units
-from toppling.studies.validation import classes, ensembles, explanations, relations, replays, specimens, table
-from toppling.studies.validation.figures import relations_figure
-from toppling.studies.validation.results import Compared, Scores
-from toppling.studies.validation.validate import (
+from toppling.benchmarks.experiments import classes, ensembles, explanations, relations, replays, specimens, table
+from toppling.benchmarks.experiments.figures import relations_figure
+from toppling.benchmarks.experiments.results import Compared, Scores
+from toppling.benchmarks.experiments.validate import (
     BLIND,
     MEASURED,
     PREDICTIONS,
@@ -39,6 +33,12 @@ from toppling.studies.validation.validate import (
     trials_text,
     validate,
 )
+from toppling.core.wording import counted, whole_percent
+from toppling.models.friction import CONTACTS
+from toppling.motions.intensity.jma import CLASSES
+from toppling.studies.plan.piece_classes import COLUMNS, NAMES, TABLE as CLASS_TABLE, PieceClass
+from toppling.studies.show import save_figures
+from toppling.studies.tables.values import with_units
 
 HERE = Path(__file__).resolve().parent
 GRANITE, PULSES = "TOPPLING_GRANITE", "TOPPLING_PULSES"

@@ -22,8 +22,8 @@ BELOW = {
     "models": {"core"},
     "motions": {"core"},
     "fragility": {"core", "models", "motions"},
-    "studies": {"core", "models", "motions", "fragility", "benchmarks"},
-    "benchmarks": {"core", "models", "motions", "fragility"},
+    "studies": {"core", "models", "motions", "fragility"},
+    "benchmarks": {"core", "models", "motions", "fragility", "studies"},
 }
 """Packages and those that each may use."""
 KERNEL_FOLDERS = {"models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
@@ -110,6 +110,11 @@ class TestImports:
     def test_imports_inside_the_package_are_relative(self):
         assert [path for path in code() if "toppling" in from_elsewhere(path)] == []
 
+    @pytest.mark.parametrize("package", [*sorted(BELOW.keys() - {"benchmarks"}), "golden/scripts"])
+    def test_tests_of_the_product_need_no_benchmark(self, package):
+        files = (ROOT / "tests" / package).rglob("*.py")
+        assert [path for path in files if "toppling.benchmarks" in path.read_text(encoding="utf-8")] == []
+
     @pytest.mark.parametrize(
         "text",
         [
@@ -183,8 +188,9 @@ class TestWheel:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
 
     def test_packages_are_the_folders_that_hold_code(self):
-        names = {".".join(("toppling", *path.parts[:-1])) for path in code()} | {"toppling"}
-        assert sorted(self.settings["packages"]) == sorted(names)
+        """Those of the product: benchmarks, published tests and claims run from a checkout."""
+        names = {".".join(("toppling", *path.parts[:-1])) for path in code() if path.parts[0] != "benchmarks"}
+        assert sorted(self.settings["packages"]) == sorted(names | {"toppling"})
         for path in code():
             assert (ROOT / path.parent / "__init__.py").is_file(), path
 
@@ -198,7 +204,7 @@ class TestWheel:
                 listed |= found
         here = {
             path
-            for package in BELOW
+            for package in BELOW.keys() - {"benchmarks"}
             for path in (ROOT / package).rglob("*")
             if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
         }

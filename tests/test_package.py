@@ -24,15 +24,23 @@ import toppling as tp
 from toppling.models.runs import trace
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("core", "models", "motions", "fragility", "benchmarks", "studies")
+PACKAGES = ("core", "models", "motions", "fragility", "studies")
 SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
-MODULES = sorted(
-    {".".join(("toppling", *path.with_suffix("").parts)).removesuffix(".__init__") for path in SOURCES} | {"toppling"}
-)
 ROOT_FILES = ("__init__.py", "__main__.py", "py.typed")
+
+
+def modules_of(paths):
+    return sorted(".".join(("toppling", *path.with_suffix("").parts)).removesuffix(".__init__") for path in paths)
+
+
+MODULES = ["toppling", *modules_of(SOURCES)]
 # (the maker of the benchmark's truth needs gmpy2, which nobody else does)
 TRUTH = {f"toppling.benchmarks.{name}" for name in ("truth", "exact_motion", "multiprecision")}
-MODULES = [name for name in MODULES if name not in TRUTH or importlib.util.find_spec("gmpy2")]
+IN_A_CHECKOUT = [
+    name
+    for name in modules_of(path.relative_to(ROOT) for path in (ROOT / "benchmarks").rglob("*.py"))
+    if name not in TRUTH or importlib.util.find_spec("gmpy2")
+]
 
 
 def run(arguments, folder, **environment):
@@ -62,14 +70,14 @@ def built(tmp_path_factory):
 
 class TestWheel:
     def test_holds_every_module_and_data_file_and_nothing_else(self, built):
+        """No benchmark, no published test, no script of a page: these run from a checkout, and the sdist has them."""
         _, wheel, _ = built
         names = {n for n in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in n}
         modules = {f"toppling/{path}" for path in SOURCES}
         modules |= {f"toppling/{name}" for name in ROOT_FILES}
-        data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
+        data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2"}
         data |= {"toppling/fragility/curves/published.csv", "toppling/studies/plan/piece_classes.csv"}
         data.add("toppling/studies/reference/study.schema.json")
-        data |= {f"toppling/benchmarks/studies/{p.name}" for p in (ROOT / "benchmarks/studies").glob("*.toml")}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         templates = {f"toppling/studies/templates/{p.name}" for p in (ROOT / "studies/templates").glob("*.j2")}
         starters = {f"toppling/studies/starters/{p.name}" for p in (ROOT / "studies/starters").iterdir()}
@@ -103,6 +111,7 @@ class TestWheel:
         with tarfile.open(sdist) as archive:
             names = {n.split("/", 1)[1] for n in archive.getnames() if "/" in n}
         assert {"pyproject.toml", "README.md", "LICENSE", "models/engine/tables.py", "models/catalogue.csv"} <= names
+        assert {"benchmarks/__main__.py", "benchmarks/truth.nc", "benchmarks/experiments/table.py"} <= names
         # what the tests read beside the package
         assert {"Makefile", "CHANGELOG.md", "requirements.lock", "docs/study.md", "docs/office.png"} <= names
         assert {"tests/pytest.ini", "tests/conftest.py", "tests/data/results_layout_1.nc.gz"} <= names
@@ -246,7 +255,7 @@ def test_the_names_of_a_package(package):
     assert read - {"TYPE_CHECKING", "face"} == set(package.__all__)
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize("name", [*MODULES, *IN_A_CHECKOUT])
 def test_docstring_examples(name):
     module = importlib.import_module(name)
     found = doctest.testmod(module, optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)

@@ -48,11 +48,9 @@ COMMANDS = (
     "simulate",
     "motions",
     "catalogue",
-    "bench",
     "export",
     "report",
     "compare",
-    "validate",
     "schema",
 )
 
@@ -62,14 +60,13 @@ SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
 RUN = Group("Run a study", sort_key=1)
 READ = Group("Read its results", sort_key=2)
 INPUTS = Group("Look at inputs", sort_key=3)
-TOPPLING = Group("Look at toppling itself", sort_key=4)
 """Commands by task."""
 
 app = App(
     name="toppling",
     help="How likely is this block to fall over in an earthquake?",
     help_format="plaintext",
-    group_commands=Group("Options", sort_key=5),
+    group_commands=Group("Options", sort_key=4),
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
@@ -341,52 +338,6 @@ def show_catalogue() -> None:
     terminal().print(table)
 
 
-@app.command(group=TOPPLING)
-def bench(
-    *,
-    out: Annotated[Path, Parameter(help="Folder for performance.md and its figures.")] = Path("results/bench"),
-    parts: Annotated[
-        str,
-        Parameter(
-            help="What to measure, with commas: speed, mixing, scenes, sliding, skipping, scale, motions, start, "
-            "studies, precision, flags."
-        ),
-    ] = "speed,mixing,scenes,sliding,skipping,scale,motions,start,studies,precision,flags",
-    full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
-    against: Annotated[
-        Path | None, Parameter(help="Python of another installation: whole studies are run with both, in turns.")
-    ] = None,
-    json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
-) -> None:
-    """Measure the engine beside other integrators, against a 40-digit truth; some 10 minutes (--full: some 30)."""
-    from rich.console import Console
-
-    from ...benchmarks import page, suite
-    from ..text.error import StudyError
-    from ..text.rows import plain_table
-
-    try:
-        chosen = suite.parts_of(parts)
-    except ValueError as error:
-        raise StudyError(f"--parts {parts}: {error}") from None
-    if against is not None and not against.is_file():
-        raise StudyError(f"--against {against}: there is no such file; it is the Python of another installation")
-    out.mkdir(parents=True, exist_ok=True)
-    log = Console(stderr=True)
-    with log.status("") as status:
-        tell = status.update if log.is_terminal else log.print
-        other = None if against is None else str(against.absolute())
-        results = suite.run(chosen, full, lambda part: tell(f"measuring: {part}"), other)
-    written = page.write(results, out)
-    if json:
-        sys.stdout.write(json_text(results, allow_nan=False) + "\n")
-        return
-    console = terminal(least=120)
-    for table in page.summary(results):
-        console.print(plain_table(table.title, table.headings, table.rows))
-    console.print("\n".join(f"written: {path}" for path in written), highlight=False, markup=False, soft_wrap=True)
-
-
 @app.command(group=READ)
 def export(
     result: Path,
@@ -520,51 +471,7 @@ def compare(
     say(console, *found.tail, *(f"written: {path}" for path in found.written))
 
 
-@app.command(group=TOPPLING)
-def validate(
-    table: Path,
-    /,
-    *,
-    out: Annotated[
-        Path, Parameter(help="Folder for predictions, scores, the table of rows and the calibration figure.")
-    ] = Path("results/validate"),
-    granite: Annotated[
-        Path | None, Parameter(help="Folder of the granite rocks' tests and table motions, replayed run by run.")
-    ] = None,
-    pulses: Annotated[Path | None, Parameter(help="File of the pulse trials, with sizes fitted on half.")] = None,
-    blind: Annotated[Path | None, Parameter(help="predictions.csv of before: its rows are taken as they were.")] = None,
-) -> None:
-    """Predict published tests without their outcomes, then hold the predictions against the outcomes.
-
-    Predictions are kept one by one: after an interruption the same command goes on; docs/experiments.md has the rules.
-
-    Parameters
-    ----------
-    table
-        The table of tests (CSV), such as docs/experiments.csv.
-    """
-    from rich.console import Console
-
-    from ..store.progress import show_progress
-    from ..text.rows import plain_table
-    from ..validation import validate as validation
-
-    console = terminal(least=120)
-    log = Console(stderr=True)
-    try:
-        with show_progress(log, "rows", None) as display:
-            found = validation.validate(table, out, granite, pulses, blind, display.update)
-    except KeyboardInterrupt:
-        kept = out / validation.PREDICTIONS
-        told = f"what is predicted is kept ({kept}): run the same command again to go on" if kept.is_file() else ""
-        raise KeyboardInterrupt(f"interrupted, {told or 'nothing is kept'}") from None
-    for rows in validation.tables(found):
-        for part in fitted(plain_table(*rows), console.width):
-            console.print(part)
-    say(console, *validation.lines(found), *(f"written: {path}" for path in found.written))
-
-
-@app.command(group=TOPPLING)
+@app.command(group=INPUTS)
 def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
     """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
     from ...core.writing import write_bytes

@@ -1,6 +1,5 @@
 """The benchmark: its truth, the engine against that truth, the parts on a tiny configuration, the page and command."""
 
-import inspect
 import json
 import math
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ import pytest
 from rounding import AS_STORED
 
 from toppling.benchmarks import figures, flags, mixing, page, precision, scale, scenes, speed, suite, tables
+from toppling.benchmarks.__main__ import main
 from toppling.benchmarks.measure import answers, errors, machine, seconds, true_record, truth_data, truth_of
 from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
 from toppling.benchmarks.rivals.fixed_steps import located_runge_kutta, newmark, runge_kutta
@@ -19,7 +19,6 @@ from toppling.benchmarks.whole.making import making
 from toppling.benchmarks.whole.processes import spent
 from toppling.benchmarks.whole.studies import bound, speed_up
 from toppling.core.units import STANDARD_GRAVITY
-from toppling.studies.command.cli import bench, main
 
 FEW = (LAWS[0], LAWS[7])
 ROUNDING = 1e-12
@@ -345,7 +344,8 @@ class TestPage:
         assert sorted(path.name for path in paths) == ["cost.png", "performance.md", "work_precision.png"]
         text = (tmp_path / "performance.md").read_text(encoding="utf-8")
         assert text.startswith("# How fast, and how right?\n\n*What does")
-        for words in ("`toppling bench`", results["machine"]["processor"], results["machine"]["numba"], "cost.png"):
+        machine = results["machine"]
+        for words in ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"], "cost.png"):
             assert words in text
         for heading in (
             "Speed",
@@ -468,36 +468,33 @@ class TestPage:
 class TestCommand:
     def test_writes_and_prints(self, tmp_path, capsys, monkeypatch, results):
         monkeypatch.setitem(suite._MEASURES, "skipping", lambda full: results["skipping"])
-        assert main(["bench", "--parts", "skipping", "--out", str(tmp_path / "new")]) == 0
+        main(["--parts", "skipping", "--out", str(tmp_path / "new")])
         printed = capsys.readouterr().out
         assert "What skipping saves" in printed
-        assert "`toppling bench --parts skipping`" in (tmp_path / "new" / "performance.md").read_text(encoding="utf-8")
+        text = (tmp_path / "new" / "performance.md").read_text(encoding="utf-8")
+        assert "`python -m toppling.benchmarks --parts skipping`" in text
 
     def test_json(self, tmp_path, capsys, monkeypatch, results):
         monkeypatch.setitem(suite._MEASURES, "flags", lambda full: results["flags"] if full else None)
-        assert main(["bench", "--parts", "flags", "--full", "--json", "--out", str(tmp_path)]) == 0
+        main(["--parts", "flags", "--full", "--json", "--out", str(tmp_path)])
         printed = json.loads(capsys.readouterr().out)
-        assert printed["command"] == "toppling bench --parts flags --full"
+        assert printed["command"] == "python -m toppling.benchmarks --parts flags --full"
         assert printed["flags"] == json.loads(json.dumps(results["flags"]))
 
-    @pytest.mark.parametrize("parts", ["nonsense", "speed,nonsense", ","])
-    def test_a_part_that_does_not_exist(self, parts, tmp_path, capsys):
-        assert main(["bench", "--parts", parts, "--out", str(tmp_path)]) == 2
-        said = capsys.readouterr().err
-        assert said.startswith(f"toppling: --parts {parts}: ")
-        assert said.count("\n") == 1
-        assert "speed, mixing, scenes, sliding, skipping, scale, motions, start, studies, precision, flags" in said
-
-    def test_an_installation_that_does_not_exist(self, tmp_path, capsys):
-        assert main(["bench", "--parts", "studies", "--against", str(tmp_path / "python"), "--out", str(tmp_path)]) == 2
-        assert "there is no such file" in capsys.readouterr().err
-
-    def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
-        (tmp_path / "file").write_text("")
-        assert main(["bench", "--parts", "skipping", "--out", str(tmp_path / "file")]) == 2
-        assert "cannot be used" in capsys.readouterr().err
+    @pytest.mark.parametrize(
+        ("wrong", "said"),
+        [
+            (["--parts", "nonsense"], "speed, mixing, scenes, sliding, skipping, scale, motions, start, studies"),
+            (["--parts", "speed,nonsense"], "'nonsense' is no part"),
+            (["--parts", ","], "names no part"),
+            (["--against", "nowhere/python"], "no such file"),
+        ],
+    )
+    def test_wrong_input(self, wrong, said, tmp_path, capsys):
+        with pytest.raises(SystemExit, match="2"):
+            main([*wrong, "--out", str(tmp_path)])
+        assert said in capsys.readouterr().err
 
     def test_parts_run_in_one_order(self):
         assert suite.parts_of("flags, speed,flags") == ["speed", "flags"]
-        assert suite.command(suite.PARTS, True) == "toppling bench --full"
-        assert inspect.signature(bench).parameters["parts"].default == ",".join(suite.PARTS)
+        assert suite.command(suite.PARTS, True) == "python -m toppling.benchmarks --full"

@@ -50,10 +50,6 @@ COMMANDS_NOT_RUN = {
     "toppling run STUDY.toml --out results/big --fresh",
     "toppling run STUDY.toml --out results/big --scheduler tcp://10.0.0.1:8786",
     "toppling compare results/clinic results/clinic_anchored --output results/clinic_compare",
-    # minutes, on a machine at rest
-    "toppling bench --out results/bench",
-    # half a minute: tests/studies/validation runs it with few motions
-    "toppling validate docs/experiments.csv --out results/validate",
 }
 """Commands that pages show and no test runs; any other is run, studies with --dry-run."""
 LANGUAGES = {"python", "pycon", "sh", "toml", "text", "console", "json"}

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from toppling.benchmarks.experiments.predictions import predict, predict_measured
+from toppling.benchmarks.experiments.replays import CANDIDATES, HALF_WIDTHS
+from toppling.benchmarks.experiments.table import COLUMNS, read_experiments
 from toppling.studies.plan.piece_classes import piece_classes
-from toppling.studies.validation.predictions import predict, predict_measured
-from toppling.studies.validation.replays import CANDIDATES, HALF_WIDTHS
-from toppling.studies.validation.table import COLUMNS, read_experiments
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 TEXT = (DOCS / "experiments.md").read_text(encoding="utf-8")

@@ -1,7 +1,4 @@
-"""Cases of the command: every command with every option, and wrong uses of each.
-
-`bench` and `validate` are left out: they measure this machine, or need tables of experiments.
-"""
+"""Cases of the command: every command with every option, and wrong uses of each."""
 
 from __future__ import annotations
 
@@ -116,7 +113,7 @@ LONG = (
     .replace("number = 6", "number = 24")
 )
 
-COMMANDS = ("run", "status", "new", "simulate", "motions", "catalogue", "bench", "export", "report", "compare")
+COMMANDS = ("run", "status", "new", "simulate", "motions", "catalogue", "export", "report", "compare")
 SIZES = ("--width", "0.4m", "--height", "180cm")
 CABINET = ("simulate", *SIZES)
 RICKER = ("--period", "0.8s", "--pga", "0.4g")
@@ -129,7 +126,7 @@ def cases() -> list[Case]:
 
 def _help() -> list[Case]:
     """Return help of every command, and what needs no files."""
-    shown = [[name, "--help"] for name in (*COMMANDS, "validate", "schema")]
+    shown = [[name, "--help"] for name in (*COMMANDS, "schema")]
     return [
         Case("commands/help", {}, [["--help"], *shown, ["--version"], ["-h"]]),
         Case("commands/catalogue", {}, [["catalogue"]]),

@@ -4,8 +4,8 @@ import csv
 
 import numpy as np
 
-from toppling.studies.validation import ensembles, replays
-from toppling.studies.validation.table import COLUMNS
+from toppling.benchmarks.experiments import ensembles, replays
+from toppling.benchmarks.experiments.table import COLUMNS
 
 ROW = {
     "id": "one",

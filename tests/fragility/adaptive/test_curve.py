@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from known_truths import CORRELATED, LOGNORMAL, MIXTURE, UPLIFT, WEIBULL
 
-from toppling.benchmarks.sequential.truths import TRUTHS
 from toppling.fragility import HazardCurve
 from toppling.fragility.adaptive.account import account
 from toppling.fragility.adaptive.curve import SequentialCurve
@@ -29,11 +29,11 @@ def analysed(truth, asked, seed=0, low=0.4, high=20.0, hazard=None, last=None, r
 
 
 @pytest.mark.parametrize("runs", [3, 1])
-@pytest.mark.parametrize("truth", TRUTHS, ids=lambda one: one.name)
+@pytest.mark.parametrize("truth", [LOGNORMAL, CORRELATED, MIXTURE, UPLIFT, WEIBULL], ids=lambda one: one.name)
 def test_medians_are_as_near_as_promised(truth, runs):
     """40 analyses within ±10 % each; kept in 93 % of them at least (in benchmarks, of 500)."""
     curves = [analysed(truth, {"median": 0.1}, seed, runs=runs) for seed in range(40)]
-    gaps = np.array([one.looks[-1].value for one in curves]) - truth.log_median
+    gaps = np.array([one.looks[-1].value for one in curves]) - truth.log_level(0.5)
     assert {one.stopped for one in curves} == {"precision reached"}
     assert np.mean(np.abs(gaps) <= math.log(1.1)) >= 0.93
     assert all(one.looks[-1].ratio <= 1.0 for one in curves)
@@ -42,7 +42,7 @@ def test_medians_are_as_near_as_promised(truth, runs):
 @pytest.mark.slow
 @pytest.mark.parametrize("runs", [3, 1])
 def test_dispersions_rates_and_probabilities_are_as_near_as_promised(runs):
-    truth = TRUTHS[1]
+    truth = CORRELATED
     x = np.array(math.log(1.5))
     kept = []
     for seed in range(12):
@@ -56,7 +56,7 @@ def test_dispersions_rates_and_probabilities_are_as_near_as_promised(runs):
 
 
 def test_a_probability_of_nearly_nothing_is_bounded_by_the_number_of_motions():
-    curve = analysed(TRUTHS[1], {"probability": {"level": 0.3, "within": 0.03}})
+    curve = analysed(CORRELATED, {"probability": {"level": 0.3, "within": 0.03}})
     look = curve.looks[-1]
     assert curve.stopped == "precision reached"
     assert (look.value, look.lower) == (0.0, 0.0)
@@ -69,7 +69,7 @@ def test_a_probability_of_nearly_nothing_is_bounded_by_the_number_of_motions():
 @pytest.mark.parametrize("target", ["median", "dispersion"])
 def test_single_runs_take_the_levels_of_three_in_turns(target):
     wave = np.arange(5000, 5090)
-    alone, three = (analysed(TRUTHS[1], {target: 0.2}, runs=runs) for runs in (1, 3))
+    alone, three = (analysed(CORRELATED, {target: 0.2}, runs=runs) for runs in (1, 3))
     assert alone.plan(wave).levels.shape == (1, 90)
     z = [np.log(one.plan(wave).levels) for one in (alone, three)]
     turns = np.array([z[0][0, wave % 3 == place].mean() for place in range(3)])
@@ -82,7 +82,7 @@ def test_single_runs_take_the_levels_of_three_in_turns(target):
 
 
 def test_levels_lie_where_the_target_needs_them():
-    truth = TRUTHS[1]
+    truth = CORRELATED
     of = {
         target: analysed(truth, {target: 0.2}, hazard=HAZARD if target == "rate" else None)
         for target in ("median", "dispersion", "rate")
@@ -97,7 +97,7 @@ def test_levels_lie_where_the_target_needs_them():
 
 def test_levels_of_a_motion_are_its_own():
     """They depend neither on which other motions are in the wave, nor on their order."""
-    curve = analysed(TRUTHS[1], {"rate": 0.2}, hazard=HAZARD)
+    curve = analysed(CORRELATED, {"rate": 0.2}, hazard=HAZARD)
     whole, part = curve.plan(np.arange(900, 920)), curve.plan(np.array([907, 903]))
     assert np.array_equal(whole.levels[:, [7, 3]], part.levels)
     assert np.array_equal(whole.weights[:, [7, 3]], part.weights)
@@ -105,7 +105,7 @@ def test_levels_of_a_motion_are_its_own():
 
 @pytest.mark.parametrize(("low", "high"), [(0.01, 0.05), (80.0, 400.0)])
 def test_a_search_that_begins_elsewhere_finds_the_curve(low, high):
-    curve = analysed(TRUTHS[1], {"median": 0.1}, low=low, high=high)
+    curve = analysed(CORRELATED, {"median": 0.1}, low=low, high=high)
     assert abs(curve.looks[-1].value - math.log(2.0)) < math.log(1.1)
 
 
@@ -129,7 +129,7 @@ def test_a_search_without_an_end_stops(fell, reason):
 
 
 def test_motions_that_end_first_say_what_more_would_take():
-    curve = analysed(TRUTHS[1], {"median": 0.05}, last=128)
+    curve = analysed(CORRELATED, {"median": 0.05}, last=128)
     assert curve.stopped == "no more motions"
     text = account(curve)
     assert "±5 % asked; 128 motions are all there are, the precision takes about " in text
@@ -137,26 +137,26 @@ def test_motions_that_end_first_say_what_more_would_take():
 
 def test_a_dispersion_finer_than_the_form_can_carry_is_refused():
     """Of two kinds of capacities, and not of one: near the median, levels tell another median than all together."""
-    curve = analysed(TRUTHS[2], {"dispersion": 0.03})
+    curve = analysed(MIXTURE, {"dispersion": 0.03})
     assert curve.stopped == "misfit"
     assert account(curve).startswith("a dispersion within ±3 % is not to be had: near the median, levels give a median")
-    assert analysed(TRUTHS[1], {"dispersion": 0.15}).stopped == "precision reached"
+    assert analysed(CORRELATED, {"dispersion": 0.15}).stopped == "precision reached"
 
 
 def test_a_curve_that_is_not_lognormal_is_named():
-    curve = analysed(TRUTHS[2], {"dispersion": 0.1}, 1)
+    curve = analysed(MIXTURE, {"dispersion": 0.1}, 1)
     gap = curve.looks[-1].misfit
     assert gap < -0.02
     assert f"no lognormal curve fits: its median is {100.0 * math.expm1(-gap):+.1f} % from" in account(curve)
-    assert not any("no lognormal" in account(analysed(TRUTHS[1], {"dispersion": 0.15}, seed)) for seed in range(5))
+    assert not any("no lognormal" in account(analysed(CORRELATED, {"dispersion": 0.15}, seed)) for seed in range(5))
 
 
 def test_a_rate_without_a_form_and_one_with_it_are_compared():
-    alike = analysed(TRUTHS[1], {"rate": 0.1}, hazard=HAZARD)
+    alike = analysed(CORRELATED, {"rate": 0.1}, hazard=HAZARD)
     assert alike.rate_misfit() == 0.0
-    assert alike.fitted_rate().value == pytest.approx(TRUTHS[1].rate(2.5), rel=0.1)
-    other = analysed(TRUTHS[3], {"rate": 0.05}, hazard=HAZARD)
-    assert other.looks[-1].value == pytest.approx(TRUTHS[3].rate(2.5), rel=0.05)
+    assert alike.fitted_rate().value == pytest.approx(CORRELATED.rate(2.5), rel=0.1)
+    other = analysed(UPLIFT, {"rate": 0.05}, hazard=HAZARD)
+    assert other.looks[-1].value == pytest.approx(UPLIFT.rate(2.5), rel=0.05)
     assert "the rate of the lognormal curve through all runs is +" in account(other)
     assert other.rate_misfit() == pytest.approx(
         other.fitted_rate().value / other.weighted_rate().value - 1.0, rel=1e-12

@@ -9,10 +9,11 @@ import dask
 import numpy as np
 import pytest
 import xarray as xr
+from direct_medians import Kinked, direct_medians
 
 import toppling as tp
-from toppling.benchmarks.sequential.regions import Kinked, direct_medians
 from toppling.core.doubts import ImplausibleInput
+from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility import HazardCurve, pooled, surface_curves
 from toppling.fragility.analyses import region_runs
 from toppling.fragility.surfaces import curves as pooled_curves, cuts
@@ -87,9 +88,7 @@ def test_runs_are_runs(found):
     for i in np.random.default_rng(3).integers(0, found.sizes["pooled_run"], 12):
         run = found.isel(pooled_run=i)
         p, inertia = float(run["run_p"]), float(run["run_inertia_factor"])
-        block = tp.Block.from_slenderness(
-            float(run["run_alpha"]), tp.units.STANDARD_GRAVITY / (inertia * p**2), inertia
-        )
+        block = tp.Block.from_slenderness(float(run["run_alpha"]), STANDARD_GRAVITY / (inertia * p**2), inertia)
         motion = SHAKES.sample(1, 1, int(run["run_motion"]))
         own = tp.ida(block, LAWS[int(run["run_model"])], motion, [float(run["run_level"])], "pga", ["overturned"])
         assert bool(own["overturned"].squeeze()) == bool(run["run_overturned"])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from fit_cases import BAKER, BAKER_DISPERSION, BAKER_MEDIAN, capacities, clustered, counts, once
+from known_truths import FRECHET, LOGNORMAL, WEIBULL, ida
 from scipy.special import ndtr
 from scipy.stats import chi2, kstest
 
 import toppling as tp
-from toppling.benchmarks.coverage.drawn import LOGNORMAL, SKEWED_LEFT, SKEWED_RIGHT, ida
 from toppling.fragility import compare_forms, fit_fragility, goodness_of_fit, resurrections
 from toppling.fragility.fitting import goodness
 from toppling.fragility.fitting.fit import form_named
@@ -91,7 +91,7 @@ class TestGoodness:
         p = [goodness_of_fit(runs.isel(study=[i]), replicates=99, seed=i)["p_value"].item() for i in range(150)]
         assert (np.array(p) <= 0.05).mean() == pytest.approx(0.05, abs=0.04)
 
-    @pytest.mark.parametrize("shape", [SKEWED_LEFT, SKEWED_RIGHT])
+    @pytest.mark.parametrize("shape", [WEIBULL, FRECHET])
     def test_skewed_curves_of_one_capacity_are_found(self, shape):
         """The power against them, of 100 motions at 20 levels, is nine in ten."""
         p = goodness_of_fit(ida(replace(shape, correlation=1.0), 40, 100, 4), replicates=99)["p_value"].values

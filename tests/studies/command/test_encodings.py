@@ -26,7 +26,7 @@ def folder(tmp_path_factory):
 
 
 def commands():
-    """Every command, of the benchmark and the validation, which take minutes, the help."""
+    """Return every command."""
     simulate = ["bookcase-5-shelf", "clough-penzien", "--set", "duration_s=5", "--pga", "0.4g", "--out", "history"]
     result = "results/study/results.nc"
     of = {
@@ -36,11 +36,9 @@ def commands():
         "simulate": [simulate, [*simulate, "--json"]],
         "motions": [["study.toml", "--out", "motions"], ["study.toml", "--out", "motions", "--json"]],
         "catalogue": [[]],
-        "bench": [["--help"]],
         "export": [[result, "--format", "csv"]],
         "report": [[result]],
         "compare": [["results/study", "--laws", "discrete", "housner"]],
-        "validate": [["--help"]],
         "schema": [[]],
     }
     assert tuple(of) == COMMANDS

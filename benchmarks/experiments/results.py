@@ -284,23 +284,3 @@ def _log_capacities(replays: Replays) -> Array:
     """Return ln of the factor of each run's motion that overturns each half-width of the scan (half-width, run)."""
     blocks = [rock(one) for one in HALF_WIDTHS]
     return np.log(np.array(capacities(blocks, HousnerImpact(), table_motions(replays.runs), FACTORS, "scale")))
-
-
-def granite_lines(found: list[Granite]) -> list[str]:
-    """Return what is said of the rocks, two lines for each."""
-    widths = ", ".join(f"{1000.0 * one:g}" for one in HALF_WIDTHS)
-    said = []
-    for one in found:
-        said.append(
-            f"granite rock {one.rock}: {one.overturned} of {one.runs} runs fell, replays with half-widths of {widths} "
-            f"mm: {', '.join(map(str, one.predicted))}; right in {', '.join(f'{share:.2f}' for share in one.right)} "
-            f"of the runs, best PGA threshold {one.pga.right:.2f}, best PGV threshold {one.pgv.right:.2f} (both "
-            f"fitted), the other rock {one.twin:.2f}"
-        )
-        said += [
-            f"granite rock {one.rock}, half {half.half + 1} of the records: {half.overturned} of {half.runs} runs "
-            f"fell, {half.predicted} with the {1000.0 * CANDIDATES[half.fitted]:g} mm that fit the other half; right "
-            f"in {half.right:.2f} of the runs, PGA threshold of the other half {half.pga:.2f}, PGV {half.pgv:.2f}"
-            for half in one.fits.halves
-        ]
-    return said

@@ -11,13 +11,13 @@ import pytest
 from experiment_tables import ROW, forget_motions, granite_folder, table_of, take_motions
 
 import toppling as tp
+from toppling.benchmarks.experiments import ensembles, replays
+from toppling.benchmarks.experiments.predictions import Prediction, predict
+from toppling.benchmarks.experiments.replays import Replays, Run, read_granite_outcomes, read_runs, replay, rock
+from toppling.benchmarks.experiments.specimens import blocks_of, law_of, not_sliding
+from toppling.benchmarks.experiments.table import ExperimentError, read_experiments
 from toppling.motions.arrays import records
 from toppling.motions.intensity.jma import jma_intensity
-from toppling.studies.validation import ensembles, replays
-from toppling.studies.validation.predictions import Prediction, predict
-from toppling.studies.validation.replays import Replays, Run, read_granite_outcomes, read_runs, replay, rock
-from toppling.studies.validation.specimens import blocks_of, law_of, not_sliding
-from toppling.studies.validation.table import ExperimentError, read_experiments
 
 OWN = Path(__file__).resolve().parents[3] / "docs" / "experiments.csv"
 OUTCOMES = ("overturned", "value", "dispersion", "outcome")

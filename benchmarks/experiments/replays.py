@@ -22,7 +22,7 @@ from ...fragility import ida
 from ...models import Block, HousnerImpact
 from ...motions import from_array
 from ...motions.polarity import AS_RECORDED
-from ..file.csv_table import CsvTable, TableKind
+from ...studies.file.csv_table import CsvTable, TableKind
 from .table import ExperimentError
 
 TESTS, HISTORIES = "granite_tests.csv", "granite_table_motions.npz"

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from ...models import catalogue
 from ...models.friction import CONTACTS
-from ..file.csv_table import CsvLine, CsvTable, TableKind
-from ..text.error import StudyError
+from ...studies.file.csv_table import CsvLine, CsvTable, TableKind
+from ...studies.text.error import StudyError
 
 KINDS = ("shake-table count", "field survey", "critical amplitude", "fragility", "restitution", "friction")
 PIECES = (

@@ -9,14 +9,14 @@ import pytest
 from experiment_tables import ROW, forget_motions, granite_folder, table_of, take_motions
 
 import toppling as tp
-from toppling.studies.validation.halves import RESAMPLES, best_candidate, fit_halves, halves_of
-from toppling.studies.validation.predictions import predict, predict_measured
-from toppling.studies.validation.pulses import candidates, read_pulses, replayed_pulses
-from toppling.studies.validation.replays import read_granite_outcomes, read_runs, replay
-from toppling.studies.validation.results import fitted_band, granite
-from toppling.studies.validation.specimens import blocks_of, law_of, not_sliding
-from toppling.studies.validation.table import ExperimentError, read_experiments
-from toppling.studies.validation.validate import second_prediction
+from toppling.benchmarks.experiments.halves import RESAMPLES, best_candidate, fit_halves, halves_of
+from toppling.benchmarks.experiments.predictions import predict, predict_measured
+from toppling.benchmarks.experiments.pulses import candidates, read_pulses, replayed_pulses
+from toppling.benchmarks.experiments.replays import read_granite_outcomes, read_runs, replay
+from toppling.benchmarks.experiments.results import fitted_band, granite
+from toppling.benchmarks.experiments.specimens import blocks_of, law_of, not_sliding
+from toppling.benchmarks.experiments.table import ExperimentError, read_experiments
+from toppling.benchmarks.experiments.validate import second_prediction
 
 OWN = Path(__file__).resolve().parents[3] / "docs" / "experiments.csv"
 OUTCOMES = ("overturned", "value", "dispersion", "outcome")

@@ -7,14 +7,14 @@ import pytest
 from experiment_tables import ROW, forget_motions, granite_folder, table_of, take_motions
 
 import toppling as tp
+from toppling.benchmarks.experiments import explanations, relations
+from toppling.benchmarks.experiments.ensembles import motions_of
+from toppling.benchmarks.experiments.figures import relations_figure
+from toppling.benchmarks.experiments.predictions import predict
+from toppling.benchmarks.experiments.replays import CM_HEIGHT, GYRATION_SQUARED, HALF_WIDTHS, read_runs, replay
+from toppling.benchmarks.experiments.specimens import blocks_of
+from toppling.benchmarks.experiments.table import read_experiments
 from toppling.motions.arrays import records
-from toppling.studies.validation import explanations, relations
-from toppling.studies.validation.ensembles import motions_of
-from toppling.studies.validation.figures import relations_figure
-from toppling.studies.validation.predictions import predict
-from toppling.studies.validation.replays import CM_HEIGHT, GYRATION_SQUARED, HALF_WIDTHS, read_runs, replay
-from toppling.studies.validation.specimens import blocks_of
-from toppling.studies.validation.table import read_experiments
 
 
 @pytest.fixture(autouse=True)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import binom, norm
 
-from toppling.studies.plan.piece_classes import COLUMNS, NAMES, PieceClass, piece_classes
-from toppling.studies.validation import classes
-from toppling.studies.validation.classes import LEAST_CLUSTERS, Evidence, class_fit, too_few
-from toppling.studies.validation.scores import clustered_interval
-from toppling.studies.validation.table import PIECES
+from toppling.benchmarks.experiments import classes
+from toppling.benchmarks.experiments.classes import LEAST_CLUSTERS, Evidence, class_fit, too_few
+from toppling.benchmarks.experiments.scores import clustered_interval
+from toppling.benchmarks.experiments.table import PIECES
+from toppling.studies.plan.piece_classes import NAMES, piece_classes
 
 TABLES = 200
 
@@ -118,15 +118,3 @@ class TestTable:
     def test_names_are_classes_of_the_table_of_tests(self):
         assert set(NAMES.values()) <= set(PIECES)
         assert set(piece_classes()) == set(NAMES)
-
-    def test_sentences(self):
-        numbers = dict.fromkeys(COLUMNS[1:], math.nan)
-        none = PieceClass(name="rack", **{**numbers, "tests": 0, "fell": 0, "records": 0, "sources": 0})
-        assert none.sentence.startswith("no test of this class (rack)")
-        few = none._replace(tests=2, fell=1, sources=2, predicted=1.2, records=2)
-        assert "2 tests of 2 sources" in few.sentence
-        assert "too few" in few.sentence
-        assert math.isnan(few.beta_m)
-        known = few._replace(tests=90, ratio=0.8, ratio_lower=0.7, ratio_upper=0.9, beta=0.3, brier=0.1, reference=0.2)
-        assert known.beta_m == 0.37
-        assert "0.80 (0.70 to 0.90) times those computed" in known.sentence

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
 
-from ..plots import axes
+from ...studies.plots import axes
 from .predictions import Prediction
 from .relations import ACCELERATION, HEIGHT, RATIOS, VELOCITY, Own, Relation
 from .results import Compared

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from experiment_tables import ROW, table_of
 
-from toppling.studies.validation.table import NO, ExperimentError, read_experiments
+from toppling.benchmarks.experiments.table import NO, ExperimentError, read_experiments
 
 ROOT = Path(__file__).resolve().parents[3]
 OWN = ROOT / "docs" / "experiments.csv"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from toppling.studies.validation.scores import best_threshold, brier, calibration, mean_ratio
+from toppling.benchmarks.experiments.scores import best_threshold, brier, calibration, mean_ratio
 
 TABLES = 200
 

@@ -18,7 +18,7 @@ from ...core.doubts import ImplausibleInput
 from ...core.units import STANDARD_GRAVITY
 from ...models import Block
 from ...motions import from_array
-from ..file.csv_table import CsvTable, TableKind
+from ...studies.file.csv_table import CsvTable, TableKind
 from .halves import HalfFits, fit_halves
 from .replays import fallen
 from .scores import Threshold, best_threshold

@@ -1,0 +1,213 @@
+"""The validation from end to end: predictions first and from tests alone, then outcomes, scores and files.
+
+Predictions that were made blind, and kept in a file, are taken as they were; those with measured inputs stand beside
+them.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+from ...core.wording import whole_percent
+from ...core.writing import write_bytes
+from ...models.runs import engine_identity
+from ...studies.show import save_figures
+from ...studies.tables.values import Cell, ValueTable, csv_bytes, known
+from .classes import ClassFit
+from .figures import calibration_figure
+from .predictions import Prediction, predict, predict_measured
+from .pulses import Pulses, candidates, read_pulses
+from .replays import Replays, read_granite_outcomes, read_runs, replay
+from .results import (
+    Compared,
+    Granite,
+    Scores,
+    class_fits,
+    compared,
+    fitted_band,
+    fitted_pulses,
+    granite,
+    score,
+    scores_of,
+    units_of,
+)
+from .scores import Brier
+from .table import PULSE, REPLAY, Experiment, ExperimentError, Row, read_experiments
+
+PREDICTIONS, MEASURED, FIGURE = "predictions.csv", "measured.csv", "calibration"
+HEADINGS = ["id", "predicted", "lower", "upper", "dispersion", "how", "inputs"]
+
+
+class Validation(NamedTuple):
+    """Rows with predictions and outcomes, scores over all and by class, the granite rocks and pulses.
+
+    second: scores of the predictions with measured or fitted inputs, over the rows that have one.  classes: how far the
+    capacities of each class of pieces are from those predicted blindly.
+    """
+
+    rows: list[Compared]
+    overall: Scores
+    scores: list[Scores]
+    second: Scores
+    granite: list[Granite]
+    pulses: list[Pulses]
+    classes: dict[str, ClassFit]
+
+
+def validate(
+    path: Path, folder: Path, granite_folder: Path | None = None, pulses: Path | None = None, blind: Path | None = None
+) -> Validation:
+    """Predict every row of a table of tests, then compare the predictions with the outcomes.
+
+    Writes predictions, those with measured or fitted inputs, and the calibration figure into a folder.
+    granite_folder: of the granite rocks' runs and table motions.  pulses: the file of the pulse trials.  blind: an
+    earlier ``predictions.csv``, whose rows are taken as they are, but for those without a value that have one now or
+    another reason.  Raises ExperimentError for tables and files that cannot be read.
+    """
+    rows = read_experiments(path)
+    sets = [] if pulses is None else read_pulses(pulses)
+    replays = None if granite_folder is None else replay(*read_runs(granite_folder))
+    made = predict_all([row.test for row in rows], replays, {} if blind is None else read_predictions(blind))
+    folder.mkdir(parents=True, exist_ok=True)
+    write_bytes(folder / PREDICTIONS, csv_bytes(ValueTable(HEADINGS, [[*_cells(one), of] for one, of in made])))
+    # (outcomes from here on)
+    rocks: list[Granite] = []
+    outcomes = None
+    if replays is not None and granite_folder is not None:
+        outcomes = read_granite_outcomes(granite_folder, replays.runs)
+        rocks = granite(replays, outcomes)
+    second = [second_prediction(row, replays, rocks, sets) for row in rows]
+    measured = ValueTable(HEADINGS[:-1], [_cells(one) for one in second if one is not None])
+    write_bytes(folder / MEASURED, csv_bytes(measured))
+    found = [
+        compared(row, one, other, None if replays is None or outcomes is None else units_of(row, replays, outcomes))
+        for row, (one, _), other in zip(rows, made, second, strict=True)
+    ]
+    figure = calibration_figure(found)
+    if figure is not None:
+        save_figures([(FIGURE, figure)], folder)
+    again = [one._replace(prediction=one.measured) for one in found if one.measured]
+    return Validation(
+        found,
+        score("all", [one for one in found if one.prediction.made]),
+        scores_of(found),
+        score("with measured inputs", again),
+        rocks,
+        sets,
+        class_fits(found, replays, outcomes),
+    )
+
+
+def second_prediction(row: Row, replays: Replays | None, rocks: list[Granite], sets: list[Pulses]) -> Prediction | None:
+    """Predict a row with inputs that were measured, or fitted on other records; None where it has none.
+
+    It takes no outcome of the row; fits take those of the other half of a set's records alone.
+    """
+    if row.measured is not None:
+        return predict_measured(row.test, row.measured)
+    if replays is not None and rocks and row.test.predict == REPLAY:
+        return fitted_band(row, replays, rocks)
+    own = next((one for one in sets if row.test.motion == PULSE and row.test.id.endswith(f"-{one.name}")), None)
+    if own is None:
+        return None
+    if own.trials != row.test.trials:
+        raise ExperimentError(f"{row.test.id}: has {row.test.trials} trials, the file of pulses {own.trials}")
+    return fitted_pulses(row, own.fits, [candidates()[one.fitted].label for one in own.fits.halves])
+
+
+def predict_all(
+    tests: list[Experiment], replays: Replays | None, before: dict[str, tuple[Prediction, str]]
+) -> list[tuple[Prediction, str]]:
+    """Return the prediction of each test with a hash of its inputs and of the code.
+
+    One that was made `before` is taken whatever has changed since, with the hash that it had.
+    """
+    code = code_digest() + ("" if replays is None else replays.digest)
+    made = []
+    for test in tests:
+        earlier = before.get(test.id)
+        one = earlier[0] if earlier is not None and earlier[0].made else predict(test, replays)
+        inputs = hashlib.sha256((code + test.digest).encode()).hexdigest()[:16]
+        if earlier is not None and one.how == earlier[0].how:
+            inputs = earlier[1]
+        made.append((one, inputs))
+    return made
+
+
+@lru_cache(maxsize=1)
+def code_digest() -> str:
+    """Return a hash of the code that predictions depend on: engine, motions, estimates, and the rules of this room."""
+    found, root = hashlib.sha256(repr(engine_identity()).encode()), Path(__file__).parents[2]
+    for folder in ("models", "motions", "fragility", "benchmarks/experiments"):
+        for file in sorted((root / folder).rglob("*")):
+            if file.suffix in (".py", ".csv"):
+                found.update(file.read_bytes())
+    return found.hexdigest()
+
+
+def read_predictions(path: Path) -> dict[str, tuple[Prediction, str]]:
+    """Read the predictions of a file by id, each with the hash of its inputs; ExperimentError where it has none."""
+    found = {}
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            for row in csv.DictReader(stream):
+                value, lower, upper, dispersion = (float(row[name] or "nan") for name in HEADINGS[1:5])
+                found[row["id"]] = Prediction(row["id"], value, lower, upper, dispersion, row["how"]), row["inputs"]
+    except (OSError, ValueError, KeyError, TypeError, csv.Error):
+        found = {}
+    if not found:
+        raise ExperimentError(f"{path}: has no predictions")
+    return found
+
+
+def _cells(one: Prediction) -> list[Cell]:
+    return [one.id, *(known(value) for value in (one.value, one.lower, one.upper, one.dispersion)), one.how]
+
+
+def brier_rows(found: Validation, to: str) -> list[tuple[str, ...]]:
+    """Return Brier's scores of every class of pieces, and of all, as rows of text; `to` stands between two ends."""
+    return [
+        (
+            one.name, str(one.brier.rows), str(one.brier.trials), f"{one.brier.score:.3f}",
+            f"{one.brier.reference:.3f}", f"{one.brier.right_low:.3f}{to}{one.brier.right_high:.3f}",
+            _skill(one.brier, to),
+        )
+        for one in [*found.scores, found.overall, found.second]
+        if one.brier is not None
+    ]  # fmt: skip
+
+
+def _skill(brier: Brier, to: str) -> str:
+    """Return 1 - score/reference with its interval over records or sources; '' where there is none."""
+    if math.isnan(brier.skill) or math.isnan(brier.skill_lower):
+        return ""
+    return f"{brier.skill:.2f} ({brier.skill_lower:.2f}{to}{brier.skill_upper:.2f})"
+
+
+def trials_text(row: Row) -> str:
+    """Return the number of trials of a row, '' where it is of no count."""
+    return "" if row.test.trials is None else str(row.test.trials)
+
+
+BLIND, SECOND, SEEN = "blind", "with measured inputs", "observed"
+
+
+def interval_text(one: Compared, which: str) -> str:
+    """Return what is predicted of a row, blind or with measured inputs, or what was observed, with its interval.
+
+    Per cent of counts, else a value; '' where there is none.
+    """
+    made = one.measured if which == SECOND else one.prediction
+    if made is None:
+        return ""
+    value, lower, upper = (one.observed, one.lower, one.upper) if which == SEEN else made[1:4]
+    if math.isnan(value):
+        return ""
+    if one.row.outcome.overturned is not None:
+        return f"{whole_percent(value)} ({whole_percent(lower)}–{whole_percent(upper)})"
+    return f"{value:.3g}" + ("" if math.isnan(lower) else f" ({lower:.3g}–{upper:.3g})")

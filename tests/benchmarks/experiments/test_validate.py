@@ -1,0 +1,133 @@
+"""Validation from end to end: files, predictions of before, measured inputs, errors."""
+
+import csv
+import math
+
+import pytest
+from experiment_tables import ROW, forget_motions, granite_folder, table_of, take_motions
+
+from toppling.benchmarks.experiments import validate
+from toppling.benchmarks.experiments.table import ExperimentError
+
+WIDE = {**ROW, "id": "two", "width_m": "0.8", "overturned": "0"}
+VALUE = {**ROW, "id": "three", "piece": "contact", "kind": "friction", "predict": "friction", "contact": "concrete",
+         "quantity": "static friction", "value": "0.4", "trials": "", "overturned": ""}  # fmt: skip
+WHY = {**ROW, "id": "four", "predict": "no: size not given", "width_m": ""}
+BAND = {**ROW, "id": "five", "piece": "rock", "predict": "replay", "measure": "PGV/PGA", "level_low": "0",
+        "level_high": "0.03", "motion": "history", "trials": "1", "overturned": "0"}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def few_motions(monkeypatch):
+    take_motions(monkeypatch, 4)
+    yield
+    forget_motions()
+
+
+@pytest.fixture
+def table(tmp_path):
+    return table_of(tmp_path / "t.csv", ROW, WIDE, VALUE, WHY, BAND)
+
+
+def rows_of(path):
+    with path.open(encoding="utf-8", newline="") as stream:
+        return {row["id"]: row for row in csv.DictReader(stream)}
+
+
+def test_from_end_to_end(table, tmp_path):
+    pulses = tmp_path / "pulses.csv"
+    pulses.write_text("file,time,pgv_over_pga_s,pga_g,toppled\na,t,0.1,0.2,0\na,t,0.1,0.4,1\n", encoding="utf-8")
+    out = tmp_path / "out"
+    found = validate.validate(table, out, granite_folder(tmp_path / "g", (0, 1)), pulses)
+    assert {path.name for path in out.iterdir()} == {"predictions.csv", "measured.csv", "calibration.png"}
+    made = rows_of(out / "predictions.csv")
+    rows = {one.row.test.id: one for one in found.rows}
+    assert list(made) == list(rows) == ["one", "two", "three", "four", "five"]
+    assert float(made["one"]["predicted"]) == pytest.approx(rows["one"].prediction.value)
+    assert (rows["one"].observed, made["four"]["how"]) == (0.75, "size not given")
+    assert rows["five"].overlap
+    assert found.overall.brier.trials == 9
+    assert [one.rock for one in found.granite] == [1, 2]
+    assert (found.granite[0].overturned, found.granite[0].runs, found.granite[0].twin) == (0, 2, 0.0)
+    assert [(one.toppled, one.trials) for one in found.pulses] == [(1, 2)]
+    assert "friction" in found.overall.ratios
+
+
+@pytest.mark.slow
+def test_predictions_hold_no_outcome(table, tmp_path):
+    """The file of predictions is the same to the byte whatever came out."""
+    other = table_of(tmp_path / "o.csv", {**ROW, "overturned": "0"}, {**WIDE, "overturned": "4"},
+                     {**VALUE, "value": "0.9"}, WHY, {**BAND, "overturned": "1"})  # fmt: skip
+    for path in (table, other):
+        validate.validate(path, tmp_path / path.stem)
+    first, second = ((tmp_path / name / "predictions.csv").read_bytes() for name in ("t", "o"))
+    assert first == second
+
+
+@pytest.mark.slow
+def test_predictions_of_before_are_taken_as_they_are(table, tmp_path, monkeypatch):
+    """To the byte, values and reasons, though the code would predict something else now."""
+    before = tmp_path / "before"
+    validate.validate(table, before)
+    plain = validate.predict
+
+    def other(test, replays=None):
+        found = plain(test, replays)
+        return found._replace(value=0.25, how="otherwise") if found.made else found
+
+    monkeypatch.setattr(validate, "predict", other)
+    monkeypatch.setattr(validate, "code_digest", lambda: "other code")
+    validate.validate(table, tmp_path / "now", blind=before / "predictions.csv")
+    assert (tmp_path / "now" / "predictions.csv").read_bytes() == (before / "predictions.csv").read_bytes()
+    validate.validate(table, tmp_path / "fresh")
+    assert rows_of(tmp_path / "fresh" / "predictions.csv")["one"]["predicted"] == "0.25"
+
+
+@pytest.mark.slow
+def test_rows_that_have_a_value_now_get_it(table, tmp_path):
+    before = tmp_path / "before"
+    validate.validate(table, before)
+    granite = granite_folder(tmp_path / "g", (0, 1))
+    validate.validate(table, tmp_path / "now", granite, blind=before / "predictions.csv")
+    made, now = rows_of(before / "predictions.csv"), rows_of(tmp_path / "now" / "predictions.csv")
+    assert (made["five"]["predicted"], made["four"]) == ("", now["four"])
+    assert float(now["five"]["predicted"]) >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("granite_folder", "granite_table_motions.npz: no such file"),
+        ("pulses", "nowhere: no such file"),
+        ("blind", "nowhere: has no predictions"),
+    ],
+)
+def test_errors_are_sentences(table, tmp_path, given, said):
+    with pytest.raises(ExperimentError, match=said):
+        validate.validate(table, tmp_path / "out", **{given: tmp_path / "nowhere"})
+    assert not (tmp_path / "out").exists()
+
+
+def test_measured_rows_stand_beside_blind_ones(tmp_path):
+    row = {**ROW, "measured_cm_height_m": "0.6", "measured_inertia_factor": "1.4", "measured_from": "its table"}
+    found = validate.validate(table_of(tmp_path / "m.csv", row, WIDE), tmp_path / "out")
+    assert list(rows_of(tmp_path / "out" / "measured.csv")) == ["one"]
+    one, two = found.rows
+    assert one.measured.value != one.prediction.value
+    assert two.measured is None
+    assert found.second.brier.trials == 4
+    assert math.isnan(found.classes["cabinet"].ratio)
+
+
+def test_pulses_are_fitted_on_half(tmp_path):
+    pulses = tmp_path / "pulses.csv"
+    lines = [f"a,t,{r},{a},{int(a > 0.15)}" for r in (0.1, 0.2, 0.3, 0.4) for a in (0.05, 0.4)]
+    pulses.write_text("file,time,pgv_over_pga_s,pga_g,toppled\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    row = {**WHY, "id": "set-a", "motion": "pulse", "trials": "8", "overturned": "4"}
+    validate.validate(table_of(tmp_path / "p.csv", ROW, row), tmp_path / "out", pulses=pulses)
+    found = rows_of(tmp_path / "out" / "measured.csv")["set-a"]
+    assert 0.0 <= float(found["predicted"]) <= 1.0
+    assert "fitted on the other half" in found["how"]
+    wrong = table_of(tmp_path / "p.csv", ROW, {**row, "trials": "9"})
+    with pytest.raises(ExperimentError, match="the file of pulses 8"):
+        validate.validate(wrong, tmp_path / "again", pulses=pulses)
