@@ -34,7 +34,7 @@ KINDS: dict[str, str] = {
     "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
     "scaling": "recordings scaled far before they go through a building or an isolator that yields",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
-    "table": "lines that lack cells or are cut, factors not applied, what is left out, and hidden cells that are read",
+    "table": "lines that lack cells or are cut, factors not applied, what is left out, hidden cells, unlikely pairs",
 }
 """Kinds of doubts, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more

@@ -13,10 +13,12 @@ import xarray as xr
 
 from ..core import checks
 from ..core.aliases import Array
+from ..core.doubts import Doubt, first_of, warn
 from ..core.streams import stream
 from ..core.units import DIMENSIONLESS, RADIAN
 from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
-from .readers.directions import direction_of, of_file, of_the_ground, said_of
+from .plausibility import pair_doubts
+from .readers.directions import direction_of, header_of, of_file, of_the_ground, said_of
 from .readers.lines import RecordError
 from .readers.patterns import expand, is_pattern
 from .readers.read import read_file
@@ -72,14 +74,14 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
     {'motion': 1, 'component': 2, 'time': 5246}
     """
     given = {"h1": h1, "h2": h2, **({} if vertical is None else {"v": vertical})}
-    first: list[Record] = []
+    plains: list[list[Record]] = []
     for name, array in given.items():
         if not isinstance(array, xr.DataArray):
             raise TypeError(f"{name} must be labelled motions (numbers: motions.from_array), got {checks.kind(array)}")
         if set(array.dims) != {"motion", "time"}:
             raise ValueError(f"{name} must be motions with dims (motion, time), got {array.dims}")
-        plain = records(array)
-        first = first or plain
+        plains.append(records(array))
+        first, plain = plains[0], plains[-1]
         if len(plain) != len(first):
             raise ValueError(f"{name} must hold as many motions as h1, {len(first)}, got {len(plain)}")
         if plain[0].dt != first[0].dt or plain[0].acceleration.size != first[0].acceleration.size:
@@ -88,6 +90,10 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
                 f"{first[0].dt:g} s, got {plain[0].acceleration.size} at {plain[0].dt:g} s: resample, trim or pad it "
                 "first"
             )
+    labels = [[record.label for record in plain] for plain in plains[:2]]
+    if labels[0] != labels[1] and set(labels[0]) == set(labels[1]):
+        raise ValueError("h2 must hold the motions of h1 in the same order, got theirs in another one")
+    warn([*pair_doubts(*plains), *_header_doubts(h1, h2)])
     azimuths = np.full((len(first), len(given)), np.nan)
     known = [one.coords["azimuth"].values if "azimuth" in one.coords else None for one in (h1, h2)]
     azimuths[:, 0] = 0.0 if known[0] is None or known[1] is None else known[0]
@@ -110,6 +116,19 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         component=("component", names, {"units": "1", "long_name": "component of the recording"}),
         azimuth=(("motion", "component"), azimuths, AZIMUTH),
     )
+
+
+def _header_doubts(h1: xr.DataArray, h2: xr.DataArray) -> list[Doubt]:
+    """Return the doubt in components whose files name different stations or events."""
+    if "recorded" not in h1.coords or not h1["recorded"].any():
+        return []
+    odd = []
+    for i, label in enumerate(h1["motion"].values):
+        told = [header_of(array.isel(motion=[i])) for array in (h1, h2)]
+        if all(told) and told[0].casefold() != told[1].casefold():
+            odd.append(f"{label}: {told[0]!r:.60} and {told[1]!r:.60}")
+    what = f"components whose headers name two recordings are joined ({first_of(odd)})"
+    return [Doubt("table", f"{what}: are files exchanged?")] if odd else []
 
 
 def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
@@ -286,7 +305,7 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
     K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
     databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
     number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
-    the name.
+    the name, but for the second line of AT2 files: a warning says where it has another one.
 
     Parameters
     ----------

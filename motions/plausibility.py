@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -29,6 +31,10 @@ SHORTEST_PGV_PGA, LONGEST_PGV_PGA = 0.01, 0.8
 """PGV over PGA, s, of any ground motion."""
 LONGEST = 900.0
 """Duration, s."""
+UNLIKE = 5.0
+"""Ratio of the PGAs of two horizontal components: those of recordings differ by 3 at most (assumed)."""
+SAME = 1.0 - 1e-6
+"""Square of the correlation from which two motions are one: files print four digits or more."""
 RINGING = 0.2
 """Share of its peak above which the last swing of a building is cut.
 
@@ -101,6 +107,30 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
         many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
         found.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True))
     return found
+
+
+def multiple(samples: Array, other: Array) -> float:
+    """Return the factor by which samples are those of another motion within rounding, NaN where they are not."""
+    product, square = float(samples @ other), float(other @ other)
+    return product / square if product**2 > SAME * square * float(samples @ samples) else math.nan
+
+
+def pair_doubts(h1: Sequence[Record], h2: Sequence[Record], vertical: Sequence[Record] = ()) -> list[Doubt]:
+    """Return the doubt in recorded components that cannot be of one recording: multiples, and another order of PGA."""
+    odd = []
+    for i, (one, two) in enumerate(zip(h1, h2, strict=True)):
+        if not (one.recorded and two.recorded):
+            continue
+        peaks = [float(np.abs(record.acceleration).max()) / STANDARD_GRAVITY for record in (one, two)]
+        if max(peaks) > UNLIKE * min(peaks):
+            odd.append(f"{one.label} and {two.label}: a PGA of {' and '.join(map(two_digits, peaks))} g")
+            continue
+        for first, second in combinations((one, two, *vertical[i : i + 1]), 2):
+            factor = multiple(first.acceleration, second.acceleration)
+            if math.isfinite(factor):
+                odd.append(f"{first.label} is {short_digits(factor)} times {second.label}")
+    what = f"{counted(len(odd), 'pair')} cannot be components of one recording ({first_of(odd)})"
+    return [Doubt("table", f"{what}: a copy, zeros or another unit in one of them?")] if odd else []
 
 
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:

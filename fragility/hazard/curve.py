@@ -133,6 +133,11 @@ class HazardCurve:
         """Unit of the levels, SI, written the CF way."""
         return self.measure.units
 
+    @property
+    def of_formula(self) -> bool:
+        """True if the curve is a formula, which has no first and no last level."""
+        return self.source.endswith("law")
+
     @classmethod
     def from_points(
         cls,

@@ -25,6 +25,11 @@ RETURN_PERIOD = 475.0
 OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
 """Factors between two rates of one level above which they are not of one site."""
 KIND = "hazard"
+SLIPS = (
+    "return periods, per cent or probabilities in 50 years in place of annual rates",
+    "is k0 of another unit of the levels, or of more than a year",
+)
+"""Slips behind rates of points and of formulas."""
 
 
 class _Bounds(NamedTuple):
@@ -56,9 +61,9 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
         return found
     if LOW_PERCENT in hazard.source:
         found.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
-    damaging = max(bounds.damaging, hazard.levels[0])
+    damaging = bounds.damaging if hazard.of_formula else max(bounds.damaging, hazard.levels[0])
     often = float(hazard.rate_at(damaging, above=NONE))
-    if hazard.source.endswith("law"):
+    if hazard.of_formula:
         most = MOST_OFTEN_OF_LAW
     else:  # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
         peak = str(hazard.im) in ("pga", "pgv") and hazard.at == "ground"
@@ -68,8 +73,7 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
             Doubt(
                 KIND,
                 f"{name}: {written_level(hazard.measure, damaging)} is exceeded {often:,.4g} times per year, more "
-                "often than at any site: return periods, per cent or probabilities in 50 years in place of annual "
-                "rates?",
+                f"often than at any site: {SLIPS[hazard.of_formula]}?",
                 often > IMPOSSIBLY_OFTEN,
             )
         )
@@ -122,4 +126,4 @@ def branch_doubts(hazards: Mapping[str, HazardCurve], levels: Array) -> list[Dou
 def _known(hazard: HazardCurve, level: float) -> float:
     """Return the rate of a level, NaN beyond those of the curve."""
     within = hazard.levels[0] <= level <= hazard.levels[-1]
-    return float(hazard.rate_at(level)) if within or hazard.source.endswith("law") else math.nan
+    return float(hazard.rate_at(level)) if within or hazard.of_formula else math.nan

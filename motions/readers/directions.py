@@ -50,6 +50,8 @@ _RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases
 
 LEFT_OUT = "left_out"
 """Attribute of the first array of those read: names of the vertical components that are left out."""
+ANOTHER = math.sin(math.radians(2.0))
+"""Sine of the angle between two directions from which they are not one."""
 ON_PURPOSE, BY_ITSELF = "component = 'v', or a file named by itself, takes them", "a file named by itself is taken"
 """How a study takes vertical components, and how all others do."""
 
@@ -99,6 +101,22 @@ def _of_title(motion: xr.DataArray) -> tuple[bool, float] | None:
     return direction_of(end) if start and "/" in start else None
 
 
+def header_of(motion: xr.DataArray) -> str:
+    """Return what a file says of the station and the event of one motion, without the time of day."""
+    source = Path(str(motion["source"].values[0])).stem if "source" in motion.coords else ""
+    texts = [str(motion[key].values[0]) for key in ("station", "event") if key in motion.coords]
+    title = str(motion.attrs.get("title", "")).rpartition(",")[0] if _of_title(motion) else ""
+    return " ".join(re.sub(r"\d+:\d.*", "", text).strip() for text in (*texts, title) if text != source)
+
+
+def _doubt_title(path: Path, word: str, motion: xr.DataArray) -> None:
+    """Warn of an AT2 file whose second line names another direction than its name, which is taken."""
+    named, title = direction_of(word) if word else None, _of_title(motion)
+    if named and title and (named[0] != title[0] or abs(math.sin(named[1] - title[1])) > ANOTHER):
+        end = motion.attrs["title"].rpartition(",")[2].strip()
+        warn([Doubt("table", f"{path.name}: its second line says {end}, its name {word}, which is taken")])
+
+
 def is_vertical(motion: xr.DataArray) -> bool:
     """Return whether one motion is a vertical component by what its file says."""
     found = direction_of(said_of(motion)) or _of_title(motion)
@@ -118,6 +136,7 @@ def of_file(path: Path, motion: xr.DataArray) -> Direction:
     else:
         word = "" if name is None else name["direction"] or name["letter"]
         base = number[0] if number else name["base"] if name else ""
+    _doubt_title(path, word, motion)
     found = said or (direction_of(word) if word else None) or title
     if not base and found:
         code = said_of(motion)[:2] if _CODE.fullmatch(said_of(motion)) else ""
@@ -140,6 +159,8 @@ def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, stems: Collectio
         return path.suffix.upper().startswith(".UD")
     word = "" if name is None else name["direction"] or name["letter"]
     named = direction_of(word) if word else None
+    if title is not None and title[0]:
+        _doubt_title(path, word, motion)
     if named is not None and named[0] and name is not None:
         marked = bool(name["letter"] or name["apart"]) and not word[-1].isdigit()
         return marked or sum(stem.startswith(name["base"]) for stem in stems) > 1

@@ -271,7 +271,7 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
         )
     for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
         shares = [(one, float(assessment[f"annual_{one.name}_share_{side}"].max())) for one in amounts]
-        where = beyond_hazard(side, level_text(float(end), assessment["level"]))
+        where = beyond_hazard(side, level_text(float(end), assessment["level"]), hazard.of_formula)
         found += _from(shares, NOTABLE, f"shaking {where}")
     return found
 

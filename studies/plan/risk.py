@@ -167,7 +167,7 @@ class Risk:
         said = [] if self.along is None else family_notes(curves, self.along)
         settled = _at_level(without_replicates(curves), highest)
         known = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
-        return said + rate_notes(rates, settled, known, last, first)
+        return said + rate_notes(rates, settled, known, last, first, self.hazard.of_formula)
 
     def beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """Return the largest share of each rate from below or above the hazard curve, or above `highest`: a guess.

@@ -268,14 +268,21 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     if not 0.0 < half < math.inf:
         if "probability" in first and "level" in first["probability"].dims:
             at, which = (0, "weakest") if half == 0.0 else (-1, "strongest")
-            few, least, most = (round(100.0 * float(first[end][at])) for end in ("probability", "lower", "upper"))
-            held = and_model(f"{least} to {most}", first.isel(level=at), "probability", whole_range, 100.0)
+            end = first.isel(level=at)
+            sampled = "sample_probability" in first
+            ends = sample_range(end, "sample_probability") if sampled else (end["lower"], end["upper"])
+            few, least, most = (round(100.0 * float(share)) for share in (end["probability"], *ends))
+            held = "" if sampled else f" ({and_model(f'{least} to {most}', end, 'probability', whole_range, 100.0)})"
             level = f"{two_digits(float(results['level'][at]) / scale)}{unit}"
             yield (
                 "Of 100 earthquakes with "
-                f"{with_article(measure)} of {level}, the {which} shaking that was run, about {few} "
-                f"({held}) would {action_of(verb, name)}. The first range in brackets is a {sure} interval for the "
-                "limited number of motions."
+                f"{with_article(measure)} of {level}, the {which} shaking that was run, about {few}{held} would "
+                f"{action_of(verb, name)}. "
+            ) + (
+                f"Because the properties of the piece are uncertain, this number may lie between {least} and {most} "
+                "(90 % range)."
+                if sampled
+                else f"The first range in brackets is a {sure} interval for the limited number of motions."
             )
         return
     if math.isfinite(high) or low > 0.0:

@@ -263,19 +263,25 @@ def rate_notes(
     hazard_ends: tuple[float, float],
     highest: LevelEnd,
     lowest: LevelEnd | None = None,
+    of_formula: bool = False,
 ) -> list[str]:
     """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
 
     `rates` are those of `Risk.of`, with ``rate_share_below_levels`` where `lowest` is given; `settled` is the
     probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known;
-    `hazard_ends` are the hazard curve's first and last level, SI, in the unit of the bins.
+    `hazard_ends` are the hazard curve's first and last level, SI, in the unit of the bins; `of_formula` is True if the
+    hazard is a formula, whose ends are levels exceeded once and 1e-8 times per year.
     """
     beyond = rates[BEYOND]
     found = []
     under = [] if lowest is None else [(rates[UNDER], rates[UNDER].values > NOTABLE, _unknown_at("below", lowest))]
     for share, here, where in (
         *(
-            (rates[f"rate_share_{side}"], rates[f"rate_share_{side}"].values > NOTABLE, beyond_hazard(side, end))
+            (
+                rates[f"rate_share_{side}"],
+                rates[f"rate_share_{side}"].values > NOTABLE,
+                beyond_hazard(side, end, of_formula),
+            )
             for side, end in zip(
                 ("below", "above"), (level_text(one, rates["bin"]) for one in hazard_ends), strict=True
             )
@@ -329,12 +335,14 @@ def _unknown_at(side: str, end: LevelEnd) -> str:
     return f"{side} {end.name}, where the curve is not known: {end.cure}"
 
 
-def beyond_hazard(side: str, end: str) -> str:
+def beyond_hazard(side: str, end: str, of_formula: bool = False) -> str:
     """Return the words on shaking below or above the levels of a hazard curve, with the advice; end: its end as text.
 
     >>> beyond_hazard("below", "0.02 g")
     "below the hazard curve's first level (0.02 g), where only its first slope is known: give the curve at lower levels"
     """
+    if of_formula:
+        return f"{side} {end}, where the formula of the hazard is extrapolated: give points of a hazard curve"
     which, other = {"below": ("first", "lower"), "above": ("last", "higher")}[side]
     return (
         f"{side} the hazard curve's {which} level ({end}), where only its {which} slope is known: give the curve at "

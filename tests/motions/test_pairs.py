@@ -1,6 +1,8 @@
 """Joined components: which files belong together, rotation, and measures of both directions."""
 
 import math
+import re
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ from study_texts import CABINET
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.core.doubts import ImplausibleInput
 from toppling.motions import RecordError
 from toppling.motions.arrays import digest, records
 from toppling.motions.pairs import pair_up
@@ -144,6 +147,94 @@ class TestJoin:
             mo.join(along(one), along(two))
         with pytest.raises(ValueError, match="h1 and h2 must be perpendicular, got azimuths of 0° and 80°"):
             mo.join(along(0), along(80))
+
+
+FADING = np.sin(np.pi * T / T[-1]) ** 2
+LOUD, OTHER = (FADING * np.random.default_rng(seed).normal(size=T.size) for seed in (1, 2))
+
+
+class TestPlausible:
+    """Components that cannot be of one recording are doubted, in Python and before the runs of a study."""
+
+    @pytest.mark.parametrize(
+        ("h2", "said"),
+        [
+            (LOUD, "a is 1 times b"),
+            (-0.8 * LOUD, "a is -1.25 times b"),
+            (np.round(0.5 * LOUD, 4), "a is 2 times b"),
+            (0.0 * LOUD, r"a and b: a PGA of [\d.]+ and 0 g"),
+            (OTHER / 9.80665, "a and b: a PGA of"),
+            (8.0 * OTHER, "a and b: a PGA of"),
+        ],
+    )
+    def test_one_component_against_the_other(self, h2, said):
+        h1, h2 = (mo.from_array(values, DT, [name], recorded=True) for name, values in (("a", LOUD), ("b", h2)))
+        for given in ((h1, h2), (h2.assign_coords(motion=["a"]), h1.assign_coords(motion=["b"]))):
+            wanted = said if given[0] is h1 else "a is|a and b"
+            with pytest.warns(ImplausibleInput, match=rf"1 pair cannot be components of one recording \({wanted}"):
+                mo.join(*given)
+
+    def test_what_is_not_doubted(self):
+        for scale in (0.25, 1.0, 4.0):
+            mo.join(*(mo.from_array(values, DT, recorded=True) for values in (LOUD, scale * OTHER)))
+
+    def test_a_vertical_that_is_a_copy(self):
+        h1, h2 = (mo.from_array(values, DT, [name], recorded=True) for name, values in (("a", LOUD), ("b", OTHER)))
+        with pytest.warns(ImplausibleInput, match=r"\(b is 1.5 times v\): a copy, zeros or another unit"):
+            mo.join(h1, h2, mo.from_array(OTHER / 1.5, DT, ["v"], recorded=True))
+
+    def test_motions_in_another_order(self):
+        h1 = mo.from_array(np.stack([LOUD, OTHER]), DT, ["a", "b"])
+        with pytest.raises(ValueError, match="h2 must hold the motions of h1 in the same order"):
+            mo.join(h1, h1[::-1])
+
+    @pytest.mark.parametrize(
+        ("first", "second", "said"),
+        [
+            ("Event 1, 1/1/1991, Station 1, 000", "Event 1, 1/1/1991, Station 1, 90", None),
+            ("Event 1, 1/1/1991, Station 1, 360", "EVENT 1, 1/1/1991, STATION 1, 270", None),
+            ("Event 1, 1/1/1991, Station 1, 000", "Event 3, 1/1/1993, Station 3, 090", "headers name two recordings"),
+            ("Event 1, 1/1/1991, Station 1, 000", "Event 1, 1/1/1991, Station 2, 090", "headers name two recordings"),
+            ("Event 1, 1/1/1991, Station 1, 000", "Event 1, 1/1/1991, Station 1, 000", "says 000, its name 090"),
+            ("Event 1, 1/1/1991, Station 1, 000", "Event 1, 1/1/1991, Station 1, UP", "says UP, its name 090"),
+        ],
+    )
+    def test_second_lines_of_at2_files(self, tmp_path, first, second, said):
+        for name, values, title in (("RSN1_A000", LOUD, first), ("RSN1_A090", OTHER, second)):
+            text = files.at2(values[:400], DT).splitlines()
+            (tmp_path / f"{name}.AT2").write_text("\n".join([text[0], title, *text[2:]]), encoding="utf-8")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            mo.read_pairs([str(tmp_path / "*.AT2")])
+        assert [said in str(one.message) for one in found] == [True] * (said is not None)
+        study = tmp_path / "study.toml"
+        study.write_text(PAIRS, encoding="utf-8")
+        assert sum(str(said) in note for note in tp.Study.from_toml(study).notes) == (said is not None)
+
+    def test_stations_of_other_headers(self, tmp_path):
+        counts = np.round(1000.0 * np.sin(np.arange(200) * 0.1) * np.sin(np.arange(200) * 0.03)).astype(int)
+        (tmp_path / "X.EW").write_text(files.knet(counts, direction="E-W"), encoding="utf-8")
+        other = re.sub("(Station Code +)[A-Z0-9]+", r"\1ZZZ001", files.knet(np.roll(counts, 40), direction="N-S"))
+        (tmp_path / "X.NS").write_text(other, encoding="utf-8")
+        with pytest.warns(ImplausibleInput, match="headers name two recordings are joined .*ZZZ001"):
+            mo.read_pairs([str(tmp_path / "X.*")])
+
+
+PAIRS = """title = "pairs"
+[[blocks]]
+name = "cabinet"
+width_m = 0.45
+height_m = 1.8
+depth_m = 0.6
+[[models]]
+law = "energy-consistent"
+[motions]
+records = "*.AT2"
+component = "pair"
+[ida]
+im = "RotD50(pga)"
+levels = { values = [0.3], unit = "g" }
+"""
 
 
 class TestRotate:

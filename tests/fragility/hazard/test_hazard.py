@@ -582,6 +582,24 @@ def test_what_no_site_has(levels, rates, im, units, sentence, grave):
 
 
 @pytest.mark.parametrize(
+    ("hazard", "times", "grave"),
+    [
+        (HazardCurve.power_law(0.01, 2.5, "pgv"), 3.162, False),
+        (HazardCurve.power_law(0.3, 2.5, "pgv"), 94.87, True),
+        (HazardCurve.power_law(0.01, 2.5, "pga", "g"), 3.162, False),
+        (HazardCurve.power_law(0.01, 2.5, "RotD50(pga)", "g"), 3.162, False),
+        # k0 exp(-0.1 ln² 0.1 - 2 ln 0.1) = 0.02 × 0.58846 × 100
+        (HazardCurve.log_quadratic(0.02, 2.0, 0.1, "pgv"), 1.177, False),
+    ],
+)
+def test_formulas_that_are_too_frequent(hazard, times, grave):
+    """By hand: k0 times 10 to the power of 2.5, 316.2, at 0.1 m/s or 0.1 g, below the level of one a year."""
+    (doubt,) = hazard_doubts(hazard)
+    assert f"is exceeded {times:g} times per year" in doubt.sentence
+    assert doubt.grave == grave
+
+
+@pytest.mark.parametrize(
     "hazard",
     [
         HazardCurve.from_points([0.05, 0.1, 0.2, 0.4, 0.8], [2e-2, 6e-3, 1.2e-3, 2e-4, 2e-5], "pga", "g"),

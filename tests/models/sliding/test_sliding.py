@@ -387,7 +387,9 @@ class TestAnalyses:
     def test_a_motion_that_ends_in_motion_is_named(self):
         cut = mo.from_array(-np.ones(50), 0.01, ["cut"])
         whole = mo.from_array(-np.append(np.ones(50), np.zeros(500)), 0.01, ["whole"])
-        with pytest.warns(tp.doubts.ImplausibleInput, match=r"1 of 2 motions end while a block slides, .* \(cut\)"):
+        with pytest.warns(
+            tp.core.doubts.ImplausibleInput, match=r"1 of 2 motions end while a block slides, .* \(cut\)"
+        ):
             tp.ida(self.BLOCKS[0], tp.Sliding(0.2), [cut, whole], [4.0])
 
     def test_vertical_acceleration(self):

@@ -60,6 +60,13 @@ def test_the_second_line_of_an_at2_file(tmp_path, end, out):
     assert list(kept(tmp_path)[0].attrs.get(LEFT_OUT, ())) == ["shaking.AT2"] * out
 
 
+def test_a_second_line_that_says_up_beside_a_name_in_degrees(tmp_path):
+    at2(tmp_path, "A_000.AT2")
+    at2(tmp_path, "A_090.AT2", "Somewhere, 1/2/1999, Station, UP")
+    with pytest.warns(ImplausibleInput, match="A_090.AT2: its second line says UP, its name 090, which is taken"):
+        assert len(mo.read_all(tmp_path / "*.AT2")) == 2
+
+
 def test_what_other_formats_say(tmp_path):
     counts = np.round(1000.0 * SHAKE).astype(int)
     (tmp_path / "a.UD").write_text(files.knet(np.tile(counts, 5)[:200], direction="U-D"), encoding="utf-8")
@@ -254,7 +261,7 @@ class TestPatterns:
 
     @pytest.mark.parametrize("kind", [str, lambda path: path], ids=["str", "path"])
     def test_without_vertical_components(self, folder, kind):
-        with pytest.warns(tp.doubts.ImplausibleInput, match=r"a vertical component is left out \('?A_UP.AT2") as told:
+        with pytest.warns(ImplausibleInput, match=r"a vertical component is left out \('?A_UP.AT2") as told:
             found = mo.read_all(kind(folder / "*.AT2"))
         assert self.names(found) == ["A_000.AT2", "A_090.AT2", "B_090.AT2"]
         assert len(told) == 1

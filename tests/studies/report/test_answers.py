@@ -305,6 +305,17 @@ class TestPlainWords:
         # the reference law is found among laws of which each sample names its own
         assert reference_law(results) == (1, True)
 
+    @pytest.mark.parametrize(("half", "at", "which"), [(np.inf, -1, "strongest"), (0.0, 0, "weakest")])
+    def test_of_an_uncertain_piece_of_which_half_fall_at_no_level(self, folder, half, at, which):
+        """The count at the outermost level, with the range over the samples in place of an interval."""
+        results = loaded(folder, "uncertainty").copy(deep=True)
+        results["half_level"][:] = half
+        results["probability"][..., at] = 0.29
+        results["sample_probability"][..., at] = np.linspace(0.2, 0.34, results.sizes["sample"])
+        said = " ".join(plain_answer(results))
+        assert f", the {which} shaking that was run, about 29 would overturn “" in said
+        assert "this number may lie between 20 and 34 (90 % range)." in said
+
     def test_names_of_the_catalogue_are_titles(self, folder):
         results = loaded(folder).assign_coords(block=["bookcase-5-shelf", "rack"])
         assert plain_answer(results)[0].startswith("By these motions “Bookcase, 5 shelves” is the more vulnerable of")

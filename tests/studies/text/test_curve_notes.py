@@ -221,6 +221,8 @@ class TestRates:
         (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"))
         where = "below the hazard curve's first level (0.1), where only its first slope is known"
         assert note == f"7 % of the annual rate of a comes from shaking {where}: give the curve at lower levels"
+        (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"), of_formula=True)
+        assert "below 0.1, where the formula of the hazard is extrapolated" in note
 
     def test_levels_that_are_another_for_every_block(self, tmp_path):
         """In multiples of uplift the last level is another ground motion for each block."""
