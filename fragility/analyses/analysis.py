@@ -8,13 +8,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from itertools import islice
+from itertools import product
 from typing import Any, NamedTuple
 
 import xarray as xr
 
 from ...doubts import Doubt, warn
-from ...models import Block, describe_block, describe_law
+from ...models import Block, Model, describe_block, describe_law
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
 from ...motions.intensity.measure import MEASURES
@@ -25,7 +25,7 @@ from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axe
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.graph import output_arrays
 from ..runs.labels import block_coordinates, depth_coordinate, lazy_outputs, model_coordinates, output_variables
-from ..runs.plan import plan_even, refuse_endless
+from ..runs.plan import plan_even, refuse_endless_runs
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.lazy_screen import with_lazy_screen
@@ -47,6 +47,7 @@ class Specimens(NamedTuple):
     oscillators: block by block, equally many for each of `blocks`; sizes: of the dimensions that the oscillators are
     laid out on, in order; coordinates: on these dimensions; configuration: their description as plain values.
     across: the oscillators in the direction of the blocks' depths, needed only where they are run about both axes.
+    pairs: the blocks with their laws, where these are not all of `blocks` under all laws of the request.
     """
 
     oscillators: Sequence[Specimen]
@@ -55,6 +56,7 @@ class Specimens(NamedTuple):
     coordinates: Mapping[str, Any]
     configuration: Mapping[str, Any]
     across: Sequence[Specimen] | None = None
+    pairs: Sequence[tuple[Block, Model]] | None = None
 
 
 class Design(NamedTuple):
@@ -111,8 +113,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     variables with a value for every run are dask arrays.
     """
     check_vertical(request.models, design.motions)
-    named = (f"{block.label} under {law.label}" for block in specimens.blocks for law in request.models)
-    refuse_endless(islice(zip(named, specimens.oscillators, strict=False), DESCRIBED), design.motions)
+    pairs = specimens.pairs or product(specimens.blocks, request.models)
+    refuse_endless_runs((("models", *pair) for pair in pairs), design.motions)
     warn(doubts_of(request, design))
     axes = axes_of(design.motions)
     request = _about(axes, request)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from itertools import islice, pairwise
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...aliases import Array, Index
-from ...models.engine.tables import MOST_PIECES
+from ...models import Block
+from ...models.laws import Model, refuse_endless
 from ...models.oscillator import Oscillator, Stack
 from ...models.runs import (
     COLUMNS,
@@ -39,8 +40,10 @@ from .oscillators import OscillatorGrid
 # and exact geometry.
 SECONDS_PER_SAMPLE = 4e-9
 SECONDS_PER_EXACT_SAMPLE = 1.5e-8
-SECONDS_PER_PIECE = 1e-7
-"""Of an elastic zone so stiff that a sample is solved in pieces."""
+SECONDS_PER_PIECE = 1.5e-7
+"""Of an elastic zone so stiff that a sample is solved in pieces (`models.laws.refuse_endless`)."""
+MOST_CASES = 1000
+"""Blocks under laws whose zones are looked at before the runs: the first ones."""
 SECONDS_PER_PLANE_SAMPLE = 6e-7
 """Of a block that slides under both horizontal components."""
 CHUNK_SECONDS = 1.0
@@ -291,16 +294,14 @@ def seconds_per_sample(specimen: Specimen, dt: float) -> float:
     return SECONDS_PER_PIECE * pieces if pieces > 1.0 else SECONDS_PER_SAMPLE
 
 
-def refuse_endless(named: Iterable[tuple[str, Specimen]], motions: Iterable[Record]) -> None:
-    """Raise ValueError for a specimen whose elastic zone is too stiff for the engine to follow a motion to its end."""
+def refuse_endless_runs(cases: Iterable[tuple[str, Block, Model]], motions: Iterable[Record]) -> None:
+    """Raise ValueError, which begins with its key, for the first of some cases that is too stiff for a motion."""
     seconds = max((motion.acceleration.size * motion.dt for motion in motions), default=0.0)
-    for label, specimen in named:
-        pieces = specimen.pieces(seconds) if isinstance(specimen, Oscillator) else 0.0
-        if pieces > 10.0 * MOST_PIECES:  # (the zone is left at each rocking: a run may be shorter)
-            raise ValueError(
-                f"{label}: its elastic zone changes by a factor of e in {2.0 * seconds / pieces:.1g} s, too fast for "
-                f"motions of {seconds:.4g} s; take a larger delta, a smaller zeta, or the law housner"
-            )
+    for key, block, law in islice(cases, MOST_CASES):
+        try:
+            refuse_endless(block, law, seconds)
+        except ValueError as error:
+            raise ValueError(f"{key}: {error}") from None
 
 
 def _costs(work: Work) -> Array:
