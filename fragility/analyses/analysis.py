@@ -130,10 +130,11 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         both = both_works(work, specimens.across)
     thread = MeasuringThread(design.motions, request.screen)
     if request.compute:
-        if both is None:
-            runs = collect(work, request.runner, request.progress)
-        else:
-            runs = collect_both(work.outputs, both, request.runner, request.progress)
+        with thread:
+            if both is None:
+                runs = collect(work, request.runner, request.progress)
+            else:
+                runs = collect_both(work.outputs, both, request.runner, request.progress)
         if all(name in runs.results for name in ENDS):
             labels = [record.label for record in design.motions]
             peaks, after = (runs.results[name] for name in ENDS)

@@ -13,7 +13,7 @@ from dask.typing import Key
 from numpy.typing import NDArray
 
 from ...models.runs import engine_identity
-from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Grid, Work, run_chunk, run_part
+from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Grid, LeftError, Work, never, run_chunk, run_part
 
 if TYPE_CHECKING:
     import dask.array as da
@@ -25,12 +25,17 @@ Graph = dict[Key, Any]
 class ChunkTask:
     """A chunk of work to be computed: in this process from the work itself, elsewhere from its own data alone."""
 
-    def __init__(self, work: Work, chunk: Chunk, stop: Callable[[], bool] | None = None) -> None:
+    def __init__(self, work: Work, chunk: Chunk, stop: Callable[[], bool] = never) -> None:
         self._work, self._chunk, self._stop = work, chunk, stop
 
     def __call__(self) -> ChunkResult | None:
-        """Compute it; None where the work has been stopped before."""
-        return None if self._stop is not None and self._stop() else run_chunk(self._work, self._chunk)
+        """Compute it; None where the work has been stopped before, or in the middle of a long one."""
+        if self._stop():
+            return None
+        try:
+            return run_chunk(self._work, self._chunk, self._stop)
+        except LeftError:
+            return None
 
     def __reduce__(self) -> Any:
         work, chunk = self._work, self._chunk
@@ -66,7 +71,7 @@ def engine_difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str
     return ""
 
 
-def chunk_graph(work: Work, chunks: Sequence[Chunk], name: str, stop: Callable[[], bool] | None = None) -> Graph:
+def chunk_graph(work: Work, chunks: Sequence[Chunk], name: str, stop: Callable[[], bool] = never) -> Graph:
     """Return a task for every chunk, by the keys (name, number); once `stop` returns True they return None."""
     return {(name, i): (ChunkTask(work, chunk, stop),) for i, chunk in enumerate(chunks)}
 

@@ -31,10 +31,11 @@ from ...fragility.runs.plan import (
     OUTPUT_TYPES,
     SECONDS_PER_PLANE_SAMPLE,
     SECONDS_PER_SAMPLE,
+    never,
     refuse_endless_runs,
     seconds_per_sample,
 )
-from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
+from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_notes
@@ -391,7 +392,8 @@ class Study(ABC):
         TypeError
             `progress` or `watching` is no function.
         KeyboardInterrupt
-            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept; a second signal leaves them.
+            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept, if they take
+            no more than some 2 s; a second signal leaves them.
         """
         checks.callback("progress", progress)
         checks.callback("watching", watching)

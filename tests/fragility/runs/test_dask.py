@@ -112,7 +112,7 @@ class TestLater:
     def test_a_part_of_it_runs_that_part(self, shakes, small_chunks, monkeypatch):
         seen = []
         plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (seen.append(chunk), plain(work, chunk))[1])
+        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (seen.append(chunk), plain(work, chunk))[1])
         later = tp.ida(BLOCKS, LAWS, shakes, LEVELS, compute=False)
         every = len(plan.plan_chunks(work_of_blocks(shakes)))
         one = later["overturned"].isel(block=0, motion=0).compute(scheduler="threads")
@@ -122,7 +122,7 @@ class TestLater:
     def test_several_outputs_share_the_runs(self, shakes, small_chunks, monkeypatch):
         seen = []
         plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (seen.append(chunk), plain(work, chunk))[1])
+        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (seen.append(chunk), plain(work, chunk))[1])
         tp.ida(BLOCKS, LAWS, shakes, LEVELS, outputs=OUTPUTS, compute=False).compute()
         assert len(seen) == len(set(seen)) > 10
 
@@ -180,7 +180,7 @@ class TestNow:
         seen = set()
         plain = graph.run_chunk
 
-        def run(work, chunk):
+        def run(work, chunk, left):
             seen.add(threading.get_ident())
             return plain(work, chunk)
 
@@ -249,7 +249,7 @@ class TestNow:
         """The last chunks are the shortest, whatever order dask would take."""
         seen = []
         plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (seen.append(chunk), plain(work, chunk))[1])
+        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (seen.append(chunk), plain(work, chunk))[1])
         with dask.config.set(scheduler="synchronous"):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
         assert seen == plan.plan_chunks(work_of_blocks(shakes))
@@ -264,7 +264,7 @@ class TestNow:
         """No more chunks are computed than wait to be taken, or are in flight."""
         begun = []
         plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (begun.append(chunk), plain(work, chunk))[1])
+        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (begun.append(chunk), plain(work, chunk))[1])
         work = work_of_blocks(shakes)
         chunks = plan.plan_chunks(work)
         with dask.config.set(num_workers=2):
@@ -289,7 +289,7 @@ class TestNow:
                 gc.enable()
 
     def test_errors_reach_the_caller(self, shakes, small_chunks, monkeypatch):
-        def fails(work, chunk):
+        def fails(work, chunk, left):
             raise MemoryError("no room")
 
         monkeypatch.setattr(graph, "run_chunk", fails)
@@ -386,7 +386,7 @@ from toppling.fragility import RandomInputs, Uniform, uncertain_ida
 from toppling.fragility.runs import graph, plan
 from toppling.models.runs import TALLY
 
-def pretended(work, chunk):
+def pretended(work, chunk, left):
     shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
     results = tuple(np.ones(shape, plan.OUTPUT_TYPES[one]) for one in work.outputs)
     return plan.ChunkResult(results, np.ones(len(TALLY), np.int64))
