@@ -23,7 +23,7 @@ from ..core.units import (
 )
 from .block import Block, describe_block
 from .engine import tables as engine
-from .laws import Law, Model, describe_law, oscillator_of
+from .laws import Law, Model, describe_law, oscillator_of, refuse_endless
 from .oscillator import Oscillator, exact_lever
 from .restraint_force import held_by, largest_force
 from .runs import Trace, leaves_floor, trace
@@ -103,6 +103,8 @@ def simulate(
     oscillator = oscillator_of(block, model)
     if vertical is not None:
         _check_vertical(vertical, dt, start, label, model, oscillator)
+    if theta0 == 0.0 and omega0 == 0.0:
+        refuse_endless(block, model, acceleration.size * dt)
     theta = checks.number("theta0", theta0, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
     omega = checks.number("omega0", omega0, unit="rad/s")
     run = trace(oscillator, acceleration, dt, theta, omega, vertical=vertical)

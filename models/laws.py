@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, ClassVar
 
 from ..core import checks
@@ -27,6 +27,8 @@ RESTS = ("elastic", "rigid", "soft")
 GEOMETRIES = ("exact", "linear", "bilinear")
 MIN_DELTA = 1e-9
 """Least half width of the elastic zone over alpha: the zone's frequency grows as delta^-½, and so does the work."""
+MOST_PIECES = engine.MOST_PIECES // 2
+"""Most pieces of a run whose block rests in its elastic zone throughout: half of what the engine solves, some 0.8 s."""
 MAX_DAMPING = 100.0
 """Largest damping ratio (and coefficient of Vassiliou's law): beyond any physical value, where the zone gets stiff."""
 
@@ -436,6 +438,28 @@ def oscillator_of(block: Any, model: Any) -> Oscillator:
     if not isinstance(model, Law):
         raise TypeError(f"model must be a damping law such as DiscreteDamping(), got {checks.kind(model)}")
     return model.oscillator(block)
+
+
+def refuse_endless(block: Block, law: Model, seconds: float) -> None:
+    """Raise ValueError for an elastic zone that is too stiff to be followed through a motion of so many seconds.
+
+    Its pieces are two for each time constant (`Oscillator.pieces`).  Its stiffness is about q²/delta, and the damping
+    of a ratio zeta is 2 zeta times the root of that: they grow as delta^-½.  Measured, of 2 m × 19.5 m and delta from
+    1e-4 to 1e-9 under the viscous laws: 1.0e-7 to 1.9e-7 s for each piece.
+    """
+    if not isinstance(law, Law) or (pieces := law.oscillator(block).pieces(seconds)) <= MOST_PIECES:
+        return
+    does = "take a smaller damping" if block.bed is None else "take a bed that settles more"
+    for margin in () if block.bed is not None else (1.1, 2.0, 10.0):  # (a given damping does not fall with delta)
+        delta = float(f"{margin * law.options['delta'] * (pieces / MOST_PIECES) ** 2:.1e}")
+        # (every law with a zone is a dataclass with a delta)
+        if delta < 1.0 and replace(law, delta=delta).oscillator(block).pieces(seconds) <= MOST_PIECES:  # type: ignore[type-var]
+            does = f"delta must be at least {delta:g}"
+            break
+    raise ValueError(
+        f"{block.label!r} under {law.label}: its elastic zone is too stiff for motions of {seconds:.4g} s (some "
+        f"{pieces:.1g} pieces to solve for each run, at most {MOST_PIECES:.0e}); {does}"
+    )
 
 
 def describe_law(model: Model) -> dict[str, Any]:

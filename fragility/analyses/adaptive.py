@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,6 +36,7 @@ from ..adaptive.until import RATE, Until
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
 from ..hazard.curve import HazardCurve
 from ..runs.axes import axes_of, check_axes, check_outputs
+from ..runs.plan import refuse_endless_runs
 from ..runs.progress import part_of
 from ..runs.provenance import ADAPTIVE, AXES, RUN
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
@@ -164,6 +166,7 @@ def _waves(
         if request.screen:
             shaken.add(wave.records)
         if not curves:
+            refuse_endless_runs((("models", *pair) for pair in product(request.blocks, request.models)), wave.records)
             curves |= _begun(request, plan, peaks_of(wave), measured)
         plans = {where: one.plan(wave.numbers) for where, one in curves.items() if not one.stopped}
         found, ends = _outputs(request, wave, plans, plan, measured)

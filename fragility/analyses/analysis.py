@@ -8,14 +8,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from itertools import islice
+from itertools import product
 from typing import Any, NamedTuple
 
 import xarray as xr
 
 from ...core.doubts import Doubt, warn
 from ...core.units import provenance
-from ...models import Block, describe_block, describe_law
+from ...models import Block, Model, describe_block, describe_law
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
 from ...motions.intensity.measure import MEASURES
@@ -24,7 +24,7 @@ from ...motions.polarity import BOTH
 from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axes, check_outputs
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.labels import block_coordinates, depth_coordinate, model_coordinates, output_variables
-from ..runs.plan import refuse_endless
+from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
@@ -45,6 +45,7 @@ class Specimens(NamedTuple):
     oscillators: block by block, equally many for each of `blocks`; sizes: of the dimensions that the oscillators are
     laid out on, in order; coordinates: on these dimensions; configuration: their description as plain values.
     across: the oscillators in the direction of the blocks' depths, needed only where they are run about both axes.
+    pairs: the blocks with their laws, where these are not all of `blocks` under all laws of the request.
     """
 
     oscillators: Sequence[Specimen]
@@ -53,6 +54,7 @@ class Specimens(NamedTuple):
     coordinates: Mapping[str, Any]
     configuration: Mapping[str, Any]
     across: Sequence[Specimen] | None = None
+    pairs: Sequence[tuple[Block, Model]] | None = None
 
 
 class Design(NamedTuple):
@@ -108,8 +110,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     specimens have it, so that the order in a result can be chosen.
     """
     check_vertical(request.models, design.motions)
-    named = (f"{block.label} under {law.label}" for block in specimens.blocks for law in request.models)
-    refuse_endless(islice(zip(named, specimens.oscillators, strict=False), DESCRIBED), design.motions)
+    pairs = specimens.pairs or product(specimens.blocks, request.models)
+    refuse_endless_runs((("models", *pair) for pair in pairs), design.motions)
     warn(doubts_of(request, design))
     axes = axes_of(design.motions)
     request = _about(axes, request)
@@ -124,10 +126,11 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         assert specimens.across is not None  # (whoever takes such motions makes them)
         both = both_works(work, specimens.across)
     thread = MeasuringThread(design.motions, request.screen)
-    if both is None:
-        runs = collect(work, request.runner, request.progress)
-    else:
-        runs = collect_both(work.outputs, both, request.runner, request.progress)
+    with thread:
+        if both is None:
+            runs = collect(work, request.runner, request.progress)
+        else:
+            runs = collect_both(work.outputs, both, request.runner, request.progress)
     if all(name in runs.results for name in ENDS):
         labels = [record.label for record in design.motions]
         peaks, after = (runs.results[name] for name in ENDS)

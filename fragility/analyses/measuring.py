@@ -6,14 +6,15 @@ Where dask is told to use one thread alone, they are computed when they are aske
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Self
 
 import xarray as xr
 
 from ...motions.arrays import Record
 from ...motions.intensity.dataset import measure_variables
 from ...motions.intensity.measure import RESULT_MEASURES
+from ..runs.plan import LeftError
 from ..runs.runners import thread_count
 from ..validity.characteristics import Characteristics
 
@@ -25,21 +26,41 @@ class MotionProperties(NamedTuple):
     characteristics: Characteristics | None
 
 
+class _Motions(list[Record]):
+    """Motions that are gone through until they are left."""
+
+    left = False
+
+    def __iter__(self) -> Iterator[Record]:
+        for motion in super().__iter__():
+            if self.left:
+                raise LeftError
+            yield motion
+
+
 class MeasuringThread:
-    """Thread that measures motions; an analysis that ends early (interrupted, cluster lost) does not wait for it.
+    """Thread that measures motions, and stops after the motion in hand where the runs, its context, end early.
+
+    (Interrupted, or their cluster lost.  No daemon, which Python ends within C++ code, and the process with it.)
 
     It starts at once; with `screen` it computes the characteristics of the motions, too.
     """
 
     def __init__(self, motions: Sequence[Record], screen: bool) -> None:
-        self._motions = list(motions)
+        self._motions = _Motions(motions)
         self._screen = screen
         self._found: MotionProperties | None = None
         self._error: Exception | None = None
-        self._thread = threading.Thread(target=self._work, name="toppling-motions", daemon=True)
+        self._done = threading.Event()
         self._started = thread_count() > 1
         if self._started:
-            self._thread.start()
+            threading.Thread(target=self._work, name="toppling-motions").start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._motions.left = kind is not None
 
     def _work(self) -> None:
         try:
@@ -47,11 +68,13 @@ class MeasuringThread:
             self._found = MotionProperties(measures, Characteristics.of(self._motions) if self._screen else None)
         except Exception as error:
             self._error = error
+        self._done.set()
 
     def result(self) -> MotionProperties:
         """Wait for the thread and return what it computed, or raise its error."""
         if self._started:
-            self._thread.join()
+            with self:
+                self._done.wait()  # (Python takes a thread for ended whose join was interrupted, and exits beside it)
         else:
             self._work()
         if self._error is not None:

@@ -9,7 +9,7 @@ from typing import Any
 from dask.typing import Key
 
 from ...models.runs import engine_identity
-from .plan import Chunk, ChunkResult, Work, run_chunk, run_part
+from .plan import Chunk, ChunkResult, LeftError, Work, never, run_chunk, run_part
 
 Graph = dict[Key, Any]
 """Tasks by their keys: a function with its arguments, keys and lists of them standing for what these tasks return."""
@@ -18,12 +18,17 @@ Graph = dict[Key, Any]
 class ChunkTask:
     """A chunk of work to be computed: in this process from the work itself, elsewhere from its own data alone."""
 
-    def __init__(self, work: Work, chunk: Chunk, stop: Callable[[], bool] | None = None) -> None:
+    def __init__(self, work: Work, chunk: Chunk, stop: Callable[[], bool] = never) -> None:
         self._work, self._chunk, self._stop = work, chunk, stop
 
     def __call__(self) -> ChunkResult | None:
-        """Compute it; None where the work has been stopped before."""
-        return None if self._stop is not None and self._stop() else run_chunk(self._work, self._chunk)
+        """Compute it; None where the work has been stopped before, or in the middle of a long one."""
+        if self._stop():
+            return None
+        try:
+            return run_chunk(self._work, self._chunk, self._stop)
+        except LeftError:
+            return None
 
     def __reduce__(self) -> Any:
         work, chunk = self._work, self._chunk
@@ -59,6 +64,6 @@ def engine_difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str
     return ""
 
 
-def chunk_graph(work: Work, chunks: Sequence[Chunk], stop: Callable[[], bool]) -> Graph:
+def chunk_graph(work: Work, chunks: Sequence[Chunk], stop: Callable[[], bool] = never) -> Graph:
     """Return a task for every chunk, by the keys ("chunk", number); once `stop` returns True they return None."""
     return {("chunk", i): (ChunkTask(work, chunk, stop),) for i, chunk in enumerate(chunks)}

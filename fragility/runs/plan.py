@@ -9,8 +9,8 @@ number.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Sequence
+from itertools import islice, pairwise
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.aliases import Array, Index
-from ...models.engine.tables import MOST_PIECES
+from ...models import Block
+from ...models.laws import Model, refuse_endless
 from ...models.oscillator import Oscillator, Stack
 from ...models.runs import (
     COLUMNS,
@@ -39,8 +40,10 @@ from .oscillators import OscillatorGrid
 # and exact geometry.
 SECONDS_PER_SAMPLE = 4e-9
 SECONDS_PER_EXACT_SAMPLE = 1.5e-8
-SECONDS_PER_PIECE = 1e-7
-"""Of an elastic zone so stiff that a sample is solved in pieces."""
+SECONDS_PER_PIECE = 2e-7
+"""Of an elastic zone so stiff that a sample is solved in pieces (`models.laws.refuse_endless`)."""
+MOST_CASES = 1000
+"""Blocks under laws whose zones are looked at before the runs: the first ones."""
 SECONDS_PER_PLANE_SAMPLE = 6e-7
 """Of a block that slides under both horizontal components."""
 CHUNK_SECONDS = 1.0
@@ -62,6 +65,10 @@ MOST_CHUNKS = 100_000
 # holds several motions and that its oscillators are little to send.
 FEWEST_TOGETHER = 512
 MOST_TOGETHER = 4096
+LONGEST = 4.0
+"""Most seconds of fewer such runs, over those of a chunk: long motions, and zones that are solved in pieces."""
+PART_SECONDS = 1.0
+"""Planned duration of runs that are given to the engine at once: chunks of several such parts can be left."""
 # Runs of several motions that are given to the engine in one list: their results take 120 bytes each for a moment.
 MOST_MIXED = 16384
 
@@ -237,16 +244,14 @@ def seconds_per_sample(specimen: Specimen, dt: float) -> float:
     return SECONDS_PER_PIECE * pieces if pieces > 1.0 else SECONDS_PER_SAMPLE
 
 
-def refuse_endless(named: Iterable[tuple[str, Specimen]], motions: Iterable[Record]) -> None:
-    """Raise ValueError for a specimen whose elastic zone is too stiff for the engine to follow a motion to its end."""
+def refuse_endless_runs(cases: Iterable[tuple[str, Block, Model]], motions: Iterable[Record]) -> None:
+    """Raise ValueError, which begins with its key, for the first of some cases that is too stiff for a motion."""
     seconds = max((motion.acceleration.size * motion.dt for motion in motions), default=0.0)
-    for label, specimen in named:
-        pieces = specimen.pieces(seconds) if isinstance(specimen, Oscillator) else 0.0
-        if pieces > 10.0 * MOST_PIECES:  # (the zone is left at each rocking: a run may be shorter)
-            raise ValueError(
-                f"{label}: its elastic zone changes by a factor of e in {2.0 * seconds / pieces:.1g} s, too fast for "
-                f"motions of {seconds:.4g} s; take a larger delta, a smaller zeta, or the law housner"
-            )
+    for key, block, law in islice(cases, MOST_CASES):
+        try:
+            refuse_endless(block, law, seconds)
+        except ValueError as error:
+            raise ValueError(f"{key}: {error}") from None
 
 
 def _costs(work: Work) -> Array:
@@ -285,7 +290,8 @@ def _groups(costs: Array, runs: int, longest: float, target: float) -> Bounds:
 
 
 def _enough(together: int, spent: float, target: float) -> bool:
-    return together >= MOST_TOGETHER or (spent >= target and together >= FEWEST_TOGETHER)
+    full = spent >= target and together >= FEWEST_TOGETHER
+    return together >= MOST_TOGETHER or full or spent >= LONGEST * target
 
 
 class ChunkResult(NamedTuple):
@@ -303,14 +309,24 @@ class ChunkResult(NamedTuple):
         return int(self.results[0].size)
 
 
-def run_chunk(work: Work, chunk: Chunk) -> ChunkResult:
-    """Compute all runs of one chunk."""
+def never() -> bool:
+    """Return False: the work is never to be left."""
+    return False
+
+
+class LeftError(Exception):
+    """Work that was left before its end."""
+
+
+def run_chunk(work: Work, chunk: Chunk, left: Callable[[], bool] = never) -> ChunkResult:
+    """Compute all runs of one chunk; LeftError once `left` returns True, which long ones ask every second or so."""
     return run_part(
         work.oscillators[chunk.row : chunk.row_stop],
         work.motions[chunk.first : chunk.stop],
         work.factors_of(chunk),
         work.skip,
         work.outputs,
+        left,
     )
 
 
@@ -320,6 +336,7 @@ def run_part(
     factors: Array,
     skip: bool,
     outputs: tuple[str, ...],
+    left: Callable[[], bool] = never,
 ) -> ChunkResult:
     """Run every oscillator under factors (oscillator or 1, level, motion); each output has its type, flags take a byte.
 
@@ -331,28 +348,46 @@ def run_part(
     flags_only = outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
     tables = stacked(oscillators)
+    seconds = {dt: np.array([seconds_per_sample(one, dt) for one in oscillators]) for dt in {one.dt for one in motions}}
+    total = sum(levels * float(seconds[one.dt].sum()) * one.acceleration.size for one in motions)
     # (sliding blocks go motion by motion in any case)
     together = n * levels if isinstance(tables, Stack) else ENOUGH_OF_ONE
     for first, stop in _mixtures(together, len(motions)):
         shakes = motions[first:stop]
         own = np.broadcast_to(factors[:, :, first:stop], (n, levels, stop - first))
-        if stop - first > 1:
+        costs = np.array([seconds[shake.dt] * shake.acceleration.size for shake in shakes]).T
+        parts = _parts(np.repeat(costs, levels, axis=0).ravel())
+        if len(shakes) > 1 or len(parts) > 1:
             specimen, _, motion = (axis.ravel() for axis in np.indices(own.shape))
-            runs = run_mixed(tables, specimen, motion, own.ravel(), shakes, skip, flags_only, tally)
-            runs = runs.reshape(*own.shape, -1)
+            given = own.ravel()
+            found = []
+            for part in parts:
+                if total > 2.0 * PART_SECONDS and left():
+                    raise LeftError
+                listed = specimen[part], motion[part], given[part]
+                found.append(run_mixed(tables, *listed, shakes, skip, flags_only, tally))
+            runs = np.concatenate(found).reshape(*own.shape, -1)
         else:
+            if total > 2.0 * PART_SECONDS and left():
+                raise LeftError
             (one,) = shakes
             shaking = one.acceleration, one.vertical, one.dt
             runs = run_specimens(tables, own[..., 0], *shaking, skip, flags_only, tally, one.companion)[:, :, None]
         # (of sliding blocks all results are NaN there)
         rocks = isinstance(tables, Stack) and any(one.vertical is not None for one in shakes)
-        left = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None
+        airborne = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None
         for array, name in zip(results, outputs, strict=True):
             values = runs[..., COLUMNS[name]]
-            if left is not None and name in UNKNOWN:
-                values = np.where(left, UNKNOWN[name], values)
+            if airborne is not None and name in UNKNOWN:
+                values = np.where(airborne, UNKNOWN[name], values)
             array[:, :, first:stop] = values
     return ChunkResult(results, tally, perf_counter() - started)
+
+
+def _parts(costs: Array) -> list[slice]:
+    """Parts of consecutive runs that take about `PART_SECONDS`, of runs that take so many seconds each."""
+    ends = np.flatnonzero(np.diff(np.floor(np.cumsum(costs) / PART_SECONDS))) + 1
+    return [slice(*bounds) for bounds in pairwise([0, *ends.tolist(), costs.size])]
 
 
 def _mixtures(runs: int, motions: int) -> Bounds:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..numerics.slabs import in_memory
 from .graph import chunk_graph
-from .plan import Chunk, ChunkResult, Work
+from .plan import Chunk, ChunkResult, Work, never
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -124,17 +124,13 @@ class Runner(ABC):
         """Keep a sentence on what an analysis at adaptive levels has reached so far."""
 
 
-def never() -> bool:
-    """Return False: the runs are never to be stopped."""
-    return False
-
-
 @dataclass(frozen=True)
 class ConfiguredScheduler(Runner):
     """The scheduler that dask is configured with: threads of this process (the engine does not hold the interpreter
     lock), one thread (``synchronous``), processes, or an executor.
 
-    Once `stop` returns True no chunk is begun; chunks in flight are returned, then KeyboardInterrupt is raised.
+    Once `stop` returns True no chunk is begun; chunks in flight are returned, but for those that take several seconds,
+    then KeyboardInterrupt is raised.
     """
 
     stop: Callable[[], bool] = never

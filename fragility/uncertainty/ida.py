@@ -123,6 +123,7 @@ def uncertain_ida(
             **{name: design.configuration[name] for name in ("im", "levels")},
         },
         [oscillator_of(one.across, law) for one, law in pairs] if axes == BOTH_AXES else None,
+        pairs,
     )
     return analyse(request, specimens, design)
 

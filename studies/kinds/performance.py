@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -22,11 +22,11 @@ from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE, intensity_measure
-from ...fragility.uncertainty.joint import PieceDraws, Variability
+from ...fragility.uncertainty.joint import PieceDraws, Variability, with_restitution
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import level_doubts, period_doubts, stated_restitution_doubts, unit_doubts
 from ...fragility.validity.scenes import scene_notes
-from ...models import Law
+from ...models import Block, Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
 from ...motions.arrays import BOTH_AXES, POLARITY
@@ -476,6 +476,13 @@ class PerformanceStudy(Study):
     @property
     def of_each_law(self) -> list[Oscillator]:
         return [model.oscillator(self.inventory.rows[0].block) for model in self.models]
+
+    @property
+    def cases(self) -> Iterable[tuple[str, Block, Law]]:
+        laws = list(enumerate(self.models, start=1))
+        return (
+            (f"models[{i}]", row.block, with_restitution(law, row.e)) for row in self.inventory.rows for i, law in laws
+        )
 
     @property
     def notes(self) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -172,6 +173,10 @@ class SensitivityStudy(BlockStudy, Study):
         against[RIGID] = [list(row) for row in rigid]
         against[PREVIOUS] = [[None, *row[:-1]] for row in at]
         return Grid.of(at, against)
+
+    @property
+    def cases(self) -> Iterable[tuple[str, Block, Law]]:
+        return (("sensitivity.values", block, law) for block in self.blocks for law in self.grid.laws)
 
     @property
     def _shaken(self) -> int:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, astuple, dataclass, field, replace
 from functools import cached_property
 from importlib import import_module, metadata
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
@@ -27,13 +28,15 @@ from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.runs.plan import (
+    MOST_CASES,
     OUTPUT_TYPES,
     SECONDS_PER_PLANE_SAMPLE,
     SECONDS_PER_SAMPLE,
-    refuse_endless,
+    never,
+    refuse_endless_runs,
     seconds_per_sample,
 )
-from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
+from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_notes
@@ -131,8 +134,7 @@ class Study(ABC):
             tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
             study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
-            named = zip(study._laws, study.of_each_law, strict=False)
-            refuse_endless(named, (record for array in study.arrays for record in records(array)))
+            refuse_endless_runs(study.cases, (record for array in study.arrays for record in records(array)))
             for one in study.doubts:
                 if one.grave and one.kind not in study.accepted:
                     raise ValueError(
@@ -252,7 +254,8 @@ class Study(ABC):
         """The approximate memory and disk space that the study needs."""
         plain = [record for array in self.arrays for record in records(array)]
         dt = float(np.mean([record.dt for record in plain]))
-        per_sample = float(np.mean([seconds_per_sample(oscillator, dt) for oscillator in self.of_each_law]))
+        cases = islice(self.cases, MOST_CASES)
+        per_sample = float(np.mean([seconds_per_sample(law.oscillator(block), dt) for _, block, law in cases]))
         return Resources.of(
             chunks_of(self.work, [record.acceleration.size for record in plain], per_sample),
             float(self.bytes_a_run * self.work),
@@ -264,7 +267,12 @@ class Study(ABC):
     @property
     @abstractmethod
     def of_each_law(self) -> list[Oscillator]:
-        """An oscillator of each law: the engine is prepared with them, and they decide the cost of a run."""
+        """An oscillator of each law: the engine is prepared with them."""
+
+    @property
+    @abstractmethod
+    def cases(self) -> Iterable[tuple[str, Block, Law]]:
+        """The blocks that rock with their laws, which decide the cost of a run, and the keys that give the laws."""
 
     @property
     def may_slide(self) -> bool:
@@ -384,7 +392,8 @@ class Study(ABC):
         TypeError
             `progress` or `watching` is no function.
         KeyboardInterrupt
-            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept; a second signal leaves them.
+            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept, if they take
+            no more than some 2 s; a second signal leaves them.
         """
         checks.callback("progress", progress)
         checks.callback("watching", watching)
@@ -560,6 +569,10 @@ class BlockStudy:
     @property
     def of_each_law(self) -> list[Oscillator]:
         return [model.oscillator(self.blocks[0]) for model in self.models]
+
+    @property
+    def cases(self) -> Iterable[tuple[str, Block, Law]]:
+        return ((f"models[{i}]", block, law) for block in self.blocks for i, law in enumerate(self.models, start=1))
 
     @property
     def site_hazard(self) -> HazardCurve | None:

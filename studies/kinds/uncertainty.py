@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -169,6 +169,10 @@ class UncertaintyStudy(BlockStudy, Study):
             laws = [self.inputs.realise(block, model, drawn) for model in self.models]
             found.append([list(row) for row in zip(*laws, strict=True)])
         return found
+
+    @property
+    def cases(self) -> Iterable[tuple[str, Block, Law]]:
+        return (("uncertainty.inputs", *pair) for samples in self._pairs for laws in samples for pair in laws)
 
     @property
     def stored_bytes(self) -> float:

@@ -19,7 +19,7 @@ from toppling.studies.kinds import study as base
 from toppling.studies.store import netcdf, shards
 
 
-def pretended(work, chunk):
+def pretended(work, chunk, left):
     """Flags and peaks that rise with the level, from the chunk's bounds alone."""
     random = np.random.default_rng([chunk.row, chunk.first, work.levels])
     shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)

@@ -59,7 +59,7 @@ class TestHere:
         seen = set()
         plain = graph.run_chunk
 
-        def run(work, chunk):
+        def run(work, chunk, left):
             seen.add(threading.get_ident())
             return plain(work, chunk)
 
@@ -128,7 +128,7 @@ class TestHere:
         """The last chunks are the shortest, whatever order dask would take."""
         seen = []
         plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (seen.append(chunk), plain(work, chunk))[1])
+        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (seen.append(chunk), plain(work, chunk))[1])
         with dask.config.set(scheduler="synchronous"):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
         assert seen == plan.plan_chunks(work_of_blocks(shakes))
@@ -143,7 +143,7 @@ class TestHere:
         """No more chunks are computed than wait to be taken, or are in flight."""
         begun = []
         plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk: (begun.append(chunk), plain(work, chunk))[1])
+        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (begun.append(chunk), plain(work, chunk))[1])
         work = work_of_blocks(shakes)
         chunks = plan.plan_chunks(work)
         with dask.config.set(num_workers=2):
@@ -168,7 +168,7 @@ class TestHere:
                 gc.enable()
 
     def test_errors_reach_the_caller(self, shakes, small_chunks, monkeypatch):
-        def fails(work, chunk):
+        def fails(work, chunk, left):
             raise MemoryError("no room")
 
         monkeypatch.setattr(graph, "run_chunk", fails)

@@ -1,8 +1,10 @@
 """Work that is shared between threads: in order, the same bits with any number of them, given up when asked."""
 
+import os
+import signal
 from itertools import islice
-from threading import get_ident
-from time import sleep
+from threading import Timer, enumerate as enumerate_threads, get_ident
+from time import perf_counter, sleep
 
 import numpy as np
 import pytest
@@ -10,8 +12,12 @@ import xarray as xr
 from dask import config
 from fit_cases import clustered
 
+import toppling as tp
 from toppling.fragility import fit_fragility
+from toppling.fragility.runs import plan
+from toppling.fragility.runs.plan import LONGEST, Chunk, LeftError, Work, plan_chunks, run_chunk, seconds_per_sample
 from toppling.fragility.runs.runners import shared, thread_count
+from toppling.motions import records as motions_of
 
 
 class TestShared:
@@ -74,3 +80,64 @@ class TestFits:
         with config.set(num_workers=3):
             fit_fragility(runs, form=own, replicates=5)
         assert threads == {get_ident()}
+
+
+@pytest.fixture(scope="module")
+def stiff():
+    """Runs that take 0.2 s each (18 s of chunks of 3 s): most of their samples are solved in hundreds of pieces."""
+    block, law = tp.Block(2.0, 19.5), tp.GianniniMasiani(e=0.9, delta=1e-9)
+    shakes = np.random.default_rng(1).standard_normal((6, 3000)) * 0.3
+    tp.ida(block, law, tp.motions.from_array(shakes[:1, :50], 0.01), [1.0])  # (compiled)
+    return block, law, tp.motions.from_array(shakes, 0.01), np.linspace(0.5, 1.0, 15)
+
+
+@pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
+class TestInterrupts:
+    """Work that is stopped ends within 2 s, whatever a chunk of it takes."""
+
+    SECONDS = 2.0
+
+    def test_a_signal(self, stiff):
+        """What Ctrl-C does in a script, and the thread that measures the motions has ended, too."""
+        Timer(0.5, os.kill, [os.getpid(), signal.SIGINT]).start()
+        begun = perf_counter()
+        with pytest.raises(KeyboardInterrupt):
+            tp.ida(*stiff)
+        assert perf_counter() - begun < 0.5 + self.SECONDS
+        assert not [thread for thread in enumerate_threads() if thread.name == "toppling-motions"]
+
+    def test_long_motions_and_zones_in_pieces_make_smaller_chunks(self, stiff):
+        block, law, motions, levels = stiff
+        factors = np.ones((1, levels.size, 6))
+        work = Work((law.oscillator(block),) * 100, tuple(motions_of(motions)), factors)
+        longest = max(
+            work.runs_of(chunk) * 3000 * seconds_per_sample(work.oscillators[0], 0.01) for chunk in plan_chunks(work)
+        )
+        assert longest < 2.0 * LONGEST
+
+    def test_a_chunk_is_left_between_its_parts(self, stiff):
+        block, law, motions, levels = stiff
+        work = Work((law.oscillator(block),), tuple(motions_of(motions)), np.ones((1, levels.size, 6)))
+        asked = []
+
+        def left():
+            asked.append(perf_counter())
+            return len(asked) > 1
+
+        with pytest.raises(LeftError):
+            run_chunk(work, Chunk(0, 1, 0, 6), left)
+        assert asked[1] - asked[0] < self.SECONDS
+
+    @pytest.mark.parametrize(
+        "law", [tp.HousnerImpact(), tp.EnergyConsistent(), tp.Sliding(0.2)], ids=lambda law: law.law
+    )
+    def test_parts_are_run_to_the_same_bits(self, law, monkeypatch):
+        """Of several motions together, and of motions one by one (450 runs each)."""
+        blocks = [tp.Block(0.3 + 0.01 * i, 1.6) for i in range(3)]
+        shakes = tp.motions.CloughPenzien(duration=3.0, dt=0.01).sample(3)
+        for levels in (4, 150):
+            asked = blocks, law, shakes, np.linspace(0.5, 4.0, levels)
+            whole = tp.ida(*asked)
+            with monkeypatch.context() as patch:
+                patch.setattr(plan, "PART_SECONDS", 1e-4)
+                xr.testing.assert_identical(tp.ida(*asked), whole)

@@ -1,12 +1,16 @@
 """A bound on the events of a run: what would take hours is refused within seconds."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from stress_cases import answer, compile_engine
 
 import toppling as tp
+from toppling.fragility import RandomInputs, Uniform, uncertain_ida
 from toppling.fragility.runs.plan import SECONDS_PER_SAMPLE, seconds_per_sample
 from toppling.models.engine.tables import MOST_PIECES
+from toppling.models.laws import refuse_endless
 from toppling.models.runs import EndlessRunError, run_many
 
 SECONDS = 10.0  # of processor time, for one run at the bound
@@ -15,6 +19,14 @@ NICHE = tp.Block(
     restraint=tp.Restraint.tendon(1e-4, width=0.0006),
 )  # fmt: skip
 TALL = tp.Block(2.0, 19.5)
+MOTIONS = tp.motions.from_array(np.sin(np.arange(6250)) * np.ones((64, 1)), 0.8)
+WAYS = {
+    "ida": lambda law: tp.ida(TALL, law, MOTIONS, [1.0]),
+    "adaptive": lambda law: tp.ida(TALL, law, MOTIONS, "adaptive"),
+    "simulate": lambda law: tp.simulate(TALL, law, MOTIONS[:1]),
+    "uncertain": lambda law: uncertain_ida(INPUTS, TALL, law, MOTIONS, [1.0], samples=2),
+}
+INPUTS = RandomInputs({"alpha_factor": Uniform(0.99, 1.01)})
 
 
 def test_a_block_that_rattles_in_a_niche_without_loss():
@@ -58,8 +70,27 @@ class TestStiffZones:
         for law in laws:
             assert seconds_per_sample(law.oscillator(tp.Block(0.4, 1.8)), 0.01) == SECONDS_PER_SAMPLE
 
-    def test_hopeless_ones_are_refused_before_the_runs(self):
-        motions = tp.motions.from_array(np.sin(np.arange(500)), 10.0)
-        law = tp.GianniniMasiani(e=0.9, delta=1e-9)
-        with pytest.raises(ValueError, match=r"2 m × 19.5 m under giannini-masiani .* larger delta"):
-            tp.ida(TALL, law, motions, [1.0])
+    @pytest.mark.parametrize("way", WAYS)
+    @pytest.mark.parametrize("law", [
+        tp.GianniniMasiani(e=0.9, delta=1e-9),
+        tp.MakrisKonstantinidis(e=0.9, delta=1e-9),
+        tp.Vassiliou(delta=1e-9, coefficient=90.0),
+    ], ids=lambda law: law.label)  # fmt: skip
+    def test_hopeless_ones_are_refused_before_the_runs(self, law, way):
+        """The delta of the sentence does, and a third of it does not; 2 T q/sqrt(delta) pieces of 5000 s, undamped."""
+        with pytest.raises(ValueError, match=r"too stiff for motions of 50.. s .* delta must be at least") as found:
+            WAYS[way](law)
+        least = float(str(found.value).rpartition(" ")[2])
+        undamped = (2.0 * 5000.0 * TALL.p / 5e6) ** 2
+        assert undamped < least < 10.0 * undamped
+        with pytest.raises(ValueError, match="too stiff"):
+            refuse_endless(TALL, dataclasses.replace(law, delta=least / 3.0), 5000.0)
+        refuse_endless(TALL, dataclasses.replace(law, delta=least), 5023.0)
+
+    @pytest.mark.parametrize(("block", "law", "does"), [
+        (TALL, tp.Vassiliou(delta=0.9, coefficient=100.0), "take a smaller damping"),
+        (tp.Block(2.0, 19.5, bed=tp.Bed(1e-9)), tp.DiscreteDamping(e=0.9), "take a bed that settles more"),
+    ])  # fmt: skip
+    def test_where_delta_is_of_no_use(self, block, law, does):
+        with pytest.raises(ValueError, match=does):
+            refuse_endless(block, law, 1e5)

@@ -462,6 +462,7 @@ WALL = "wall_gap_mm = 10\n"
 HOUSNER = '[[models]]\nlaw = "housner"\n'
 
 
+STIFF = '[[models]]\nlaw = "giannini-masiani"\ne = 0.3\n'
 SPREAD = '[uncertainty]\ninputs = { R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.08 } }\n'
 LATE = {
     "front": SHELF + HOUSNER + IDA + '[fit]\nstate = "front"\nintervals = "wald"\n',
@@ -471,6 +472,11 @@ LATE = {
     "pieces": f'{HOUSNER}[performance]\nim = "pga_normalised"\nlevels = {{ values = [0.7, 1.5], unit = "1" }}\n'
     'inventory = "pieces.csv"\n',
     "wall": f'{SHELF}{WALL}[[models]]\nlaw = "discrete"\n{IDA}{SPREAD}',
+    "stiff": f"{SHELF}{HOUSNER}{STIFF}delta = 1e-9\n{IDA}",
+    "stiff_values": f'{SHELF}{STIFF}{IDA}[sensitivity]\nparameter = "delta"\nvalues = [1e-9, 0.05]\n',
+    "stiff_inputs": f"{SHELF}{STIFF}delta = 1e-9\n{IDA}{SPREAD}",
+    "stiff_pieces": f'{HOUSNER}{STIFF}delta = 1e-9\n[performance]\nim = "pga"\n'
+    'levels = { values = [0.7, 1.5], unit = "g" }\ninventory = "pieces.csv"\n',
 }
 
 
@@ -482,10 +488,14 @@ LATE = {
         ("adaptive", "outputs: adaptive levels do not keep 'top_displacement'"),
         ("pieces", r"performance\.im"),
         ("wall", "blocks: "),
+        ("stiff", r"models\[2\]: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
+        ("stiff_pieces", r"models\[2\]: '0\.4.* under giannini-masiani .* delta must be at least"),
+        ("stiff_values", r"sensitivity\.values: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
+        ("stiff_inputs", r"uncertainty\.inputs: '0\.4.* under giannini-masiani .* delta must be at least"),
     ],
 )
 def test_what_can_be_known_is_refused_before_the_runs(name, key, tmp_path):
-    (tmp_path / "pieces.csv").write_text("name,width_m,height_m,floor\nshelf,0.4,1.8,0\n")
+    (tmp_path / "pieces.csv").write_text("item,width_m,height_m,floor\nshelf,0.4,1.8,0\n")
     (tmp_path / "study.toml").write_text(f'title = "Late"\n{LATE[name]}{motions(32)}')
     with pytest.raises(StudyError, match=key):
         tp.Study.from_toml(tmp_path / "study.toml")
