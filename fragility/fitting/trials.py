@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Array, Flags, Index
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..kernels import resampling as engine
 from ..numerics import slabs
 from ..runs.provenance import (
@@ -25,15 +25,18 @@ from ..runs.provenance import (
     RUN,
     STRIPES,
     clusters_of,
+    configuration_of,
     design_of,
+    levels_of_the_ground,
     load_coordinates,
     motions_by_floor,
     number_of_motions,
 )
-from ..runs.thresholds import rocking_thresholds
 from .patterns import CellCounts, Patterns, PatternTable
 from .states import OVERTURNED, UPLIFTED, State, flags_of, needed_output, reached, state_name
 
+UPLIFT_KNOWN_IN = ("pga", "pga_normalised")
+"""Measures of levels in which the uplift of rigid blocks is known exactly."""
 STATES = 3
 STOOD, ROCKED, TOPPLED = range(STATES)
 """States of a run: no uplift (or none known), uplift without overturning, overturning."""
@@ -196,6 +199,30 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
     if together:
         raise ValueError(f"together {', '.join(map(str, together))} needs runs: of counts no motion is known")
     return _trials_of_counts(data)
+
+
+def rocking_thresholds(data: xr.Dataset) -> xr.DataArray:
+    """Return the level at which rigidly resting blocks uplift, on (block, model); NaN where it is not known exactly.
+
+    In peak acceleration it is g tan(alpha) (the mass centre's height as lever), g sin(alpha) (``lever="R"``), or g
+    alpha (Housner's block of ``geometry="linear"``); in ``pga_normalised`` the same over g tan(alpha). NaN for blocks
+    with an elastic zone at rest, which oscillate before they uplift and may uplift well below this level; in any other
+    measure; and where levels refer to the ground motion below a floor, or where the motions of a stripe are not scaled
+    to its level.
+    """
+    x = data.coords.get("level", data.coords.get("intensity"))
+    im = "" if x is None else str(x.attrs.get("im", ""))
+    needed = ("alpha", "law", "rest", "lever", "geometry")
+    elsewhere = levels_of_the_ground(data) or configuration_of(data).get("scale") is False
+    if im not in UPLIFT_KNOWN_IN or elsewhere or any(name not in data.coords for name in needed):
+        return xr.DataArray(np.nan)
+    alpha = data["alpha"]
+    rigid = (data["law"] == "housner") | (data["rest"] == "rigid")
+    tangent = xr.apply_ufunc(np.tan, alpha)
+    level = tangent.where(data["lever"] != "R", np.sin(alpha)).where(data["geometry"] != "linear", alpha)
+    level = level / tangent if im == "pga_normalised" else level * STANDARD_GRAVITY
+    found: xr.DataArray = level.where(rigid).transpose(*alpha.dims, *data["law"].dims)
+    return found
 
 
 def _trials_of_counts(data: xr.Dataset) -> Trials:

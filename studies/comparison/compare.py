@@ -1,28 +1,44 @@
-"""The comparison of two results from end to end: tables, sentences, a CSV file and figures."""
+"""The comparison of two results from end to end: tables, sentences, a CSV file, figures and the page of all of them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+from markupsafe import Markup
 
 from ...core.wording import confidence_text, system_reason
 from ...core.writing import write_bytes
+from ..report.cells import page_table
+from ..report.figures import pictures_of
+from ..report.page import environment, texts
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import csv_bytes
 from ..text.error import StudyError
-from ..text.rows import Rows
+from ..text.glossary import used
+from ..text.rows import Rows, plain_table
 from .answers import answer, reading
 from .curves import compare_curves
 from .inputs import differences_in_words
 from .pieces import compare_pieces
-from .sides import PIECES, titles_of, two_sides
+from .sides import PIECES, Side, titles_of, two_sides
 from .tables import rows_of, value_table, whole_rows
+
+if TYPE_CHECKING:
+    from ..report.figures import Draw
 
 TABLE, PAGE = "comparison.csv", "comparison.html"
 NAMES = (TABLE, PAGE, "curves.png", "chances.png")
 """Names of all files that a comparison may have."""
+QUESTION = "How do the results of B differ from those of A, and does the choice of motions explain the difference?"
+RATIOS = (
+    "B/A is the ratio of a number of B to the same number of A. Its interval comes from bootstrap replicates of the "
+    "motions, drawn together for both studies where they have the same motions. It reflects only the limited number of "
+    "motions: it does not say which damping law or hazard curve is right."
+)
 
 
 class Comparison(NamedTuple):
@@ -45,7 +61,6 @@ def compare(
     common. With `verify`, results that were edited are refused.
     """
     from . import figures  # noqa: PLC0415 - matplotlib
-    from .page import html_page  # noqa: PLC0415 - jinja2
 
     same = laws is not None and first.resolve() == second.resolve()
     with two_sides(first, second, same, verify) as (a, b):
@@ -73,7 +88,7 @@ def compare(
         tables += [whole_rows(found.lines, whole, sure)] if whole else []
         said = [answer(found.lines, one) for one in told]
         legend = reading([line for line in found.lines if line.quantity in {one.name for one in told}])
-        page = html_page(a, b, titles, said, differences, tables, [legend, *found.notes], draw)
+        page = _html_page(a, b, titles, said, differences, tables, [legend, *found.notes], draw)
         drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [
@@ -83,6 +98,52 @@ def compare(
         ]
     head += ["what differs:", *(f"  {one}" for one in differences)]
     return Comparison(head, tables, [*said, legend, *(f"note: {one}" for one in found.notes)], written)
+
+
+def _html_page(
+    a: Side,
+    b: Side,
+    titles: tuple[str, str],
+    sentences: Sequence[str],
+    differences: Sequence[str],
+    tables: Sequence[Rows],
+    reading: Sequence[str],
+    draw: Draw,
+) -> str:
+    """Return the page of a comparison; the same results give the same text.
+
+    `titles` are the names of both sides; `sentences`, `differences` and `reading` are the answer, the differences
+    between the inputs, and what a reader must know; `draw` makes the figures, each with its file name.
+    """
+    of_page = [page_table(plain_table(*rows)) for rows in tables]
+    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures_of(draw, " ".join(sentences))]
+    content = {
+        "title": "Two studies side by side",
+        "question": QUESTION,
+        "cover": list(zip("AB", titles, strict=True)),
+        "sentences": _as_sentences(sentences),
+        "differences": _as_sentences(differences),
+        "tables": of_page,
+        "reading": [RATIOS, *_as_sentences(reading)],
+    }
+    provenance = page_table(plain_table(*_provenance(a, b)), words=True)
+    terms = used(texts(content))
+    template = environment(escaping=True).get_template("comparison.html.j2")
+    return template.render(**content, provenance=provenance, terms=terms, figures=drawn)
+
+
+def _as_sentences(said: Sequence[str]) -> list[str]:
+    """Return lines of a terminal as sentences: with a capital letter and a full stop."""
+    return [f"{one[:1].upper()}{one[1:].rstrip('.')}." for one in said]
+
+
+def _provenance(a: Side, b: Side) -> Rows:
+    rows = [
+        ("file", *(one.path.as_posix() for one in (a, b))),
+        ("made by toppling", *(str(one.results.attrs.get("toppling_version", "")) for one in (a, b))),
+        ("content (SHA-256)", *(str(one.results.attrs.get("content_sha256", "not stated")) for one in (a, b))),
+    ]
+    return Rows("The results that are compared", ("", "A", "B"), rows)
 
 
 def _write(path: Path, content: bytes) -> Path:

@@ -37,7 +37,7 @@ from ...models.columns import BlockArray
 from ...motions import Generator, records
 from ...motions.arrays import BOTH_AXES, REVERSE_OF
 from ...motions.polarity import AS_RECORDED, BOTH
-from ...motions.simulated.kept_motions import KEPT_BYTES, KeptMotions
+from ...motions.simulated.ground_motion_models import Scenario
 from ..text.words import value_in
 from .reading import UNREAD, Reading
 
@@ -51,6 +51,8 @@ POOLED_RUNS = 60.0
 """Runs under one law that a surface takes, times the square of the half width, as seen (docs/adaptive.md)."""
 MOST_CHECKS = 3
 """Most checks of a surface as a rule: a degree more or an aim that is missed takes another one."""
+KEPT_BYTES = 2.0**28
+"""Most memory of motions that are kept."""
 
 
 class Design(ABC):
@@ -202,6 +204,40 @@ class Incremental(OfRuns):
         self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         return ida(blocks, models, self.motions, self.at, self.im, outputs, **options)
+
+
+class KeptMotions(Generator):
+    """The motions of a generator, made once as long as they fit into `KEPT_BYTES`; others are made again each time.
+
+    Its `repr` is the generator's, so that results name that, and so are its other properties.
+    """
+
+    def __init__(self, generator: Generator) -> None:
+        self._generator = generator
+        self.along_a_pulse = generator.along_a_pulse  # type: ignore[misc]  # (of the class elsewhere)
+        self.own_amplitude = generator.own_amplitude  # type: ignore[misc]
+        self._parts: dict[tuple[int, int, int], xr.DataArray] = {}
+
+    def __repr__(self) -> str:
+        return repr(self._generator)
+
+    @property
+    def scenario(self) -> Scenario | None:
+        return self._generator.scenario
+
+    @property
+    def outside(self) -> str:
+        return self._generator.outside
+
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Return motions as the generator does; the arrays are kept and must not be changed."""
+        key = n, seed, first
+        if key in self._parts:
+            return self._parts[key]
+        made = self._generator.sample(n, seed, first)
+        if sum(one.nbytes for one in self._parts.values()) + made.nbytes <= KEPT_BYTES:
+            self._parts[key] = made
+        return made
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_outp
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.modelling import capacity_factors, with_ends
 from ...fragility.runs.provenance import RUN, motions_by_floor
-from ..text.curve_notes import curve_notes, misfit_notes
-from ..text.first_overturning import spacing_notes
+from ..text.curve_notes import curve_notes, misfit_notes, spacing_notes
 
 RANK = "measure_"
 """Prefix of the names of the ranking's variables, beside the other variables of the results."""

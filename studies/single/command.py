@@ -99,9 +99,8 @@ def simulate_one(
     from rich.console import Console  # noqa: PLC0415
 
     from ..text.error import StudyError  # noqa: PLC0415 - it loads what a study needs, which no help needs
-    from .inputs import block_of, factor_of, law_of, motion_of  # noqa: PLC0415
+    from .inputs import block_of, factor_of, law_of, motion_of, scene_of  # noqa: PLC0415
     from .run import Simulation, as_json  # noqa: PLC0415 - not for every command
-    from .scene import scene_of  # noqa: PLC0415
 
     sizes = {"--width": width, "--height": height, "--cm-height": cm_height}
     if motion is None and any(sizes.values()):

@@ -6,14 +6,15 @@ import math
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import xarray as xr
 from pydantic import ValidationError
 
 from ... import motions as shaking
-from ...core.units import ACCELERATION, METRE, SECOND
+from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
 from ...models import Block, Law
+from ...models.scenes.restraint import KINDS
 from ...motions.arrays import from_array, records
 from ...motions.intensity.dataset import positive_measure
 from ...motions.matching.adjustment import REACHED
@@ -21,7 +22,7 @@ from ..file.blocks import BlockTable
 from ..file.models import ModelTable
 from ..file.motions import PROCESSING, MotionsTable
 from ..file.refusals import refusal
-from ..file.table import Table, nearest, quantity
+from ..file.table import Table, checked, nearest, quantity
 from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
@@ -30,6 +31,39 @@ NAMES = (*shaking.GENERATORS, *shaking.PULSES)
 LARGEST = 10.0
 """Size, m, above which a number without a unit is refused: no furniture is so large, so cm or mm is meant."""
 Built = TypeVar("Built")
+
+
+class _Word(NamedTuple):
+    """Key of a study file that a word of the command line gives: its SI unit, one of the key's units in it, a least."""
+
+    key: str
+    units: str
+    factor: float = 1.0
+    at_least: float | None = None
+
+
+OPTIONS = {
+    "--mass": _Word("mass_kg", KILOGRAM),
+    "--cm-offset": _Word("cm_offset_mm", METRE, 1e-3, -math.inf),
+    "--lean": _Word("lean_deg", RADIAN, math.pi / 180.0, -math.inf),
+    "--wall-gap": _Word("wall_gap_mm", METRE, 1e-3, 0.0),
+    "--wall-height": _Word("wall_height_m", METRE),
+    "--front-gap": _Word("front_gap_mm", METRE, 1e-3),
+    "--bed-settlement": _Word("bed_settlement_mm", METRE, 1e-3),
+}
+"""Options of lengths, angles and masses, with their keys of ``[[blocks]]``."""
+PARTS = {
+    "height": _Word("height_m", METRE),
+    "strength": _Word("strength_n", NEWTON),
+    "stiffness": _Word("stiffness_n_per_mm", STIFFNESS, 1e3),
+    "slack": _Word("slack_mm", METRE, 1e-3, 0.0),
+    "preload": _Word("preload_n", NEWTON, 1.0, 0.0),
+    "front": _Word("front_m", METRE),
+    "back": _Word("back_m", METRE),
+    "angle": _Word("angle_deg", RADIAN, math.pi / 180.0, -math.inf),
+    "width": _Word("width_m", METRE),
+}
+"""Parts of ``--restraint``, with their keys of ``[restraints.NAME]``; ``count`` is a number without a unit."""
 
 
 def block_of(
@@ -41,7 +75,7 @@ def block_of(
 ) -> Block:
     """Return the block of a catalogue name, or of sizes with units (``--width``, ``--height``, ``--cm-height``).
 
-    `scene`: keys of ``[[blocks]]`` for what stands around it or holds it, as `scene.scene_of` returns them; `placed`:
+    `scene`: keys of ``[[blocks]]`` for what stands around it or holds it, as `scene_of` returns them; `placed`:
     the item of the catalogue as it usually stands.
     """
     given = [option for option, text in sizes.items() if text is not None]
@@ -178,3 +212,52 @@ def _setting(text: str) -> tuple[str, Any]:
 
 def _count(n: int, what: str) -> str:
     return f"{n} {what}{'' if n == 1 else 's'}"
+
+
+def scene_of(options: Mapping[str, str | None], restitution: float | None, restraint: str | None) -> dict[str, Any]:
+    """Return the keys of ``[[blocks]]`` that the options of the command line give.
+
+    `options` are the words of `OPTIONS`, None where not given; `restraint` is a kind, and its parts with commas.
+    """
+    found: dict[str, Any] = {
+        OPTIONS[option].key: _value(option, text, OPTIONS[option]) for option, text in options.items() if text
+    }
+    if restitution is not None:
+        found["wall_restitution"] = restitution
+    if restraint is not None:
+        found["restraint"] = _restraint(restraint)
+    return found
+
+
+def _restraint(text: str) -> dict[str, Any]:
+    """Return the table of a restraint from ``kind,part=value,…``."""
+    kind, *parts = (word.strip() for word in text.split(","))
+    try:
+        checked(kind, KINDS)
+    except ValueError as error:
+        raise StudyError(f"--restraint {kind[:40]}: {error}") from None
+    found: dict[str, Any] = {"kind": kind}
+    for part in parts:
+        name, equals, value = (word.strip() for word in part.partition("="))
+        if not equals:
+            raise StudyError(f"--restraint {part[:40]}: must be part=value, such as strap,height=1.75m,strength=267N")
+        try:
+            checked(name, (*PARTS, "count"))
+        except ValueError as error:
+            raise StudyError(f"--restraint {name[:40]}: {error}") from None
+        key = name if name == "count" else PARTS[name].key
+        if key in found:
+            raise StudyError(f"--restraint {name}: is given twice")
+        if name != "count":
+            found[key] = _value(f"--restraint {name}", value, PARTS[name])
+        elif value.isascii() and value.isdigit():
+            found[key] = int(value[:9])
+        else:
+            raise StudyError(f"--restraint count: must be a whole number, got {value[:40]!r}")
+    return found
+
+
+def _value(option: str, text: str, word: _Word) -> float:
+    """Return the value in the unit of the study file's key."""
+    # (divided by the unit, since 0.02 m is 20 mm, and 0.02 times 1000 is not quite so)
+    return quantity(option, text, word.units, at_least=word.at_least) / word.factor

@@ -13,7 +13,7 @@ from scipy.stats import chi2
 import toppling as tp
 from toppling.fragility import FORMS, fit_fragility, fit_lognormal
 from toppling.fragility.fitting.isotonic import crossings, isotonic_probabilities
-from toppling.fragility.runs.thresholds import rocking_thresholds
+from toppling.fragility.fitting.trials import rocking_thresholds
 
 LEVELS = np.geomspace(0.25, 4.0, 16)
 

@@ -24,7 +24,6 @@ from toppling.motions.simulated import directivity, generator as generator_modul
 from toppling.motions.simulated.filters import filtered
 from toppling.motions.simulated.fitting import crossing_frequency, small_extremes
 from toppling.motions.simulated.generator import normals
-from toppling.motions.simulated.kept_motions import KeptMotions
 from toppling.motions.simulated.marginals import (
     BoundedBeta,
     ExponentialOfBeta,
@@ -74,13 +73,6 @@ class TestEveryGenerator:
                 generator.sample(**arguments)
         with pytest.raises(ValueError, match=r"at most 5e\+08 samples in all"):
             generator.sample(10**9)
-
-
-def test_kept_motions_are_those_of_the_seed():
-    generator = mo.KanaiTajimi(duration=1.0, dt=0.01)
-    kept = KeptMotions(generator)
-    for seed in (1, 2, 1):
-        np.testing.assert_array_equal(kept.sample(2, seed=seed).values, generator.sample(2, seed=seed).values)
 
 
 def test_names():

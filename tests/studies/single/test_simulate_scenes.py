@@ -10,8 +10,8 @@ import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.single.inputs import scene_of
 from toppling.studies.single.run import Simulation
-from toppling.studies.single.scene import scene_of
 from toppling.studies.single.surroundings import around_of
 
 SIZES = ["--width", "30cm", "--height", "1.8m"]

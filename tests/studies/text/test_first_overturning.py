@@ -8,7 +8,7 @@ from study_texts import CABINET, IDA, motions
 
 import toppling as tp
 from toppling.core.wording import whole_percent
-from toppling.studies.text.first_overturning import spacing_notes
+from toppling.studies.text.curve_notes import spacing_notes
 
 FIRST = '[fit]\nmethod = "first-overturning"\nreplicates = 100\n'
 
