@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .analyses.sliding import slide_runs
     from .analyses.stripes import stripes
     from .analyses.surface_results import surface_curves
-    from .curves.comparison import median_ratio, size_regression
+    from .curves.comparison import median_ratio
     from .curves.curve import curve_probability
     from .curves.probability import overturning_probability
     from .curves.resurrection import resurrections
@@ -26,16 +26,15 @@ if TYPE_CHECKING:
     from .exchange.pelicun.reading import read_pelicun
     from .exchange.pelicun.writing import write_pelicun
     from .exchange.rows import Written
-    from .fitting.fit import FORMS, fit_fragility, fit_lognormal
+    from .fitting.fit import FORMS, fit_fragility
     from .fitting.goodness import compare_forms, goodness_of_fit
     from .fitting.states import Slip, reached
     from .hazard.curve import HazardCurve
     from .hazard.files import read_hazard
-    from .hazard.rates import discrete_rate, probability_in, rate_from_probability
+    from .hazard.rates import probability_in, rate_from_probability
     from .hazard.reading import HazardError
     from .numerics.proportions import binomial_interval, wilson_interval
     from .risk.annual_rate import annual_rate, rate_share_above
-    from .risk.conditioning import rates_by_measure
     from .risk.epistemic import Branch, epistemic_rates
     from .risk.inversion import size_for_rate
     from .risk.modelling import with_modelling
@@ -75,10 +74,8 @@ __all__ = [
     "cloud",
     "compare_forms",
     "curve_probability",
-    "discrete_rate",
     "epistemic_rates",
     "fit_fragility",
-    "fit_lognormal",
     "goodness_of_fit",
     "ida",
     "joint_falls",
@@ -93,7 +90,6 @@ __all__ = [
     "rank_measures",
     "rate_from_probability",
     "rate_share_above",
-    "rates_by_measure",
     "reached",
     "read_curve_csv",
     "read_hazard",
@@ -103,7 +99,6 @@ __all__ = [
     "run_chunk",
     "screen",
     "size_for_rate",
-    "size_regression",
     "slide_runs",
     "sobol_indices",
     "stripe_sufficiency",
@@ -130,7 +125,7 @@ __getattr__, __dir__ = face(
         "analyses.surface_results": ("surface_curves",),
         "analyses.sliding": ("slide_runs",),
         "analyses.stripes": ("stripes",),
-        "curves.comparison": ("median_ratio", "size_regression"),
+        "curves.comparison": ("median_ratio",),
         "curves.curve": ("curve_probability",),
         "curves.probability": ("overturning_probability",),
         "curves.resurrection": ("resurrections",),
@@ -144,16 +139,15 @@ __getattr__, __dir__ = face(
         "exchange.pelicun.reading": ("read_pelicun",),
         "exchange.pelicun.writing": ("write_pelicun",),
         "exchange.rows": ("Written",),
-        "fitting.fit": ("FORMS", "fit_fragility", "fit_lognormal"),
+        "fitting.fit": ("FORMS", "fit_fragility"),
         "fitting.goodness": ("compare_forms", "goodness_of_fit"),
         "fitting.states": ("Slip", "reached"),
         "hazard.curve": ("HazardCurve",),
         "hazard.files": ("read_hazard",),
-        "hazard.rates": ("discrete_rate", "probability_in", "rate_from_probability"),
+        "hazard.rates": ("probability_in", "rate_from_probability"),
         "hazard.reading": ("HazardError",),
         "numerics.proportions": ("binomial_interval", "wilson_interval"),
         "risk.annual_rate": ("annual_rate", "rate_share_above"),
-        "risk.conditioning": ("rates_by_measure",),
         "risk.epistemic": ("Branch", "epistemic_rates"),
         "risk.inversion": ("size_for_rate",),
         "risk.modelling": ("with_modelling",),

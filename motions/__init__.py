@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from .readers.read import example_path, read, read_all
     from .scaling import parabolic_baseline, scale_to, scale_to_mean
     from .selection.candidates import Candidates
-    from .selection.consistency import rebuilt_rates
     from .selection.correlations import DoubtfulCorrelations
     from .selection.expected import expected_target
     from .selection.files import TargetError, read_target
@@ -147,7 +146,6 @@ __all__ = [
     "read_floors",
     "read_pairs",
     "read_target",
-    "rebuilt_rates",
     "records",
     "resample",
     "response_spectrum",
@@ -205,7 +203,6 @@ __getattr__, __dir__ = face(
         "readers.read": ("example_path", "read", "read_all"),
         "scaling": ("parabolic_baseline", "scale_to", "scale_to_mean"),
         "selection.candidates": ("Candidates",),
-        "selection.consistency": ("rebuilt_rates",),
         "selection.correlations": ("DoubtfulCorrelations",),
         "selection.expected": ("expected_target",),
         "selection.files": ("TargetError", "read_target"),

@@ -233,9 +233,6 @@ def selection():
         "scenarios": disaggregation.scenarios(500.0),
         "read_target": motions.read_target("target.csv", "Sa(1.0)").at(4.0),
         "expected_target": motions.expected_target(AT, "Sa(1.0)", ["Sa(0.5)", "Sa(1.0)", "pgv"]).at(4.0),
-        "rebuilt_rates": motions.rebuilt_rates(
-            target, [0.5, 1.0, 2.0, 4.0], [1e-2, 3e-3, 6e-4, 1e-4], "pgv", [0.1, 0.3]
-        ),
         "refused": refused,
         "warnings": [issubclass(warning, Warning) for warning in warnings],
     }
