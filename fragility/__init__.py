@@ -19,9 +19,8 @@ if TYPE_CHECKING:
     from .efficiency.capacity import overturning_capacity
     from .efficiency.ranking import rank_measures
     from .efficiency.sufficiency import stripe_sufficiency
-    from .exchange.curve_csv import read_curve_csv, write_curve_csv
+    from .exchange.curve_csv import write_curve_csv
     from .exchange.files import ExchangeError
-    from .exchange.nrml.reading import read_nrml
     from .exchange.nrml.writing import write_nrml
     from .exchange.pelicun.reading import read_pelicun
     from .exchange.pelicun.writing import write_pelicun
@@ -91,9 +90,7 @@ __all__ = [
     "rate_from_probability",
     "rate_share_above",
     "reached",
-    "read_curve_csv",
     "read_hazard",
-    "read_nrml",
     "read_pelicun",
     "resurrections",
     "run_chunk",
@@ -132,9 +129,8 @@ __getattr__, __dir__ = face(
         "efficiency.capacity": ("overturning_capacity",),
         "efficiency.ranking": ("rank_measures",),
         "efficiency.sufficiency": ("stripe_sufficiency",),
-        "exchange.curve_csv": ("read_curve_csv", "write_curve_csv"),
+        "exchange.curve_csv": ("write_curve_csv",),
         "exchange.files": ("ExchangeError",),
-        "exchange.nrml.reading": ("read_nrml",),
         "exchange.nrml.writing": ("write_nrml",),
         "exchange.pelicun.reading": ("read_pelicun",),
         "exchange.pelicun.writing": ("write_pelicun",),

@@ -71,8 +71,6 @@ CALLS = {
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
     "pooled": lambda *_: pooled(),
     "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),
-    "read_curve_csv": lambda runs, curves, folder: exchanged("curve_csv", curves, folder / "curves.csv"),
-    "read_nrml": lambda runs, curves, folder: exchanged("nrml", curves, folder / "curves.xml"),
     "read_pelicun": lambda runs, curves, folder: exchanged("pelicun", curves, folder / "curves.csv"),
     "resurrections": lambda runs, *_: fragility.resurrections(runs),
     "screen": lambda runs, *_: fragility.screen(runs, SHAKES, friction=0.4, undecided=0.1),

@@ -155,13 +155,11 @@ def exchange():
     }
     assert all(isinstance(files, fragility.Written) for files in written.values())
     try:
-        fragility.read_nrml("target.csv")
+        fragility.read_pelicun("target.csv")
     except fragility.ExchangeError as error:
         refused = str(error)
     return {
         "ids": {name: files.ids for name, files in written.items()},
-        "read_curve_csv": fragility.read_curve_csv("curves.csv"),
-        "read_nrml": fragility.read_nrml("fragility.xml"),
         "read_pelicun": fragility.read_pelicun("fragility_pelicun.csv"),
         "refused": refused,
     }
