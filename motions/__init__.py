@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from .corrections import bandpass, baseline, highpass, lowpass, pad, resample, taper, trim, trim_husid
     from .floors.building import Building
     from .floors.files import read_floors
-    from .floors.p58 import p58_floor_demands
     from .floors.strength import default_yield_coefficient
     from .floors.yielding import CollapsingBuilding, YieldingBuilding
     from .generators import GENERATORS
@@ -135,7 +134,6 @@ __all__ = [
     "measure_named",
     "measures",
     "over_model",
-    "p58_floor_demands",
     "pad",
     "parabolic_baseline",
     "read",
@@ -179,7 +177,6 @@ __getattr__, __dir__ = face(
         ),
         "floors.building": ("Building",),
         "floors.files": ("read_floors",),
-        "floors.p58": ("p58_floor_demands",),
         "floors.strength": ("default_yield_coefficient",),
         "floors.yielding": ("CollapsingBuilding", "YieldingBuilding"),
         "supports.isolator": ("Isolator", "IsolatorStrikes"),

@@ -97,7 +97,6 @@ OTHERS = {
     "measures": lambda *_: motions.measures(SHAKES),
     "response_spectrum": lambda *_: motions.response_spectrum(SHAKES, [0.5, 1.0]),
     "matching_report": lambda *_: motions.matching_report(SHAKES, motions.TargetSpectrum((0.1, 1.0), (1.0, 1.0))),
-    "p58_floor_demands": lambda *_: motions.p58_floor_demands("moment", 4, 0.8, pga=4.0, sa=6.0, sa_1s=5.0),
     "peaks": lambda *_: motions.Building.flexural_shear(0.8, storeys=3).peaks(SHAKES),
     "adaptive levels": lambda *_: fragility.ida(
         BLOCKS,

@@ -260,8 +260,6 @@ def buildings():
         "yield_drifts": [weak.yield_drifts, weak.floors],
         "isolated": isolated.floor_motions(GROUND, [0, 2]),
         "default_yield_coefficient": motions.default_yield_coefficient("special-moment-frame", 1.0, sds=1.0, sd1=0.6),
-        "p58_floor_demands": motions.p58_floor_demands("moment", 4, 0.8, pga=4.0, sa=6.0, sa_1s=5.0),
-        "p58_dispersions": motions.p58_floor_demands("wall", 3, 0.5, 4.0, 6.0, pgv=0.4, dispersions=(0.3, 0.4, 0.2)),
     }
 
 
