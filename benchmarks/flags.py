@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import xarray as xr
 
 from ..core.aliases import Array, Flags
 from ..core.units import STANDARD_GRAVITY
-from ..fragility.fitting.fit import LognormalFit, fit_lognormal
+from ..fragility.fitting.fit import fit_fragility
 from ..models import Block, DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, Law
 from ..models.runs import OUTPUTS, run_many
 from ..motions.arrays import Record
@@ -93,19 +94,22 @@ def _of_law(law: Law, rivals: Sequence[Rival], blocks: Sequence[Block], shakes: 
     return rows
 
 
-def _curves(overturned: Flags, grid: Array) -> list[LognormalFit]:
-    """Return a curve for each block, from flags (motion, block, level)."""
-    counts = overturned.sum(axis=0)
-    runs = np.full(grid.shape[1], overturned.shape[0])
-    return [fit_lognormal(levels, fell, runs) for levels, fell in zip(grid, counts, strict=True)]
+def _curves(overturned: Flags, grid: Array) -> Array:
+    """Return medians and dispersions (block, 2), NaN without a curve, from flags (motion, block, level)."""
+    found = []
+    for levels, fell in zip(grid, overturned.sum(axis=0), strict=True):
+        counts = {"overturnings": ("level", fell), "runs": ("level", np.full(levels.size, overturned.shape[0]))}
+        fit = fit_fragility(xr.Dataset(counts, {"level": levels}), intervals="wald", penalty="none")
+        found.append([fit["median"].item(), fit["dispersion"].item()])
+    return np.array(found)
 
 
-def _changes(right: Sequence[LognormalFit], found: Sequence[LognormalFit]) -> Row:
+def _changes(right: Array, found: Array) -> Row:
     """Return relative changes of median and dispersion over the blocks with both curves (None without such blocks)."""
-    pairs = [(a, b) for a, b in zip(right, found, strict=True) if np.isfinite([a.median, b.median]).all()]
-    changes: Row = {"curves": len(pairs)}
-    for name in ("median", "dispersion"):
-        relative = np.array([getattr(b, name) / getattr(a, name) - 1.0 for a, b in pairs])
-        changes[f"{name}_mean"] = float(relative.mean()) if pairs else None
-        changes[f"{name}_largest"] = float(relative[np.argmax(np.abs(relative))]) if pairs else None
+    known = np.isfinite(right[:, 0]) & np.isfinite(found[:, 0])
+    changes: Row = {"curves": int(known.sum())}
+    for i, name in enumerate(("median", "dispersion")):
+        relative = found[known, i] / right[known, i] - 1.0
+        changes[f"{name}_mean"] = float(relative.mean()) if known.any() else None
+        changes[f"{name}_largest"] = float(relative[np.argmax(np.abs(relative))]) if known.any() else None
     return changes

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 import toppling as tp
-from toppling.fragility import rates_by_measure
+from toppling.benchmarks.selection.rates import rates_by_measure
 from toppling.fragility.curves.published import fema_p58
 from toppling.motions import Scenario
 from toppling.studies.plots import axes

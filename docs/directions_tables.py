@@ -23,7 +23,6 @@ from directions_runs import (
 from paired import draws, flips, holm, interval, medians, sign_test
 from polarity import share
 
-import toppling as tp
 from toppling.models.friction import CONTACTS
 
 
@@ -365,7 +364,7 @@ def rates(chances: np.ndarray) -> np.ndarray:
     exceeded = np.asarray(HAZARD.rate_at(np.array(LEVELS)))
     ends = np.concatenate([0.5 * (chances[..., :-1] + chances[..., 1:]), chances[..., -1:]], axis=-1)
     # (weights of a bootstrap draw sum up to 1 but for rounding)
-    return np.asarray(tp.fragility.discrete_rate(np.minimum(ends, 1.0), exceeded))
+    return np.asarray(np.minimum(ends, 1.0) @ (exceeded - np.append(exceeded[1:], 0.0)))
 
 
 RATES = ("one", "square", "own", "vertical", "all", "at most", "friction", "slip")

@@ -25,10 +25,10 @@ from toppling.fragility import (
     Uniform,
     capacity_variance_shares,
     median_ratio,
-    size_regression,
     uncertain_ida,
 )
 from toppling.fragility.curves import published
+from toppling.fragility.fitting.bootstrap import percentile_interval
 from toppling.studies.plots.axes import COLOURS, MARKERS
 
 HERE = Path(__file__).parent
@@ -72,6 +72,26 @@ def main(out: Path = HERE, results: Path = HERE.parent / "results/fema_p58") -> 
         figure.savefig(folder / f"{name}.png", dpi=130)
         plt.close(figure)
     (out / "p58.md").write_text(page(found, curves, known, japanese, ratios, laws, shares), encoding="utf-8")
+
+
+def size_regression(curves: xr.Dataset) -> xr.Dataset:
+    """Fit ln(median) = a + b ln(width) + c ln(height) by least squares, with 95 % intervals from replicates."""
+    terms = np.stack([np.ones(curves.sizes["block"]), np.log(curves["width"]), np.log(curves["height"])], axis=1)
+    solve = xr.DataArray(np.linalg.pinv(terms), {"term": ["constant", "width", "height"]}, ("term", "block"))
+    of_blocks = [name for name, one in curves.coords.items() if "block" in one.dims]
+    logs, samples = (np.log(curves[name].drop_vars(of_blocks)) for name in ("median", "median_sample"))
+    coefficient = xr.dot(solve, logs, dim="block")
+    fitted = xr.dot(xr.DataArray(terms, dims=("block", "term")), coefficient.drop_vars("term"), dim="term")
+    drawn = xr.dot(solve, samples, dim="block").transpose(*coefficient.dims, "replicate")
+    ends = percentile_interval(drawn.values, 0.95)
+    return xr.Dataset(
+        {
+            "coefficient": coefficient,
+            "coefficient_lower": coefficient.copy(data=ends.lower),
+            "coefficient_upper": coefficient.copy(data=ends.upper),
+            "scatter": np.sqrt(((logs - fitted) ** 2).mean("block")),
+        }
+    )
 
 
 def of_law(dataset: xr.Dataset, law: str) -> xr.Dataset:

@@ -19,7 +19,7 @@ from scipy.stats import binom
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.fragility import binomial_interval, discrete_rate, fit_fragility
+from toppling.fragility import binomial_interval, fit_fragility
 from toppling.fragility.curves import published
 from toppling.models.friction import friction_at_impact, friction_at_uplift
 from toppling.models.laws import Law
@@ -231,7 +231,6 @@ def _risk() -> dict[str, float]:
     law = tp.HazardCurve.power_law(1e-4, 2.5, "pga")
     return {
         "rate": 1e4 * tp.annual_rate(curve, law)["rate"].item(),
-        "bbs": float(discrete_rate([0.1, 0.4, 0.6], [0.06, 0.016, 0.003])),
     }
 
 

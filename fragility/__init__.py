@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .analyses.sliding import slide_runs as slide_runs
     from .analyses.stripes import stripes as stripes
     from .analyses.surface_results import surface_curves as surface_curves
-    from .curves.comparison import median_ratio as median_ratio, size_regression as size_regression
+    from .curves.comparison import median_ratio as median_ratio
     from .curves.curve import curve_probability as curve_probability
     from .curves.probability import overturning_probability as overturning_probability
     from .curves.resurrection import resurrections as resurrections
@@ -21,27 +21,24 @@ if TYPE_CHECKING:
     from .efficiency.sufficiency import (
         stripe_sufficiency as stripe_sufficiency,
     )
-    from .exchange.curve_csv import read_curve_csv as read_curve_csv, write_curve_csv as write_curve_csv
+    from .exchange.curve_csv import write_curve_csv as write_curve_csv
     from .exchange.files import ExchangeError as ExchangeError
-    from .exchange.nrml.reading import read_nrml as read_nrml
     from .exchange.nrml.writing import write_nrml as write_nrml
     from .exchange.pelicun.reading import read_pelicun as read_pelicun
     from .exchange.pelicun.writing import write_pelicun as write_pelicun
     from .exchange.rows import Written as Written
-    from .fitting.fit import FORMS as FORMS, fit_fragility as fit_fragility, fit_lognormal as fit_lognormal
+    from .fitting.fit import FORMS as FORMS, fit_fragility as fit_fragility
     from .fitting.goodness import compare_forms as compare_forms, goodness_of_fit as goodness_of_fit
     from .fitting.states import Slip as Slip, reached as reached
     from .hazard.curve import HazardCurve as HazardCurve
     from .hazard.files import read_hazard as read_hazard
     from .hazard.rates import (
-        discrete_rate as discrete_rate,
         probability_in as probability_in,
         rate_from_probability as rate_from_probability,
     )
     from .hazard.reading import HazardError as HazardError
     from .numerics.proportions import binomial_interval as binomial_interval, wilson_interval as wilson_interval
     from .risk.annual_rate import annual_rate as annual_rate, rate_share_above as rate_share_above
-    from .risk.conditioning import rates_by_measure as rates_by_measure
     from .risk.epistemic import Branch as Branch, epistemic_rates as epistemic_rates
     from .risk.inversion import size_for_rate as size_for_rate
     from .risk.modelling import with_modelling as with_modelling

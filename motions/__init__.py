@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     )
     from .floors.building import Building as Building
     from .floors.files import read_floors as read_floors
-    from .floors.p58 import p58_floor_demands as p58_floor_demands
     from .floors.strength import default_yield_coefficient as default_yield_coefficient
     from .floors.yielding import CollapsingBuilding as CollapsingBuilding, YieldingBuilding as YieldingBuilding
     from .generators import GENERATORS as GENERATORS
@@ -48,7 +47,6 @@ if TYPE_CHECKING:
     from .readers.read import example_path as example_path, read as read, read_all as read_all
     from .scaling import parabolic_baseline as parabolic_baseline, scale_to as scale_to, scale_to_mean as scale_to_mean
     from .selection.candidates import Candidates as Candidates
-    from .selection.consistency import rebuilt_rates as rebuilt_rates
     from .selection.correlations import DoubtfulCorrelations as DoubtfulCorrelations
     from .selection.expected import expected_target as expected_target
     from .selection.files import TargetError as TargetError, read_target as read_target

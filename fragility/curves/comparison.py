@@ -1,4 +1,4 @@
-"""Comparisons of fragility curves: ratios to published medians, and the regression of medians on block sizes."""
+"""Ratios of fitted medians to published ones."""
 
 from __future__ import annotations
 
@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.units import DIMENSIONLESS
-from ...core.wording import given_percent
-from ..fitting.bootstrap import percentile_interval
 from ..runs.provenance import provenance_from
 
 AGREES, HIGHER, LOWER, OPEN = "agrees", "higher", "lower", "open"
 """The fitted median against the published one: within the margin; above it; below it; the interval does not decide."""
 MARGIN = 0.15
-TERM = {"units": DIMENSIONLESS, "long_name": "term of the regression"}
 
 
 def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
@@ -98,83 +95,5 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
             "title": "Medians against published ones",
             **provenance_from("ratio of medians", {"margin": width}, curves=curves, published=published),
             "margin": width,
-        },
-    )
-
-
-def size_regression(curves: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
-    """Fit the law ln(median) = a + b ln(width) + c ln(height) to the medians of blocks, by least squares.
-
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        Curves on block with the coordinates width and height (m), and any other dimensions; with `median_sample` on
-        replicate where intervals are wanted.
-    confidence : float
-        Of the intervals, between 0 and 1.
-
-    Returns
-    -------
-    xarray.Dataset
-        On term (constant, width, height) and the dimensions left: coefficient (the constant is the ln of the median, in
-        the unit of the levels, of a block of 1 m x 1 m), with coefficient_lower and coefficient_upper from the
-        bootstrap replicates, if any; scatter, the root mean square of the residuals.  NaN where a block has no
-        median.
-
-    Raises
-    ------
-    ValueError
-        Fewer than four blocks, or sizes that do not tell width from height.
-
-    Notes
-    -----
-    A replicate is one resample of the motions for all blocks, so the intervals account for the motions that all blocks
-    share.  The scatter measures how far the law itself fails to hold.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import xarray as xr
-    >>> B, H = np.array([0.3, 0.4, 0.5, 0.6]), np.array([1.0, 2.0, 1.5, 0.9])
-    >>> curves = xr.Dataset({"median": ("block", 3.0 * B**1.5 / H)}, {"width": ("block", B), "height": ("block", H)})
-    >>> size_regression(curves)["coefficient"].values.round(6).tolist()
-    [1.098612, 1.5, -1.0]
-    """
-    level = checks.number("confidence", confidence, above=0.0, below=1.0)
-    n = curves.sizes.get("block", 0)
-    if n < 4:
-        raise ValueError(f"a law in two sizes needs at least 4 blocks, got {n}")
-    terms = np.stack([np.ones(n), np.log(curves["width"].values), np.log(curves["height"].values)], axis=1)
-    if np.linalg.matrix_rank(terms, 1e-6) < 3:
-        raise ValueError("sizes of the blocks must tell width from height, got the same proportion or size throughout")
-    solve = xr.DataArray(
-        np.linalg.pinv(terms),
-        {"term": ("term", np.array(["constant", "width", "height"], dtype=object), TERM)},
-        ("term", "block"),
-    )
-    plain = curves["median"].drop_vars([name for name in curves["median"].coords if "block" in curves[name].dims])
-    logs = plain.copy(data=np.log(plain.values))
-    coefficient = xr.dot(solve, logs, dim="block")
-    fitted = xr.dot(xr.DataArray(terms, dims=("block", "term")), coefficient.drop_vars("term"), dim="term")
-    scatter = np.sqrt(((logs - fitted) ** 2).mean("block", skipna=False))
-    found: dict[str, tuple[xr.DataArray, str]] = {
-        "coefficient": (coefficient, "coefficient of ln size in ln median"),
-        "scatter": (scatter, "root mean square of the residuals of ln median"),
-    }
-    if "median_sample" in curves:
-        sample = curves["median_sample"]
-        sample = sample.drop_vars([name for name in sample.coords if "block" in curves[name].dims])
-        drawn = xr.dot(solve, sample.copy(data=np.log(sample.values)), dim="block")
-        drawn = drawn.transpose(*coefficient.dims, "replicate")
-        ends = percentile_interval(drawn.values, level)
-        for end, values in (("lower", ends.lower), ("upper", ends.upper)):
-            text = f"{end} end of the {given_percent(level)} interval of the coefficient"
-            found[f"coefficient_{end}"] = coefficient.copy(data=values), text
-    return xr.Dataset(
-        {name: one.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (one, text) in found.items()},
-        attrs={
-            "title": "Medians by block size",
-            **provenance_from("regression of medians on sizes", {"confidence": level}, curves=curves),
-            "confidence": level,
         },
     )

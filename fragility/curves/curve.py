@@ -23,8 +23,6 @@ ISOTONIC = "isotonic"
 TABULATED = (ISOTONIC, "tabulated")
 LINKED = tuple(name for name in LINKS if name != LOGNORMAL)
 FORMS = (LOGNORMAL, UPLIFT, *LINKED, *TABULATED)
-
-NO_DAMAGE = "no_damage_level"
 REFUSE, LEAST, MOST = "refuse", "least", "most"
 OUTSIDE = (REFUSE, LEAST, MOST)
 """Rules for a tabulated curve beyond its levels: an error, or the least or the most that a rising curve allows."""
@@ -205,10 +203,7 @@ def curve_arrays(curves: xr.Dataset, replicates: bool = False) -> tuple[CurveArr
             raise ValueError(f"dispersion of {name} curves must be > 0, got 0")
         return LinkedCurves(np.log(np.where(np.isnan(values[1]), np.nan, values[0])), values[1], name), dims
     if name != UPLIFT:
-        none = xr.zeros_like(arrays[0])
-        # no damage below a level (of OpenQuake's functions) is an uplift that is a step
-        least = curves[NO_DAMAGE].fillna(0.0) + none if NO_DAMAGE in curves else none
-        values += [np.asarray(least.transpose(*dims).values, dtype=np.float64), np.zeros_like(values[0])]
+        values += [np.zeros_like(values[0]), np.zeros_like(values[0])]
     # a curve with a missing number has no estimate
     values[0] = np.where(np.isnan(np.sum(values, axis=0)), np.nan, values[0])
     with np.errstate(divide="ignore"):
@@ -276,8 +271,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE, replica
     Notes
     -----
     P(x) = Phi(ln(x/uplift_median)/uplift_dispersion) Phi(ln(x/median)/dispersion); a dispersion of 0 is a step, 0 below
-    the median and 1 from it on; below the ``no_damage_level`` of a lognormal curve P is 0.  Between the levels of a
-    tabulated curve P is linear in ln x.
+    the median and 1 from it on.  Between the levels of a tabulated curve P is linear in ln x.
 
     Examples
     --------

@@ -1,18 +1,16 @@
-"""Fit fragility curves to every block, law and floor of a dataset: `fit_fragility` and `fit_lognormal`."""
+"""Fit fragility curves to every block, law and floor of a dataset."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Index
 from ...core.doubts import warn_of_results
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
@@ -22,14 +20,14 @@ from ..validity.limits import of_curves, of_runs
 from .bootstrap import draw_motions
 from .first_overturning import SHIFT, level_shift, spacing_attributes
 from .form import Columns, CustomForm, Fit, Form
-from .intervals import BOOTSTRAP, INTERVALS, PROFILE, WALD, Options, ResampledData, estimate
+from .intervals import BOOTSTRAP, INTERVALS, PROFILE, Options, ResampledData
 from .isotonic import IsotonicForm
 from .labels import label_curves
 from .likelihood import PENALTIES
 from .links import LINKS, LOGNORMAL
 from .observed import observed_columns
-from .states import DIRECTIONS, OK, OVERTURNED, State, reached
-from .trials import EXAMPLE, OVERTURNING_OUTCOMES, STATES, Sample, Trials, collect, outcomes_of
+from .states import DIRECTIONS, OVERTURNED, State, reached
+from .trials import EXAMPLE, Trials, collect
 from .two_parameter import TWO_PARAMETER_FORMS
 from .uplift import UpliftForm
 
@@ -38,60 +36,6 @@ FORMS: dict[str, Form] = {**TWO_PARAMETER_FORMS, "uplift-lognormal": UpliftForm(
 FIRST = "first-overturning"
 METHODS = ("binomial", FIRST)
 REPLICATES = 1000
-
-
-class LognormalFit(NamedTuple):
-    """A lognormal curve fitted to counts, as `fit_lognormal` returns it; NaN where there is no estimate.
-
-    Median (unit of the level), dispersion, standard errors of ln(median) and of the dispersion, log-likelihood.
-    """
-
-    median: float = np.nan
-    dispersion: float = np.nan
-    log_median_se: float = np.nan
-    dispersion_se: float = np.nan
-    log_likelihood: float = np.nan
-    iterations: int = 0
-    status: str = OK
-    penalised: bool = False
-
-
-def fit_lognormal(levels: Array, overturnings: Index, runs: Index, penalty: str = "none") -> LognormalFit:
-    """Binomial maximum likelihood of P(x) = Phi(ln(x/median)/dispersion); all arrays (level,).
-
-    Newton's method with step halving in (a, b) of the probit a + b ln x; standard errors from the observed information,
-    carried over to (ln median, dispersion).  Where no finite maximum exists the estimates are NaN and `status` holds
-    the reason: ``separated`` means that every level below some point has no overturning and every level above has
-    nothing else, so that the data bound the median but do not determine the dispersion; with ``penalty="auto"`` the
-    penalised likelihood is used there (`fit_fragility`).
-
-    References
-    ----------
-    Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural analysis. Earthquake
-    Spectra 31(1), 579-599.
-    """
-    # runs at one level are one stripe, wherever they stand in the data
-    distinct, where = np.unique(levels, return_inverse=True)
-    cells = np.zeros((distinct.size, STATES))
-    np.add.at(cells[:, -1], where, overturnings)
-    np.add.at(cells[:, 0], where, np.asarray(runs) - overturnings)
-    sample = Sample(distinct, cells.ravel(), False, math.nan, False, False, None)
-    options = Options(0.95, WALD, (), checks.choice("penalty", penalty, tuple(PENALTIES)), 0, 0, False)
-    found = estimate(LINKS[LOGNORMAL], sample, outcomes_of(OVERTURNING_OUTCOMES, distinct.size), options, None)
-    table = found.lines
-    if not found.found:
-        return LognormalFit(log_likelihood=float(table.log_likelihood[0]), status=found.status)
-    dispersion = math.exp(found.log_value(None))
-    return LognormalFit(
-        math.exp(found.log_value(0.5)),
-        dispersion,
-        found.log_error(0.5),
-        dispersion * found.log_error(None),
-        float(table.log_likelihood[0]),
-        table.iterations,
-        found.status,
-        found.penalised,
-    )
 
 
 def fit_fragility(

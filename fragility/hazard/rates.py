@@ -1,4 +1,4 @@
-"""Conversion between annual rates and probabilities in years, and the rate as a sum over discrete levels."""
+"""Conversion between annual rates and probabilities in years."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
-from ...core.units import PER_YEAR
 
 IMPOSSIBLY_OFTEN = 10.0
 """Annual rate of damaging shaking above which nothing real can be meant."""
@@ -52,51 +51,3 @@ def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
         raise ValueError(f"probability must be at least 0 and below 1, got {values[wrong].flat[0]:g}")
     found: Any = -np.log1p(-probability) / time
     return cast(Values, found)
-
-
-def discrete_rate(probability: Any, rates: Any) -> Any:
-    """Return the annual rate as a sum over levels: P at each level times the rate of events up to the next level.
-
-    Parameters
-    ----------
-    probability : array_like (..., level) or xarray.DataArray on level
-        Probability of overturning at each level, of a curve or as observed.
-    rates : array_like (level,)
-        Annual rates at which the levels are exceeded, 1/year, >= 0, never rising.
-
-    Returns
-    -------
-    float, array (...,) or xarray.DataArray
-        1/year.  Events count with the P of the level that they have reached, those above the highest level with its P:
-        for a rising curve the sum is a lower bound of `annual_rate` that converges to it as levels get closer.
-
-    Raises
-    ------
-    ValueError
-        Lengths that differ, rates that rise or are negative, probabilities outside [0, 1].
-
-    References
-    ----------
-    Baker, J. W., Bradley, B. A. and Stafford, P. J. (2021). Seismic hazard and risk analysis. Cambridge University
-    Press (the sum over discrete levels).
-
-    Examples
-    --------
-    >>> round(float(discrete_rate([0.1, 0.4, 0.6], [0.06, 0.016, 0.003])), 10)
-    0.0114
-    """
-    exceeded = checks.finite_array("rates", rates, unit="1/year")
-    if np.any(exceeded < 0.0) or np.any(np.diff(exceeded) > 0.0):
-        raise ValueError("rates must be >= 0 per year and never rise with the level")
-    values = np.asarray(probability, dtype=np.float64)
-    labelled = probability if isinstance(probability, xr.DataArray) else None
-    count = labelled.sizes.get("level") if labelled is not None else (values.shape or (None,))[-1]
-    if count != exceeded.size:
-        raise ValueError(f"rates must be one a level, got {exceeded.size} for {count} levels")
-    if np.any((values < 0.0) | (values > 1.0)):
-        raise ValueError("probability must lie between 0 and 1")
-    occurrences = exceeded - np.append(exceeded[1:], 0.0)
-    if labelled is None:
-        return values @ occurrences
-    summed = (labelled * xr.DataArray(occurrences, dims="level")).sum("level", skipna=False)
-    return summed.assign_attrs(units=PER_YEAR, long_name="annual rate of overturning, sum over levels")

@@ -1,14 +1,83 @@
-"""Curves with awkward names, numbers and forms, and the formats that they go through."""
+"""Curves with awkward names, numbers and forms, and the formats that they go through; plain readers of two of them."""
+
+import json
+import math
+import re
+import xml.etree.ElementTree as ET
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from toppling.fragility import read_curve_csv, read_nrml, read_pelicun, write_curve_csv, write_nrml, write_pelicun
+from toppling.core.units import STANDARD_GRAVITY as G
+from toppling.fragility import read_pelicun, write_curve_csv, write_nrml, write_pelicun
+
+NS = "{http://openquake.org/xmlns/nrml/0.5}"
+
+
+def unguarded(cell):
+    """The text of a cell that was kept from being a formula."""
+    return re.sub(r"\\x([0-9a-f]{2})", lambda match: chr(int(match[1], 16)), cell.removeprefix("'"))
+
+
+def on_labels(table, dims):
+    """Rows as a dataset on the columns of their labels, in the order of the rows."""
+    if not dims:
+        return table.iloc[0].to_frame().T.reset_index(drop=True).to_xarray().isel(index=0, drop=True)
+    return table.set_index(dims).to_xarray().reindex({dim: table[dim].dropna().unique() for dim in dims})
+
+
+def read_table(path):
+    table = pd.read_csv(path, dtype=str, keep_default_na=False).map(unguarded)
+    table.columns = [name.partition(" (")[0] for name in table.columns]
+    names = list(table.columns)
+    dims = names[1 : names.index("measure")]
+    texts = ("id", "measure", "measured_at", "state", "form", "status", "weights", *dims)
+    for name in set(names) - set(texts):
+        table[name] = [float(cell or "nan") for cell in table[name]]
+    found = on_labels(table, [*dims, "level"] if "level" in names else dims)
+    first = table.iloc[0]
+    form = "isotonic" if "level" in names else "uplift-lognormal" if "uplift_median" in names else "lognormal"
+    return found.assign_attrs(
+        im=first["measure"],
+        im_at=first["measured_at"],
+        state=first.get("state", "overturning"),
+        form=first.get("form", form),
+    )
+
+
+def read_model(path):
+    """Estimates of a fragility model, SI; labels are those of the comments before its functions."""
+    rows, labels = [], {}
+    parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
+    model = ET.parse(path, parser).getroot().find(f"{NS}fragilityModel")
+    states = []
+    for child in model:
+        if child.tag is ET.Comment:
+            record = json.loads(child.text.strip().removeprefix("toppling"))
+            labels, states = record["labels"], record.get("limit_states", [])
+        if child.tag != f"{NS}fragilityFunction":
+            continue
+        imls, *curves = child
+        unit = {"PGA": G, "PGV": 0.01}.get(imls.attrib["imt"], G)
+        for i, curve in enumerate(curves):
+            row = {"id": child.attrib["id"], **labels, **({"limit_state": states[i]} if states else {})}
+            if child.attrib["format"] == "continuous":
+                mean, stddev = float(curve.attrib["mean"]), float(curve.attrib["stddev"])
+                variance = math.log1p((stddev / mean) ** 2)
+                row |= {"median": mean / math.sqrt(1.0 + (stddev / mean) ** 2) * unit, "dispersion": variance**0.5}
+                rows.append(row)
+            else:
+                for level, p in zip(imls.text.split(), curve.text.split(), strict=True):
+                    rows.append({**row, "level": float(level) * unit, "probability": float(p)})
+    table = pd.DataFrame(rows)
+    return on_labels(table, [name for name in table.columns if name in (*labels, "limit_state", "level")])
+
 
 FORMATS = {
     "pelicun": (write_pelicun, read_pelicun, "fragility.csv"),
-    "nrml": (write_nrml, read_nrml, "fragility.xml"),
-    "csv": (write_curve_csv, read_curve_csv, "curves.csv"),
+    "nrml": (write_nrml, read_model, "fragility.xml"),
+    "csv": (write_curve_csv, read_table, "curves.csv"),
 }
 NAMES = ["bookcase-5-shelf", '=HYPERLINK("http://x"); δ, <b>&amp;\'--> \n\u200b', "../../etc/passwd", "units"]
 LAWS = ["discrete e=0.92 δ=0.05", "housner e=e_R"]

@@ -26,8 +26,8 @@ from ..discrete import grid, probability_at
 from ..files import ExchangeError, target, write_text
 from ..ids import OPENQUAKE_MARKS, component_record
 from ..rows import CurveRow, CurveSet, Written, spectral_period
-from .document import NAMESPACE
 
+NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 CATEGORY = "contents"  # of the assets, and of the losses: one that OpenQuake knows
 STEP = 1e-9  # width of a step in probability, relative to its level
 COMMENT_MARK = "toppling"  # beginning of our comments
@@ -65,7 +65,7 @@ def write_nrml(
     tail : float
         Probability below which OpenQuake takes a continuous function as 0, and distance from 1 above which it takes the
         function as constant, 1e-9 to 0.01: minIML (and noDamageLimit) and maxIML lie where the curve is that far from 0
-        and 1, unless the curves have their own (`read_nrml`).
+        and 1.
     ids : sequence of str, optional
         Ids of the components, one for each combination of labels other than the limit state (the last dimension of
         the curves changes fastest): a letter, then letters, digits, ``_``, ``:`` and ``-``, at most 60 characters.
@@ -134,12 +134,6 @@ def arithmetic(median: float, dispersion: float) -> tuple[float, float]:
     return mean, mean * math.sqrt(math.expm1(dispersion**2))
 
 
-def median_and_dispersion(mean: float, stddev: float) -> tuple[float, float]:
-    """Return median and dispersion of the lognormal variable of a mean and a standard deviation, both > 0."""
-    ratio = stddev / mean
-    return mean / math.hypot(1.0, ratio), math.sqrt(math.log1p(ratio * ratio) if ratio < 1e150 else math.inf)
-
-
 def _imt(found: CurveSet) -> Imt:
     spectral = spectral_period(found.im)
     if found.im in IMTS:
@@ -187,7 +181,7 @@ def _plain(text: str) -> str:
 
 
 def _comment(content: dict[str, Any]) -> str:
-    """Return a comment that describes the following element to people and to `read_nrml`."""
+    """Return a comment that describes the following element to people."""
     text = json.dumps(content, ensure_ascii=False)
     # JSON escapes characters that XML does not allow, and double hyphens, which would end the comment
     text = "".join(c if c.isprintable() else json.dumps(c)[1:-1] for c in text).replace("--", "-\\u002d")
@@ -198,10 +192,10 @@ def _function(
     name: str, found: CurveSet, rows: Sequence[CurveRow], states: Sequence[str], imt: Imt, tail: float
 ) -> list[str]:
     if all(row.lognormal for row in rows):
-        low, high, nothing = (value / imt.factor for value in _range(rows, tail))
+        low, high = (value / imt.factor for value in _range(rows, tail))
         lines = [
             f'<fragilityFunction id={quoteattr(name)} format="continuous" shape="logncdf">',
-            f'<imls imt={quoteattr(imt.name)} minIML="{low!r}" maxIML="{high!r}" noDamageLimit="{nothing!r}"/>',
+            f'<imls imt={quoteattr(imt.name)} minIML="{low!r}" maxIML="{high!r}" noDamageLimit="{low!r}"/>',
         ]
         for state, row in zip(states, rows, strict=True):
             mean, stddev = arithmetic(row.parameters.median / imt.factor, row.parameters.dispersion)
@@ -222,14 +216,9 @@ def _written(values: Array) -> str:
     return " ".join(repr(value) for value in values.tolist())
 
 
-def _range(rows: Sequence[CurveRow], tail: float) -> tuple[float, float, float]:
-    """Return lowest, highest and no-damage level (SI): those of the curves, else those where the tails begin."""
+def _range(rows: Sequence[CurveRow], tail: float) -> tuple[float, float]:
+    """Return the lowest and the highest level (SI), where the tails begin."""
     z = -float(scipy.special.ndtri(tail))
-    ends = [
-        (one.median * math.exp(-z * one.dispersion), one.median * math.exp(z * one.dispersion))
-        for one in (row.parameters for row in rows)
-    ]
-    low, high = min(end for end, _ in ends), max(end for _, end in ends)
-    brought = rows[0].numbers
-    low, high = brought.get("lowest_level", low), brought.get("highest_level", high)
-    return low, high, brought.get("no_damage_level", 0.0 if "lowest_level" in brought else low)
+    parameters = [row.parameters for row in rows]
+    low = min(one.median * math.exp(-z * one.dispersion) for one in parameters)
+    return low, max(one.median * math.exp(z * one.dispersion) for one in parameters)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import scipy
 import xarray as xr
+from lognormal import fit_lognormal
 
-from toppling.fragility import fit_fragility, fit_lognormal, wilson_interval
+from toppling.fragility import fit_fragility, wilson_interval
 from toppling.fragility.adaptive.probit import (
     Estimate,
     Observations,

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 import xarray as xr
+from lognormal import fit_lognormal
 from scipy import optimize, stats
 
 import toppling as tp
-from toppling.fragility import fit_lognormal, overturning_capacity, rank_measures
+from toppling.fragility import overturning_capacity, rank_measures
 from toppling.fragility.efficiency.capacity import brackets
 from toppling.fragility.efficiency.trends import STATUSES, fit_dispersions, fit_trend
 from toppling.fragility.fitting.bootstrap import draw_motions

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from fit_cases import BAKER, capacities, clustered, counts, objective, once, profile, striped
+from lognormal import fit_lognormal
 from scipy.optimize import minimize
 from scipy.special import ndtr, xlogy
 
 import toppling as tp
-from toppling.fragility import fit_fragility, fit_lognormal
+from toppling.fragility import fit_fragility
 from toppling.fragility.fitting.bootstrap import draw_motions, percentile_interval, studentised_interval
 from toppling.fragility.fitting.links import LINKS
 from toppling.fragility.fitting.trials import collect

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from fit_cases import BAKER, BAKER_DISPERSION, BAKER_MEDIAN, capacities, clustered, counts, once
+from lognormal import fit_lognormal
 from scipy.optimize import LinearConstraint, brentq, minimize
 from scipy.special import log_ndtr, ndtr, ndtri
 from scipy.stats import chi2
 
 import toppling as tp
-from toppling.fragility import FORMS, fit_fragility, fit_lognormal
+from toppling.fragility import FORMS, fit_fragility
 from toppling.fragility.fitting.isotonic import crossings, isotonic_probabilities
 from toppling.fragility.fitting.trials import rocking_thresholds
 

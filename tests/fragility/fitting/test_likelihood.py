@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from fit_cases import BAKER, BAKER_DISPERSION, BAKER_MEDIAN, clustered, counts, once
+from lognormal import fit_lognormal
 from scipy.optimize import minimize
 from scipy.special import expit, log_ndtr, logit, ndtr, ndtri
 
-from toppling.fragility import fit_fragility, fit_lognormal
+from toppling.fragility import fit_fragility
 from toppling.fragility.fitting.links import LINKS
 from toppling.fragility.kernels import binomial as engine
 

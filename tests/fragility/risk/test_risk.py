@@ -14,7 +14,6 @@ from toppling.fragility import (
     HazardCurve,
     annual_rate,
     curve_probability,
-    discrete_rate,
     probability_in,
     rate_from_probability,
 )
@@ -96,22 +95,13 @@ class TestOracles:
 
         assert found == pytest.approx(float(mp.quad(density, [summit, 0, 1, 3, 8])), rel=1e-12, abs=0.0)
 
-    def test_baker_bradley_stafford(self):
-        """Three rates .06 .016 .003 with P .1 .4 .6 make .0114 a year."""
-        assert discrete_rate([0.1, 0.4, 0.6], [0.06, 0.016, 0.003]) == pytest.approx(0.0114, rel=1e-14, abs=0.0)
-        labelled = xr.DataArray([[0.1, 0.4, 0.6], [0.0, 0.0, 1.0]], dims=("block", "level"))
-        found = discrete_rate(labelled, [0.06, 0.016, 0.003])
-        np.testing.assert_allclose(found.values, [0.0114, 0.003], rtol=1e-14)
-        assert found.attrs["units"] == "year-1"
-        with pytest.raises(ValueError, match="one a level, got 2 for 3 levels"):
-            discrete_rate(labelled, [0.06, 0.016])
-
     def test_discrete_sum_nears_the_integral_from_below(self):
         exact = annual_rate(curves(), LAW)["rate"].item()
         errors = []
         for count in (100, 200, 400):
             x = np.geomspace(1e-3, 1e4, count)
-            errors.append(exact - discrete_rate(curve_probability(curves(), x), 1e-4 * x**-2.5).item())
+            rates = np.append(1e-4 * x**-2.5, 0.0)
+            errors.append(exact - (curve_probability(curves(), x).values @ -np.diff(rates)).item())
         assert errors[0] > errors[1] > errors[2] > 0.0
         ratios = errors[0] / errors[1], errors[1] / errors[2]
         assert 1.8 < ratios[0] < ratios[1] < 2.0

@@ -12,7 +12,7 @@ from risk_cases import SITE, X, curves, outer
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.fragility import HazardCurve, annual_rate, discrete_rate, probability_in
+from toppling.fragility import HazardCurve, annual_rate, probability_in
 from toppling.fragility.risk.modelling import with_modelling
 
 
@@ -174,7 +174,7 @@ class TestDatasets:
         hazard = HazardCurve(runs["level"].values, SITE.rate_at(runs["level"].values), "pga")
         found = annual_rate(table, hazard, below="none", above="hold")["rate"]
         later = rising.copy(data=rising.values[..., [*range(1, 12), 11]])
-        below, above = (discrete_rate(one, hazard.rates) for one in (rising, later))
+        below, above = (one @ -np.diff(hazard.rates, append=0.0) for one in (rising.values, later.values))
         assert ((below < found) & (found < above)).all()
 
     def test_normalised_measures(self):

@@ -71,23 +71,12 @@ CALLS = {
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
     "pooled": lambda *_: pooled(),
     "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),
-    "rates_by_measure": lambda *_: fragility.rates_by_measure(
-        [
-            fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0 * k, 5.0 * k], im)
-            for im, k in (("pga", 1.0), ("pgv", 0.1))
-        ],
-        [SITE, HazardCurve.power_law(1e-4, 2.5, "pgv")],
-        replicates=5,
-    ),
-    "read_curve_csv": lambda runs, curves, folder: exchanged("curve_csv", curves, folder / "curves.csv"),
-    "read_nrml": lambda runs, curves, folder: exchanged("nrml", curves, folder / "curves.xml"),
     "read_pelicun": lambda runs, curves, folder: exchanged("pelicun", curves, folder / "curves.csv"),
     "resurrections": lambda runs, *_: fragility.resurrections(runs),
     "screen": lambda runs, *_: fragility.screen(runs, SHAKES, friction=0.4, undecided=0.1),
     "size_for_rate": lambda runs, curves, _: fragility.size_for_rate(
         fragility.annual_rate(curves, SITE), rate=1e-4, along="width"
     ),
-    "size_regression": lambda runs, curves, _: fragility.size_regression(curves),
     "slide_runs": lambda runs, *_: fragility.slide_runs(runs, SHAKES, 0.3),
     "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4, second_order=True),
     "stripe_sufficiency": lambda *_: fragility.stripe_sufficiency(
@@ -108,7 +97,6 @@ OTHERS = {
     "measures": lambda *_: motions.measures(SHAKES),
     "response_spectrum": lambda *_: motions.response_spectrum(SHAKES, [0.5, 1.0]),
     "matching_report": lambda *_: motions.matching_report(SHAKES, motions.TargetSpectrum((0.1, 1.0), (1.0, 1.0))),
-    "p58_floor_demands": lambda *_: motions.p58_floor_demands("moment", 4, 0.8, pga=4.0, sa=6.0, sa_1s=5.0),
     "peaks": lambda *_: motions.Building.flexural_shear(0.8, storeys=3).peaks(SHAKES),
     "adaptive levels": lambda *_: fragility.ida(
         BLOCKS,

@@ -69,7 +69,6 @@ def estimates():
         "kept_replicates": fragility.fit_fragility(runs, keep_replicates=True, replicates=50),
         "fit_weibull": fragility.fit_fragility(runs, form="weibull", penalty="firth", replicates=50),
         "fit_capacity": fragility.fit_fragility(runs, method="first-overturning", fractiles=[0.1], replicates=50),
-        "fit_lognormal": fragility.fit_lognormal(np.array(LEVELS), np.array([0, 2, 6, 9, 12]), np.full(5, 12)),
         "goodness_of_fit": fragility.goodness_of_fit(runs, replicates=20),
         "compare_forms": fragility.compare_forms(runs),
         "curve_probability": fragility.curve_probability(curves, [1.5, 2.5], outside="least"),
@@ -88,14 +87,6 @@ def _pgv_curves():
     return fragility.fit_fragility(fragility.ida([SHELF, CABINET], LAWS[0], GROUND, [0.1, 0.3, 0.6, 1.0], "pgv"))
 
 
-def size_regression():
-    width, height = np.array([0.3, 0.4, 0.5, 0.6]), np.array([1.0, 2.0, 1.5, 0.9])
-    curves = xr.Dataset(
-        {"median": ("block", 3.0 * width**1.4 / height)}, {"width": ("block", width), "height": ("block", height)}
-    )
-    return {"size_regression": fragility.size_regression(curves)}
-
-
 def criteria():
     return {
         "fema_p58": published.fema_p58(),
@@ -109,13 +100,10 @@ def criteria():
 def efficiency():
     many = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(40, seed=4)
     runs = fragility.stripes(SHELF, LAWS[0], [many, many], [4.0, 5.0])
-    by_pgv = fragility.stripes(SHELF, LAWS[0], [many, many], [0.4, 0.5], "pgv")
-    curves = [HAZARD, fragility.HazardCurve.power_law(3e-5, 2.5, "pgv")]
     return {
         "overturning_capacity": fragility.overturning_capacity(_runs()),
         "rank_measures": fragility.rank_measures(_runs(), GROUND, "Sa(0.5)", replicates=20),
         "stripe_sufficiency": fragility.stripe_sufficiency(runs, ["pgv"]),
-        "rates_by_measure": fragility.rates_by_measure([runs, by_pgv], curves, replicates=20),
     }
 
 
@@ -135,7 +123,6 @@ def hazards():
         "resampled": HAZARD.resampled([0.5, 2.0]),
         "measure": [mean.measure.label, mean.units],
         "read_hazard": fragility.read_hazard("hazard.csv"),
-        "discrete_rate": fragility.discrete_rate([0.1, 0.4, 0.6], [0.06, 0.016, 0.003]),
         "probability_in": fragility.probability_in(0.002),
         "rate_from_probability": fragility.rate_from_probability(0.1, 50.0),
         "refused": refused,
@@ -168,13 +155,11 @@ def exchange():
     }
     assert all(isinstance(files, fragility.Written) for files in written.values())
     try:
-        fragility.read_nrml("target.csv")
+        fragility.read_pelicun("target.csv")
     except fragility.ExchangeError as error:
         refused = str(error)
     return {
         "ids": {name: files.ids for name, files in written.items()},
-        "read_curve_csv": fragility.read_curve_csv("curves.csv"),
-        "read_nrml": fragility.read_nrml("fragility.xml"),
         "read_pelicun": fragility.read_pelicun("fragility_pelicun.csv"),
         "refused": refused,
     }

@@ -233,9 +233,6 @@ def selection():
         "scenarios": disaggregation.scenarios(500.0),
         "read_target": motions.read_target("target.csv", "Sa(1.0)").at(4.0),
         "expected_target": motions.expected_target(AT, "Sa(1.0)", ["Sa(0.5)", "Sa(1.0)", "pgv"]).at(4.0),
-        "rebuilt_rates": motions.rebuilt_rates(
-            target, [0.5, 1.0, 2.0, 4.0], [1e-2, 3e-3, 6e-4, 1e-4], "pgv", [0.1, 0.3]
-        ),
         "refused": refused,
         "warnings": [issubclass(warning, Warning) for warning in warnings],
     }
@@ -263,8 +260,6 @@ def buildings():
         "yield_drifts": [weak.yield_drifts, weak.floors],
         "isolated": isolated.floor_motions(GROUND, [0, 2]),
         "default_yield_coefficient": motions.default_yield_coefficient("special-moment-frame", 1.0, sds=1.0, sd1=0.6),
-        "p58_floor_demands": motions.p58_floor_demands("moment", 4, 0.8, pga=4.0, sa=6.0, sa_1s=5.0),
-        "p58_dispersions": motions.p58_floor_demands("wall", 3, 0.5, 4.0, 6.0, pgv=0.4, dispersions=(0.3, 0.4, 0.2)),
     }
 
 

@@ -210,45 +210,6 @@ class TestResponse:
         np.testing.assert_array_equal(mo.measures(floors).pga.values[3], building.peaks(ground()).pfa.values[1, 4])
 
 
-class TestP58:
-    def test_by_hand(self):
-        """Ln H of a four-storey moment frame at x = 1/2, from the printed coefficients."""
-        found = mo.p58_floor_demands(
-            "moment", 4, 0.8, pga=4.0, sa=9.0, pgv=0.5, yield_coefficient=0.3, participation=1.4, modal_weight=0.9
-        )
-        ratio = 9.0 / 9.80665 / 0.3
-        h_a = math.exp(0.66 - 0.25 * 0.8 - 0.080 * ratio - 0.039 * 0.5)
-        h_v = math.exp(0.025 - 0.068 * 0.8 + 0.032 * ratio - 0.53 * 0.5 + 0.54 * 0.25)
-        reference = 0.5 + 0.3 * 0.8 / (2.0 * math.pi) * (0.3 * 1.4 / (0.9 / 9.80665)) * 0.5
-        assert float(found.pfa[2]) == pytest.approx(4.0 * h_a, rel=1e-13)
-        assert float(found.pfv[2]) == pytest.approx(h_v * reference, rel=1e-13)
-        assert found.pfa.values[0] == 4.0
-        assert found.pfv.values[0] == 0.5
-        assert found.floor.values.tolist() == [0, 1, 2, 3, 4]
-
-    def test_taller_buildings_have_a_table_of_their_own(self):
-        low, tall = (
-            mo.p58_floor_demands("wall", n, 1.0, pga=3.0, sa=4.0, sa_1s=4.0).sel(floor=n).pfa.item() for n in (9, 10)
-        )
-        assert low == pytest.approx(3.0 * math.exp(0.66 - 0.15 - 0.084 - 0.26 + 0.57), rel=1e-13)
-        assert tall == pytest.approx(3.0 * math.exp(-0.13 - 0.15 - 0.10 + 7.79 - 17.52 + 11.04), rel=1e-13)
-
-    def test_dispersions(self):
-        """Those from record to record and of the model are independent; without them nothing is said of any."""
-        given = {"pga": 3.0, "sa": 7.0, "pgv": 0.4}
-        found = mo.p58_floor_demands("braced", 3, 0.5, **given, dispersions=(0.3, 0.5, 0.4))
-        assert found.pfa_dispersion.item() == pytest.approx(0.5)
-        assert found.pfv_dispersion.item() == pytest.approx(math.sqrt(0.41))
-        plain = mo.p58_floor_demands("braced", 3, 0.5, **given)
-        assert set(plain) == {"pfa", "pfv"}
-        xr.testing.assert_equal(plain, found[["pfa", "pfv"]])
-
-    def test_ground_velocity_from_the_spectrum(self):
-        found = mo.p58_floor_demands("braced", 3, 0.5, pga=3.0, sa=7.0, sa_1s=9.80665)
-        assert float(found.pfv[0]) == pytest.approx(9.80665 / (2.0 * math.pi) / 1.65, rel=1e-13)
-        assert {found[name].attrs["units"] for name in ("pfa", "pfv")} == {"m s-2", "m s-1"}
-
-
 class TestFiles:
     TABLE = (
         "# floors of a model\n"
@@ -386,21 +347,6 @@ FLOORS = FRAME.floor_motions(ground(60))
         (lambda: FRAME.peaks(ground(60), floors=2), TypeError, "sequence of floors, got int"),
         (lambda: FRAME.peaks(ground(60), parts=0), ValueError, "parts must be at least 1"),
         (lambda: FRAME.floor_motions(mo.from_array(np.zeros((400, 2000)), 0.01), parts=1000), ValueError, "5e.08"),
-        (
-            lambda: mo.p58_floor_demands("wall", 4, 1.0, 3.0, 5.0, pgv=0.3, dispersions=(0.2, 0.3)),
-            ValueError,
-            "dispersions must be beta_aa, beta_av and beta_m",
-        ),
-        (lambda: mo.p58_floor_demands("tent", 4, 1.0, 3.0, 5.0, pgv=0.3), ValueError, "system must be one of"),
-        (lambda: mo.p58_floor_demands("wall", 16, 1.0, 3.0, 5.0, pgv=0.3), ValueError, "storeys must be 2 to 15"),
-        (lambda: mo.p58_floor_demands("wall", 1, 1.0, 3.0, 5.0, pgv=0.3), ValueError, "storeys must be at least 2"),
-        (lambda: mo.p58_floor_demands("wall", 4, 1.0, 3.0, 5.0), ValueError, "one of the two, got neither"),
-        (lambda: mo.p58_floor_demands("wall", 4, 1.0, 3.0, 5.0, pgv=0.3, sa_1s=3.0), ValueError, "got both"),
-        (
-            lambda: mo.p58_floor_demands("wall", 2, 1.0, 3.0, 5.0, pgv=0.3, shape=[0.5, 0.9]),
-            ValueError,
-            "1 at the roof",
-        ),
     ],
 )
 def test_wrong_buildings(act, error, message):

@@ -204,7 +204,9 @@ class TestConditional:
 
         def rebuilt(bounds):
             rates = 0.01 * ndtr((one._mean[3] - np.log(bounds)) / SIGMAS[3])
-            return motions.rebuilt_rates(one, bounds, rates, "pgv", speeds) / exact - 1.0
+            stripes = [one.at(level) for level in np.sqrt(bounds[:-1] * bounds[1:])]
+            above = [ndtr((stripe.mean[i] - np.log(speeds)) / stripe.sigmas[i]) for stripe in stripes]
+            return -np.diff(rates) @ above / exact - 1.0
 
         fine = rebuilt(np.exp(one._mean[3] + SIGMAS[3] * np.linspace(-9.0, 9.0, 4001)))
         assert np.all(np.abs(fine) < [2e-6, 2e-6, 1e-5])
@@ -262,18 +264,6 @@ class TestRefused:
         ):
             with pytest.raises((TypeError, ValueError), match=words):
                 Mixture(parts, weights)
-
-    def test_rates(self):
-        one = target("Sa(1.0)")
-        for levels, rates, name, values, words in (
-            ([1.0, 2.0], [0.1], "pgv", [0.1], "equally many"),
-            ([2.0, 1.0], [0.2, 0.1], "pgv", [0.1], "strictly increasing"),
-            ([1.0, 2.0], [0.1, 0.2], "pgv", [0.1], "must not increase"),
-            ([1.0, 2.0], [0.2, 0.1], "arias", [0.1], "does not hold arias"),
-            ([1.0, 2.0], [0.2, 0.1], "pgv", [0.0], "values must be > 0"),
-        ):
-            with pytest.raises(ValueError, match=words):
-                motions.rebuilt_rates(one, levels, rates, name, values)
 
 
 def test_nothing_is_warned_of_where_nothing_is_wrong():

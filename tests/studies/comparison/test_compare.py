@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from lognormal import fit_lognormal
 
 import toppling as tp
-from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.cli import main
 from toppling.studies.comparison import curves, figures, pieces, sides
 from toppling.studies.comparison.compare import compare

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from exchange_cases import read_table
 from study_texts import HAZARD, IDA
 
 import toppling as tp
@@ -217,7 +218,7 @@ class TestModelling:
         beta = found["dispersion"].values[0]
         for option, held, total in (((), 0.0, beta), (("--with-modelling",), 0.4, np.hypot(beta, 0.4))):
             assert main(["export", str(tmp_path / "out"), "--format", "csv", *option]) == 0
-            curves = tp.fragility.read_curve_csv(tmp_path / "out/export/curves.csv")
+            curves = read_table(tmp_path / "out/export/curves.csv")
             np.testing.assert_allclose(curves["dispersion"].values[0], total, rtol=1e-12)
             assert (curves["modelling_dispersion"] == held).all()
             law = ("--model", "housner")
@@ -247,7 +248,7 @@ class TestModelling:
         law, more = '[[models]]\nlaw = "housner"\n', f'modelling_dispersion = 0.4\nmodelling = "{where}"\n'
         study(tmp_path, BLOCK, law, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
         assert main(["export", str(tmp_path / "out"), "--format", "csv", *option]) == 0
-        row = tp.fragility.read_curve_csv(tmp_path / "out/export/curves.csv")
+        row = read_table(tmp_path / "out/export/curves.csv")
         held = row.get("rate_modelling_dispersion")
         assert row["modelling_dispersion"].item() == dispersion
         assert (None if held is None else held.item()) == rates

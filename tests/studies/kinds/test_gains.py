@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from lognormal import fit_lognormal
 from study_texts import IDA, motions
 
 import toppling as tp
-from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.verdict import verdict
 from toppling.studies.plan.gains import comparable
 from toppling.studies.report.actions import next_steps

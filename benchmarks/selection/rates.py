@@ -17,15 +17,15 @@ from ...core import checks
 from ...core.aliases import Array, Index
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...core.wording import given_percent
-from ..fitting.bootstrap import draw_motions, percentile_interval
-from ..fitting.fit import FORMS, REPLICATES, fitted_curves
-from ..fitting.intervals import PROFILE, Options
-from ..fitting.links import LOGNORMAL
-from ..fitting.trials import Sample, Trials, collect
-from ..hazard.curve import HazardCurve
-from ..runs.provenance import STRIPES, design_of, ground_names, provenance_from
-from ..runs.scaling import intensity_measure
-from .annual_rate import annual_rate, rate_share_above
+from ...fragility.fitting.bootstrap import draw_motions, percentile_interval
+from ...fragility.fitting.fit import FORMS, REPLICATES, fitted_curves
+from ...fragility.fitting.intervals import PROFILE, Options
+from ...fragility.fitting.links import LOGNORMAL
+from ...fragility.fitting.trials import Sample, Trials, collect
+from ...fragility.hazard.curve import HazardCurve
+from ...fragility.risk.annual_rate import annual_rate, rate_share_above
+from ...fragility.runs.provenance import STRIPES, design_of, ground_names, provenance_from
+from ...fragility.runs.scaling import intensity_measure
 
 DURATION = "d5_95"
 """Measure by which a motion is known again: scaling does not change it."""

@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.fragility import HazardCurve, rates_by_measure
+from toppling.benchmarks.selection.rates import rates_by_measure
+from toppling.fragility import HazardCurve
 
 UNITS = {"Sa(1)": "m s-2", "pgv": "m s-1", "pga": "m s-2"}
 
