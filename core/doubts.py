@@ -15,7 +15,7 @@ KINDS: dict[str, str] = {
     "block size": "sides above 20 m or below 0.01 m, widths above 1.5 m, and centres of mass lower than half the width",
     "units": "dampings, restitutions, masses, strengths, distances, periods, filters … that suggest another unit",
     "building": "periods, dampings and heights of buildings, benches and isolators that suggest another unit",
-    "level": "levels above 5 g or 10 m/s, and levels of stripes that their unscaled motions do not have",
+    "level": "levels above 5 g or 10 m/s, and levels of stripes or histories that their unscaled motions do not have",
     "scenario": "earthquakes and sites outside of a generator's data, or motions unlike a ground-motion model's",
     "spectra": "records that are copies, and ensembles of nearly one spectrum: PGV/PGA or Sa(1 s)/Sa(0.2 s) is alike",
     "vertical": "vertical components of records, left out, or shaking blocks as horizontal ones where they are named",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,9 @@ from ..core.doubts import Doubt, first_names, first_of
 from ..core.units import STANDARD_GRAVITY
 from ..core.wording import counted, short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
+from .floors.histories import DIRECTIONS, FloorHistories
+from .intensity.dataset import measure_named
+from .intensity.directions import PairMeasure
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
 from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
 
@@ -35,6 +38,9 @@ UNLIKE = 5.0
 """Ratio of the PGAs of two horizontal components: those of recordings differ by 3 at most (assumed)."""
 SAME = 1.0 - 1e-6
 """Square of the correlation from which two motions are one: files print four digits or more."""
+LEVEL_APART, MOTION_APART = 1.5, 2.0
+"""Factors between a level and its ground motions, in the mean and each, beyond which they are of another level."""
+GROUND_FLOOR = "0"
 RINGING = 0.2
 """Share of its peak above which the last swing of a building is cut.
 
@@ -131,6 +137,43 @@ def pair_doubts(h1: Sequence[Record], h2: Sequence[Record], vertical: Sequence[R
                 odd.append(f"{first.label} is {short_digits(factor)} times {second.label}")
     what = f"{counted(len(odd), 'pair')} cannot be components of one recording ({first_of(odd)})"
     return [Doubt("table", f"{what}: a copy, zeros or another unit in one of them?")] if odd else []
+
+
+def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
+    """Return the doubts in floor histories with levels in SI of a measure, '' where they have none.
+
+    The ground is held against the levels, each floor against the next one, and each direction against the other.
+    """
+    found, floors = [], histories.floors
+    both = [floor for floor in floors if len(histories.directions(floor)) > 1]
+    across = [[record for floor in both for record in histories.on(floor, along)] for along in DIRECTIONS]
+    found += pair_doubts(*across) if both else []
+    peaks: dict[str, list[float]] = {floor: [] for floor in floors}
+    for (_, _, floor, _), history in histories.histories.items():
+        peaks[floor].append(math.log(np.abs(history.acceleration).max()))
+    for lower, upper in pairwise(floor for floor in floors if floor.isdecimal() and int(floor) > 0):
+        ratio = float(np.exp(np.mean(peaks[upper]) - np.mean(peaks[lower])))
+        if not 1.0 / UNLIKE < ratio < UNLIKE:
+            what = f"the PGA of floor {upper} is {two_digits(ratio)} times that of floor {lower}"
+            found.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
+    if not im or GROUND_FLOOR not in floors:
+        return found
+    measure = measure_named(im)
+    plain = measure.base if isinstance(measure, PairMeasure) else measure
+    along = [histories.on(GROUND_FLOOR, direction) for direction in histories.directions(GROUND_FLOOR)]
+    values = np.array([[plain.of_record(record) for record in own] for own in along])
+    # (direction, level, motion): the measure may be of either direction, or of both
+    ratios = values.reshape(len(along), histories.levels.size, -1) / histories.levels[:, None]
+    means = np.exp(np.log(ratios).mean(axis=2))
+    off = (means.max(axis=0) * LEVEL_APART < 1.0) | (means.min(axis=0) > LEVEL_APART)
+    off |= (ratios.max(axis=0) * MOTION_APART < 1.0).any(axis=1) | (ratios.min(axis=0) > MOTION_APART).any(axis=1)
+    if off.any():
+        i = int(np.argmax(off))
+        ends = f"{two_digits(float(ratios[:, i].min()))} to {two_digits(float(ratios[:, i].max()))} times the level"
+        what = f"the {plain.label} of floor 0 is not that of {counted(int(off.sum()), 'level')}"
+        slip = "another unit, or files of other levels?"
+        found.append(Doubt("level", f"floor histories: {what} (at {histories.texts[i]} {ends}): {slip}"))
+    return found
 
 
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:

@@ -17,6 +17,7 @@ from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
 from ..tables.sensitivity import claims_of
 from ..tables.slides import edge_sentences, trip_sentences
+from ..text.precision import missed_precision
 
 MOST_CLAIMS = 6
 """Most statements of a sensitivity study that a terminal shows."""
@@ -50,5 +51,6 @@ def _beside_table(results: xr.Dataset) -> list[str]:
     beyond = [*rate_sentences(results), *second_opinions(results)] if "rate" in results else []
     # (what rates rest on and which law they are of is one paragraph)
     rests = " ".join([*beyond, *choice])
-    together = [*event_sentences(results), *crossing, *([rests] if rests else [])]
+    missed = filter(None, [missed_precision(results)])
+    together = [*missed, *event_sentences(results), *crossing, *([rests] if rests else [])]
     return [*together, *gain_sentences(results), *break_sentences(results), *slid]

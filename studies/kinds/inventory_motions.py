@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.doubts import noted
+from ...core.doubts import noted, warn
 from ...motions import Building, Generator
 from ...motions.floors.histories import FloorHistories
-from ...motions.plausibility import ringing_doubts
+from ...motions.plausibility import history_doubts, ringing_doubts
 from ..buildings.notes import PROPORTIONAL, history_notes
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.floor_index import read_floor_index
@@ -120,7 +120,10 @@ def levels_of(histories: FloorHistories) -> LevelsTable:
 def in_si(histories: FloorHistories, im: str, near: Array) -> FloorHistories:
     """Return histories with their levels in SI: the levels `near` where they differ from these by rounding alone."""
     if not histories.unit:
+        warn(history_doubts(histories, ""))
         return histories
     own = levels_of(histories).build(im)
     alike = own.shape == near.shape and np.allclose(own, near, rtol=1e-9, atol=0.0)
-    return histories.at(near if alike else own)
+    found = histories.at(near if alike else own)
+    warn(history_doubts(found, im))
+    return found

@@ -1,6 +1,6 @@
 """Annual rates of adaptive studies that stop at a rate: from weighted runs, beside those of the fitted curves.
 
-The rate without a form of curve has the precision that was asked for, so that it is the rate of the results.  That of
+The precision that is asked for is of the rate without a form of curve, so that it is the rate of the results.  That of
 the fitted curve is a second opinion: its interval takes the form as known and is the narrower for it.
 """
 
@@ -27,9 +27,9 @@ FITTED = "fitted_"
 """Prefix of the rate and the chance of the fitted curve, where those of the results are without a form of curve."""
 ENDS = ("", "_lower", "_upper")
 FORM_FREE = (
-    "annual rates, and chances in years, are from weighted runs without a form of curve, with the precision that was "
-    "asked for; those of the fitted curves stand beside them in the table of the precision at adaptive levels, and the "
-    "shares of a rate by shaking are those of the fitted curve"
+    "annual rates, and chances in years, are from weighted runs without a form of curve; those of the fitted curves "
+    "stand beside them in the table of the precision at adaptive levels, and the shares of a rate by shaking are those "
+    "of the fitted curve"
 )
 OF_THE_MEAN = "rates are at the mean hazard curve; their intervals do not hold the spread of its realisations"
 OF_CURVE = (

@@ -33,7 +33,7 @@ from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
 from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
-from ..text.precision import asked_of, is_missed, reached_by
+from ..text.precision import missed_precision, reached_by
 from ..text.reached import levels_run, within_levels
 from ..text.words import reference_law
 
@@ -556,24 +556,16 @@ def _reached(results: xr.Dataset, question: str, reason: str) -> Check:
     """Check whether intervals that are narrow are as narrow as was asked, where motions are run until they are."""
     if "stopped_because" not in results:
         return Check(question, GOOD, reason)
-    stops = results["stopped_because"]
-    if "block" in stops.dims:
-        _, allowed = asked_of(results)
-        every = reached_by(results)
-        missed = [one for one in every if is_missed(one.stopped, one.half_width, allowed)]
-        accounts, number = [f"{one.name}: {one.account}" for one in missed], len(every)
-        unsure = sum(one.stopped != REACHED for one in every) - len(missed)
-    else:  # (of a region's surfaces)
-        accounts = results["account"].values[stops.values.astype(str) != REACHED].tolist()
-        number, unsure = stops.size, 0
-    if not accounts:
-        sure = "" if not unsure else f" (for {unsure:,} of {counted(number, 'curve')} no further look confirms it)"
+    missed = missed_precision(results)
+    if not missed:
+        every = reached_by(results) if "block" in results["stopped_because"].dims else []
+        unsure = sum(one.stopped != REACHED for one in every)
+        sure = "" if not unsure else f" (for {unsure:,} of {counted(len(every), 'curve')} no further look confirms it)"
         return Check(question, GOOD, f"{reason} The precision that was asked for is reached{sure}.")
     return Check(
         question,
         CARE,
-        f"{reason} {len(accounts):,} of {counted(number, 'curve')} missed the precision that was asked for "
-        f"({accounts[0]}).",
+        f"{reason} {missed}",
         "Allow more motions, or decide with the interval that was reached.",
         "the precision asked for was not reached",
     )

@@ -10,7 +10,8 @@ from toppling import motions as mo
 from toppling.core.doubts import noted
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import records
-from toppling.motions.plausibility import record_doubts, ringing_doubts
+from toppling.motions.floors.histories import FloorHistories, History
+from toppling.motions.plausibility import history_doubts, record_doubts, ringing_doubts
 
 DT = 0.01
 
@@ -258,3 +259,71 @@ def test_generated_motions_beyond_what_was_recorded(peak, grave):
     values = peak * G * np.sin(np.arange(500) * 0.1)[None]
     found = record_doubts(records(mo.from_array(values, 0.01)))
     assert [(one.kind, one.grave) for one in found] == [("PGA", one) for one in grave]
+
+
+class TestFloorHistories:
+    """Levels of 2, 4 and 8 m/s², PGA: noise on floors 0, 1, 2 (times 1, 1.5, 2) in x, and 0.7 times in y."""
+
+    FACTORS = {
+        (floor, way): (1.0 + 0.5 * floor) * share for floor in range(3) for way, share in (("x", 1.0), ("y", 0.7))
+    }
+
+    def histories(self, changed=None, levels=(2.0, 4.0, 8.0), factors=None, swapped=()):
+        rng, found = np.random.default_rng(1), []
+        of = dict(zip(levels, levels, strict=True)) | dict(zip(swapped, reversed(swapped), strict=True))
+        for level in levels:
+            for motion in ("a", "b"):
+                for (floor, way), factor in (self.FACTORS | (factors or {})).items():
+                    noise = rng.normal(size=500) * np.sin(np.pi * np.arange(500) / 499.0) ** 2
+                    wave = of[level] * factor * noise / np.abs(noise).max()
+                    wave = (changed or (lambda _level, _motion, values: values))(level, motion, wave)
+                    found.append(History(level, motion, str(floor), way, wave, DT, "file"))
+        return FloorHistories.of(found, "m/s2")
+
+    @pytest.mark.parametrize(
+        "options",
+        [
+            {},
+            {"factors": {(1, "x"): 0.3, (1, "y"): 0.25, (2, "x"): 0.3, (2, "y"): 0.3}},  # (isolated)
+            {"factors": {(0, "x"): 1.2, (0, "y"): 0.8}},  # (levels are geometric means)
+        ],
+    )
+    @pytest.mark.parametrize("im", ["pga", "RotD50(pga)", ""])
+    def test_sound_ones(self, options, im):
+        assert history_doubts(self.histories(**options), im) == []
+
+    @pytest.mark.parametrize(
+        ("options", "kind", "said"),
+        [
+            ({"changed": lambda _level, _motion, wave: wave / G}, "level", "pga of floor 0 is not that of 3 levels"),
+            ({"swapped": (2.0, 8.0)}, "level", "not that of 2 levels (at 2 m/s2 2.8 to 4.0 times the level)"),
+            ({"swapped": (2.0, 4.0)}, "level", "not that of 1 level (at 4 m/s2 0.35 to 0.50 times the level)"),
+            (
+                {"changed": lambda level, motion, wave: wave * (0.4 if (level, motion) == (4.0, "b") else 1.0)},
+                "level",
+                "not that of 1 level (at 4 m/s2 0.28 to 1.0 times the level)",
+            ),
+            (
+                {"factors": {(2, "x"): 2.0 / G, (2, "y"): 1.4 / G}},
+                "table",
+                "the PGA of floor 2 is 0.14 times that of floor 1",
+            ),
+            ({"factors": {(1, "y"): 15.0, (2, "y"): 20.0}}, "table", "12 pairs cannot be components of one recording"),
+        ],
+    )
+    def test_slips(self, options, kind, said):
+        found = history_doubts(self.histories(**options), "pga")
+        assert [one.kind for one in found] == [kind]
+        assert said in found[0].sentence
+
+    def test_directions_that_are_multiples(self):
+        whole = self.histories()
+        keys = {key: one for key, one in whole.histories.items() if key[3] == "x"}
+        y = {
+            (*key[:3], "y"): one._replace(direction="y", acceleration=-0.7 * one.acceleration)
+            for key, one in keys.items()
+        }
+        found = history_doubts(FloorHistories.of([*keys.values(), *y.values()], "m/s2"), "pga")
+        assert (
+            "a at 2 m/s2 floor 0 in direction x is -1.43 times a at 2 m/s2 floor 0 in direction y" in found[0].sentence
+        )

@@ -364,6 +364,14 @@ SCENARIO = "".join(f"{i / 50},{i % 5 - 2},{i % 3 - 1},{i % 4 - 1.5}\n" for i in 
 
 
 class TestStudies:
+    @pytest.mark.parametrize(("level", "said"), [(1.0, False), (9.81, True)])
+    def test_the_ground_of_an_index_is_held_against_its_levels(self, tmp_path, level, said):
+        """The histories have a PGA of 1 g."""
+        rows = "".join(f"{level},A{j},{floor},h{j}.csv\n" for j in range(3) for floor in (0, 1, 3))
+        notes = tp.Study.from_toml(study(tmp_path, index=f"level (g),motion,floor,file\n{rows}")).notes
+        wanted = "the pga of floor 0 is not that of 1 level (at 9.81 g 0.10 to 0.10 times"
+        assert any(wanted in note for note in notes) == said
+
     @pytest.mark.parametrize(
         ("options", "said"),
         [

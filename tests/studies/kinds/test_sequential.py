@@ -537,6 +537,7 @@ def test_slips_that_missed_their_precision_are_named(study):
         (check,) = [one for one in checks_of(results) if "medians known" in one.question or "interval" in one.question]
         if missed:
             assert "6 of 6 curves missed the precision that was asked for" in check.reason
+            assert "6 of 6 curves missed the precision that was asked for (" in " ".join(verdict(results, True))
             assert "the precision of 1 further slip was missed" in results.attrs["notes"]
             assert "the precision takes about" in said[0]
         else:
