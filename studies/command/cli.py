@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Group, Parameter
 from cyclopts.exceptions import CycloptsError
 
-from ...__main__ import memory_limit
+from ...limits import memory_limit
 from ...wording import counted, system_reason
 from ..single.command import simulate_one
 from ..text.encoding import json_text, printable, write_anything

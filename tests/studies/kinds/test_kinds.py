@@ -507,6 +507,17 @@ def test_what_can_be_known_is_refused_before_the_runs(name, key, tmp_path):
         tp.Study.from_toml(tmp_path / "study.toml")
 
 
+def test_the_forecast_of_a_sweep_over_delta_is_of_its_values(tmp_path):
+    """A thin zone is solved in pieces: 2 dt q/sqrt(delta), some 350 for each sample, of 1e-7 s and more each."""
+    seconds = []
+    for delta in (1e-7, 0.05):
+        sweep = f'[sensitivity]\nparameter = "delta"\nvalues = [{delta}, 0.06]\n'
+        (tmp_path / "study.toml").write_text(f'title = "Sweep"\n{SHELF}{STIFF}{IDA}{sweep}{motions(32)}')
+        study = tp.Study.from_toml(tmp_path / "study.toml")
+        seconds.append(study.room.chunks.seconds / study.work)
+    assert seconds[0] > 1000.0 * seconds[1]
+
+
 def test_uncertain_blocks_of_which_some_have_a_scene(tmp_path):
     """They run together, and the page says of each what stands around it."""
     (tmp_path / "study.toml").write_text(
