@@ -9,6 +9,8 @@ import threading
 from contextlib import suppress
 from typing import Any
 
+from .core.limits import memory_limit
+
 FAILED, HUNG_UP, INTERRUPTED, TERMINATED = 1, 129, 130, 143
 AGAIN_SECONDS = 0.02
 
@@ -56,16 +58,6 @@ def _leave(number: int, frame: object) -> None:
     """End at once while the packages load: some of them swallow an exception, or replace it by one of their own."""
     os.write(2, b"toppling: interrupted\n")
     os._exit(INTERRUPTED)
-
-
-def memory_limit() -> int:
-    """Return the limit on this process's memory (kB) that its shell set; 0 where there is none."""
-    with suppress(ImportError):  # (Windows has none)
-        import resource  # noqa: PLC0415
-
-        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-        return 0 if limit == resource.RLIM_INFINITY else limit // 1024
-    return 0
 
 
 def interrupt_again(swallowed: Any) -> None:

@@ -10,6 +10,7 @@ import math
 import re
 import zipfile
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 STUDY_BYTES = 2**20
@@ -38,6 +39,16 @@ _TAG = re.compile(rb"<(?:\w+:)?([A-Za-z]\w*)")
 _RANGE = re.compile(
     rb"<(?:\w+:)?(?:mergeCell|hyperlink)\b[^>]*?\bref\s*=\s*[\"']\$?([A-Z]+)\$?(\d+):\$?([A-Z]+)\$?(\d+)"
 )
+
+
+def memory_limit() -> int:
+    """Return the limit on this process's memory (kB) that its shell set; 0 where there is none."""
+    with suppress(ImportError):  # (Windows has none)
+        import resource  # noqa: PLC0415
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        return 0 if limit == resource.RLIM_INFINITY else limit // 1024
+    return 0
 
 
 def workbook_problem(parts: zipfile.ZipFile, most_bytes: int) -> str | None:

@@ -272,6 +272,12 @@ class PerformanceStudy(Study):
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
             raise ValueError(f"performance.objective must be one of {', '.join(allowed)}, got {study.objective!r}")
+        of_word = study.objective in inventory.consequences
+        if all(row.anchored for row in inventory.rows if not of_word or study.objective in row.consequences):
+            raise ValueError(
+                f"performance.objective: nothing is left to be anchored that counts for {study.objective!r}: set "
+                "anchored to no for a line of the inventory, or name another objective"
+            )
         check_drawn(inventory, study.realisations)
         for word in asked.safety or ():
             if word not in inventory.consequences:

@@ -472,6 +472,8 @@ LATE = {
     "pieces": f'{HOUSNER}[performance]\nim = "pga_normalised"\nlevels = {{ values = [0.7, 1.5], unit = "1" }}\n'
     'inventory = "pieces.csv"\n',
     "wall": f'{SHELF}{WALL}[[models]]\nlaw = "discrete"\n{IDA}{SPREAD}',
+    "anchored": f'{HOUSNER}[performance]\nim = "pga"\nlevels = {{ values = [0.7], unit = "g" }}\n'
+    'inventory = "pieces.csv"\nobjective = "blocks-exit"\n',
     "stiff": f"{SHELF}{HOUSNER}{STIFF}delta = 1e-9\n{IDA}",
     "stiff_values": f'{SHELF}{STIFF}{IDA}[sensitivity]\nparameter = "delta"\nvalues = [1e-9, 0.05]\n',
     "stiff_inputs": f"{SHELF}{STIFF}delta = 1e-9\n{IDA}{SPREAD}",
@@ -488,6 +490,7 @@ LATE = {
         ("adaptive", "outputs: adaptive levels do not keep 'top_displacement'"),
         ("pieces", r"performance\.im"),
         ("wall", "blocks: "),
+        ("anchored", r"performance\.objective: nothing is left .* 'blocks-exit'"),
         ("stiff", r"models\[2\]: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
         ("stiff_pieces", r"models\[2\]: '0\.4.* under giannini-masiani .* delta must be at least"),
         ("stiff_values", r"sensitivity\.values: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
@@ -495,10 +498,23 @@ LATE = {
     ],
 )
 def test_what_can_be_known_is_refused_before_the_runs(name, key, tmp_path):
-    (tmp_path / "pieces.csv").write_text("item,width_m,height_m,floor\nshelf,0.4,1.8,0\n")
+    (tmp_path / "pieces.csv").write_text(
+        "item,width_m,height_m,floor,anchored,consequence\nshelf,0.4,1.8,0,no,\ndesk,0.4,1.8,0,yes,blocks-exit\n"
+    )
     (tmp_path / "study.toml").write_text(f'title = "Late"\n{LATE[name]}{motions(32)}')
     with pytest.raises(StudyError, match=key):
         tp.Study.from_toml(tmp_path / "study.toml")
+
+
+def test_the_forecast_of_a_sweep_over_delta_is_of_its_values(tmp_path):
+    """A thin zone is solved in pieces: 2 dt q/sqrt(delta), some 350 for each sample, of 1e-7 s and more each."""
+    seconds = []
+    for delta in (1e-7, 0.05):
+        sweep = f'[sensitivity]\nparameter = "delta"\nvalues = [{delta}, 0.06]\n'
+        (tmp_path / "study.toml").write_text(f'title = "Sweep"\n{SHELF}{STIFF}{IDA}{sweep}{motions(32)}')
+        study = tp.Study.from_toml(tmp_path / "study.toml")
+        seconds.append(study.room.chunks.seconds / study.work)
+    assert seconds[0] > 1000.0 * seconds[1]
 
 
 def test_uncertain_blocks_of_which_some_have_a_scene(tmp_path):
