@@ -335,17 +335,20 @@ def rate_notes(
 
 
 def coverage_notes(form: str, design: str, motions: int) -> list[str]:
-    """A note on intervals of rates that are known to hold the true rate less often than they should, or none.
+    """A note on intervals that are known to hold the true value less often than they should, or none.
 
     >>> coverage_notes("lognormal", "ida", 10)
     ['95 % intervals of annual rates held the true rate in 87 to 99 % of simulated studies with few motions (10 here)']
+    >>> coverage_notes("lognormal", "ida", 20)
+    []
     """
     few = "few motions" if motions < ENOUGH_MOTIONS else ""
     kind = next((kind for kind in (form, design, few) if kind in HELD), None)
     if kind is None:
         return []
-    what = {form: f"{form} curves", few: f"{few} ({motions} here)"}.get(kind, kind)
-    return [f"95 % intervals of annual rates held the true rate in {HELD[kind]} of simulated studies with {what}"]
+    what = {form: f"{form} curves", few: f"{few} ({motions} here)", "cloud": "clouds"}.get(kind, kind)
+    said = f"95 % intervals of annual rates held the true rate in {HELD[kind]} of simulated studies with {what}"
+    return [f"{said}, and intervals of the level of 10 % the true level in 83 to 98 %" if kind == "cloud" else said]
 
 
 def _unknown_at(side: str, end: LevelEnd) -> str:

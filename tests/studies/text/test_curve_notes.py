@@ -15,7 +15,14 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
-from toppling.studies.text.curve_notes import LevelEnd, curve_notes, misfit_notes, rate_bounds, rate_notes
+from toppling.studies.text.curve_notes import (
+    LevelEnd,
+    coverage_notes,
+    curve_notes,
+    misfit_notes,
+    rate_bounds,
+    rate_notes,
+)
 from toppling.studies.text.one_side import one_side_notes
 
 MODELS = """
@@ -564,3 +571,17 @@ class TestOneSide:
         (counted,) = one_side_notes(every, "front", "isotonic")
         assert counted.startswith("a, c: it may fall to the other side instead, and such falls are not counted")
         assert one_side_notes([touching], "front", "lognormal") == []
+
+
+@pytest.mark.parametrize(
+    ("form", "design", "motions", "words"),
+    [
+        ("isotonic", "ida", 400, "in 76 to 98 % of simulated studies with isotonic curves"),
+        ("lognormal", "stripes", 400, "in 61 to 98 % of simulated studies with stripes"),
+        ("lognormal", "cloud", 10, "intervals of the level of 10 % the true level in 83 to 98 %"),
+        ("lognormal", "ida", 19, "with few motions (19 here)"),
+    ],
+)
+def test_intervals_that_hold_less_say_so(form, design, motions, words):
+    (note,) = coverage_notes(form, design, motions)
+    assert words in note
