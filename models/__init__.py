@@ -7,7 +7,6 @@ from ..core.faces import face
 if TYPE_CHECKING:
     from .block import Block, describe_block
     from .columns import BlockArray
-    from .dissipation import apparent_restitution
     from .history import free_rocking, simulate
     from .items import Catalogue, Item, catalogue
     from .laws import (
@@ -52,7 +51,6 @@ __all__ = [
     "Vassiliou",
     "ViscousDamping",
     "Wall",
-    "apparent_restitution",
     "catalogue",
     "delta_from_frequency",
     "delta_from_settlement",
@@ -70,7 +68,6 @@ __getattr__, __dir__ = face(
     {
         "block": ("Block", "describe_block"),
         "columns": ("BlockArray",),
-        "dissipation": ("apparent_restitution",),
         "history": ("free_rocking", "simulate"),
         "items": ("Catalogue", "Item", "catalogue"),
         "laws": (
