@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from .selection.select import InconsistentSelection, Selection, select
     from .selection.stated import Stated
     from .selection.target import Conditional, Mixture, Target
-    from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
+    from .simulated.envelopes import ENVELOPES, Envelope, RiseStrongDecay, Stationary
     from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
     from .simulated.generator import Generator, ensemble, steps_of
     from .simulated.ground_motion_models import Scenario, expected_motions, over_model, scale_to_model
@@ -72,12 +72,10 @@ __all__ = [
     "CollapsingBuilding",
     "Conditional",
     "Disaggregation",
-    "DoubleExponential",
     "DoubtfulCorrelations",
     "Envelope",
     "EvolutionaryCloughPenzien",
     "EvolutionaryKanaiTajimi",
-    "Gamma",
     "Generator",
     "GeometricMean",
     "HalfSine",
@@ -207,7 +205,7 @@ __getattr__, __dir__ = face(
         "selection.stated": ("Stated",),
         "selection.select": ("InconsistentSelection", "Selection", "select"),
         "selection.target": ("Conditional", "Mixture", "Target"),
-        "simulated.envelopes": ("ENVELOPES", "DoubleExponential", "Envelope", "Gamma", "RiseStrongDecay", "Stationary"),
+        "simulated.envelopes": ("ENVELOPES", "Envelope", "RiseStrongDecay", "Stationary"),
         "simulated.evolutionary": ("EvolutionaryCloughPenzien", "EvolutionaryKanaiTajimi"),
         "simulated.generator": ("Generator", "ensemble", "steps_of"),
         "simulated.ground_motion_models": ("Scenario", "expected_motions", "over_model", "scale_to_model"),

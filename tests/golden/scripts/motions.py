@@ -70,7 +70,7 @@ def parts_of_generators():
 
 def envelopes():
     time = np.linspace(0.0, 20.0, 21)
-    shapes = [motions.Stationary(), motions.RiseStrongDecay(2.0, 6.0), motions.Gamma(), motions.DoubleExponential()]
+    shapes = [motions.Stationary(), motions.RiseStrongDecay(2.0, 6.0)]
     assert all(isinstance(shape, motions.Envelope) for shape in shapes)
     return {"names": sorted(motions.ENVELOPES)} | {type(shape).__name__: shape(time) for shape in shapes}
 
