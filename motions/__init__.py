@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .matching.misfit import matching_report
     from .matching.spectrum_compatible import SpectrumCompatible
     from .matching.targets import TargetSpectrum
-    from .pairs import as_recorded, both_axes, join, read_pairs, rotate, weak_axis
+    from .pairs import as_recorded, both_axes, join, rotate, weak_axis
     from .readers.at2 import read_at2, write_at2
     from .readers.csv import read_csv
     from .readers.lines import RecordError
@@ -140,7 +140,6 @@ __all__ = [
     "read_csv",
     "read_disaggregation",
     "read_floors",
-    "read_pairs",
     "read_target",
     "records",
     "resample",
@@ -191,7 +190,7 @@ __getattr__, __dir__ = face(
         "matching.misfit": ("matching_report",),
         "matching.spectrum_compatible": ("SpectrumCompatible",),
         "matching.targets": ("TargetSpectrum",),
-        "pairs": ("as_recorded", "both_axes", "join", "read_pairs", "rotate", "weak_axis"),
+        "pairs": ("as_recorded", "both_axes", "join", "rotate", "weak_axis"),
         "readers.at2": ("read_at2", "write_at2"),
         "readers.csv": ("read_csv",),
         "readers.lines": ("RecordError",),

@@ -109,7 +109,6 @@ def read_and_written():
         "read_csv": motions.read_csv("record.csv"),
         "read_of_numbers": motions.read("numbers.csv", dt=0.02, unit="g"),
         "read_all": motions.read_all("record.csv"),
-        "read_pairs": motions.read_pairs(["pair-N.at2", "pair-E.at2"]),
         "read_floors": motions.read_floors("floors.csv"),
         "from_array": motions.from_array([[0.0, 1.0, -0.5, 0.0]], 0.01, ["own"]),
         "records": [record.label for record in motions.records(GROUND)],
