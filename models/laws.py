@@ -222,7 +222,7 @@ class DiscreteDamping(_HeldZoneLaw):
     -----
     A block on a bed (`Bed`) has the bed's zone, up to its uplift, whatever delta is; "rigid" is refused.  The rule is
     the same: each inward crossing of the bed in full contact takes about the share 1 - e of the velocity, and the bed
-    is undamped before the first one.  e is nominal then: `apparent_restitution` gives what a half-cycle keeps.
+    is undamped before the first one.  e is nominal then.
     """
 
     law: ClassVar[str] = "discrete"

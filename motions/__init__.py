@@ -37,7 +37,6 @@ if TYPE_CHECKING:
         as_recorded as as_recorded,
         both_axes as both_axes,
         join as join,
-        read_pairs as read_pairs,
         rotate as rotate,
         weak_axis as weak_axis,
     )
@@ -60,9 +59,7 @@ if TYPE_CHECKING:
     from .selection.target import Conditional as Conditional, Mixture as Mixture, Target as Target
     from .simulated.envelopes import (
         ENVELOPES as ENVELOPES,
-        DoubleExponential as DoubleExponential,
         Envelope as Envelope,
-        Gamma as Gamma,
         RiseStrongDecay as RiseStrongDecay,
         Stationary as Stationary,
     )

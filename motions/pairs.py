@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -18,10 +17,8 @@ from ..core.streams import stream
 from ..core.units import DIMENSIONLESS, RADIAN
 from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
 from .plausibility import pair_doubts
-from .readers.directions import direction_of, header_of, of_file, of_the_ground, said_of
+from .readers.directions import direction_of, header_of, of_file, said_of
 from .readers.lines import RecordError
-from .readers.patterns import expand, is_pattern
-from .readers.read import read_file
 
 AZIMUTH = {"units": RADIAN, "long_name": "azimuth of the component, clockwise from north"}
 RANDOM = "random"
@@ -190,7 +187,7 @@ def both_axes(
     Parameters
     ----------
     pairs : xarray.DataArray or an iterable of them
-        As `join`, `read_pairs` or `Generator.sample_pairs` return them.
+        As `join` or `Generator.sample_pairs` return them.
     azimuth : float or "random"
         Direction of the blocks' width, rad, clockwise from north (from h1 towards h2 where azimuths are not known), or
         for each motion another one, uniform over all directions.
@@ -298,40 +295,6 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
     return pair.drop_vars(LIFTS, errors="ignore").assign_coords({**one, **({LIFTS: lifts} if vertical else {})})
 
 
-def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
-    """Read record files and join the components of each recording.
-
-    Components of one recording are the channels of one file, or files whose names differ in the direction alone:
-    K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
-    databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
-    number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
-    the name, but for the second line of AT2 files: a warning says where it has another one.
-
-    Parameters
-    ----------
-    paths : sequence of path
-        Record files, in any order, or patterns that name several (``"records/*.AT2"``).
-
-    Returns
-    -------
-    list of xarray.DataArray
-        As `join`, one array for each recording, in the order of the first of its files.
-
-    Raises
-    ------
-    RecordError
-        A file that cannot be read; a component without another one, or more than two horizontal components, or two
-        that are not perpendicular; the sentence names the files.
-    """
-    if isinstance(paths, str | os.PathLike):
-        raise TypeError(f"paths must be several record files, got {str(paths)!r:.60}")
-    given = [os.fspath(path) for path in paths]
-    files: list[Path] = []
-    for path in given:
-        files += expand(path, Path(), "paths") if is_pattern(path) else [Path(path)]
-    return pair_up(of_the_ground({file: read_file(file) for file in files}, given))
-
-
 def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr.DataArray]) -> xr.DataArray:
     """Return components as `join` gives them after a correction of their motions that keeps them simultaneous."""
     _check_pair(pair)
@@ -351,7 +314,20 @@ def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr
 
 
 def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
-    """Return the joined components of what was read from files; everything else as `read_pairs`."""
+    """Return what was read from files, the components of each recording joined, in the order of their first files.
+
+    Components of one recording are the channels of one file, or files whose names differ in the direction alone:
+    K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
+    databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
+    number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
+    the name.
+
+    Raises
+    ------
+    RecordError
+        A component without another one, or more than two horizontal components, or two that are not perpendicular; the
+        sentence names the files.
+    """
     recordings: dict[str, list[_Channel]] = {}
     for path, arrays in read.items():
         for channel in _channels(path, arrays):

@@ -247,7 +247,9 @@ def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quan
     if kind != "probability":
         return Quantity(kind, 1.0 if own is None else own), weight
     if own is None and years is None:
-        raise HazardError(f"{where} names a probability but not in how many years: give years, got {name[:40]!r}")
+        raise HazardError(
+            f"{where} names a probability but not in how many years (`probability in 50 years`), got {name[:40]!r}"
+        )
     if own is not None and years is not None:
         raise HazardError(f"{where} names the years of a probability, so years must not be given: {name[:40]!r}")
     time = years if own is None else own
@@ -287,7 +289,7 @@ def read_openquake(
     label, unnamed = _named_measure(lines, comment, im)
     time = stated(lines, comment, "investigation_time")
     if (time is None) == (years is None):
-        problems = "states no investigation_time: give years", "states its time, so years must not be given"
+        problems = "states no investigation_time in its first line", "states its time, so years must not be given"
         raise HazardError(f"{lines.file}: {problems[time is not None]}")
     above = max(lines.number - 1, 1)
     period = years if time is None else lines.value(time, "investigation_time", above=0.0, at=above)

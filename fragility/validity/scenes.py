@@ -67,7 +67,7 @@ def scene_notes(blocks: Iterable[Block]) -> list[str]:
     say(
         [block for block in every if block.bed is not None],
         "the bed is elastic and without tension, and delta of the law is not used; what half a cycle dissipates "
-        "depends on its amplitude, and e is nominal (models.apparent_restitution gives it): take a measured damping",
+        "depends on its amplitude, and e is nominal: take a measured damping",
     )
     say(
         [block for block in every if block.wall is not None or block.restraint is not None or not block.symmetric],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -62,46 +61,6 @@ class RiseStrongDecay(Envelope):
         return growth * _fading(self.decay, np.maximum(time - self.strong_end, 0.0))
 
 
-@dataclass(frozen=True)
-class Gamma(Envelope):
-    """Envelope t^(shape-1) exp(-rate t) over its maximum; shape > 1, rate > 0 1/s.
-
-    The form is that of Saragoni and Hart (1974), recalled.
-    """
-
-    shape: float = 3.0
-    rate: float = 0.4
-
-    def __post_init__(self) -> None:
-        checks.number("shape", self.shape, above=1.0)
-        _check_positive(self, "rate")
-
-    def __call__(self, time: Array) -> Array:
-        peak = (self.shape - 1.0) / self.rate
-        x = np.minimum(time, GONE * peak) / peak
-        return (x * np.exp(1.0 - x)) ** (self.shape - 1.0)
-
-
-@dataclass(frozen=True)
-class DoubleExponential(Envelope):
-    """Envelope exp(-slow t) - exp(-fast t) over its maximum; 0 < slow < fast, 1/s.
-
-    The form is that of Shinozuka and Sato (1967), recalled.
-    """
-
-    slow: float = 0.15
-    fast: float = 0.6
-
-    def __post_init__(self) -> None:
-        _check_positive(self, "slow")
-        checks.number("fast", self.fast, above=self.slow, unit="1/s")
-
-    def __call__(self, time: Array) -> Array:
-        peak = (math.log(self.fast) - math.log(self.slow)) / (self.fast - self.slow)
-        top = math.exp(-self.slow * peak) - math.exp(-self.fast * peak)
-        return (_fading(self.slow, time) - _fading(self.fast, time)) / top
-
-
 def _fading(rate: float, time: Array) -> Array:
     """Return exp(-rate t), and 0 where it underflows, however large rate t is."""
     return np.asarray(np.exp(-rate * np.minimum(time, GONE / rate)))
@@ -110,7 +69,5 @@ def _fading(rate: float, time: Array) -> Array:
 ENVELOPES: dict[str, type[Envelope]] = {
     "stationary": Stationary,
     "rise-strong-decay": RiseStrongDecay,
-    "gamma": Gamma,
-    "double-exponential": DoubleExponential,
 }
 """The envelopes by the names that study files use."""

@@ -20,7 +20,7 @@ from .table import KeyInfo, RelativePath, Table, one_of
 
 ALONG = ("alpha", "R", "width", "height")
 WAYS: tuple[tuple[set[str], set[str]], ...] = (
-    ({"file"}, {"site", "component", "unit", "file_years"}),
+    ({"file"}, {"site", "component", "unit"}),
     ({"k0", "k"}, {"unit"}),
     ({"k0", "k1", "k2"}, {"unit"}),
     ({"levels", "rates"}, {"unit"}),
@@ -40,11 +40,6 @@ class HazardTable(Table):
         Field(description="Which site of the file: number, name, [lon, lat]."),
     ] = None
     component: Annotated[str | None, KeyInfo("Total"), Field(description="Which curve of a USGS response.")] = None
-    file_years: Annotated[
-        float | None,
-        KeyInfo(unit="years", above=0.0),
-        Field(description="Years of the file's probabilities, if it is silent."),
-    ] = None
     k0: Annotated[
         float | None,
         KeyInfo(unit="1/yr", above=0.0),
@@ -116,7 +111,6 @@ class HazardTable(Table):
                 name,
                 self.site,
                 units=self.unit,
-                years=self.file_years,
                 component=self.component or "Total",
             )
             return replace(curve, at=self.at)

@@ -44,18 +44,6 @@ class EnvelopeTable(Table):
         float | None, KeyInfo(15.0, above=0.0), Field(description="End of the strong phase, s.")
     ] = None
     decay_per_s: Annotated[float | None, KeyInfo(0.0992, above=0.0), Field(description="Rate of decay, 1/s.")] = None
-    shape: Annotated[
-        float | None, KeyInfo(3.0, above=1.0), Field(description="Shape of the gamma envelope, above 1.")
-    ] = None
-    rate_per_s: Annotated[
-        float | None, KeyInfo(0.4, above=0.0), Field(description="Rate of the gamma envelope, 1/s.")
-    ] = None
-    slow_per_s: Annotated[
-        float | None, KeyInfo(0.15, above=0.0), Field(description="Slow rate of the double exponential, 1/s.")
-    ] = None
-    fast_per_s: Annotated[
-        float | None, KeyInfo(0.6, above=0.0), Field(description="Fast rate of the double exponential, 1/s.")
-    ] = None
 
     def build(self) -> shaking.Envelope:
         """Make the envelope; ValueError where a parameter does not belong to it or is out of range."""
@@ -499,9 +487,6 @@ class MotionsTable(Table):
         KeyInfo("5π; from 8π to 3π where it drifts", above=0.0),
         Field(description="Circular frequency of the ground filter, or its drift, rad/s."),
     ] = None
-    omega_g_times_s: Annotated[list[float] | None, KeyInfo("evenly"), Field(description="Times of the drift, s.")] = (
-        None
-    )
     xi_g: Annotated[float | None, KeyInfo(0.6, above=0.0), Field(description="Damping ratio of the ground filter.")] = (
         None
     )
@@ -544,12 +529,6 @@ class MotionsTable(Table):
         bool | None,
         KeyInfo(False),
         Field(description="With `component`: the vertical component shakes, too; of AC156: the vertical spectrum."),
-    ] = None
-    lowest_frequency_hz: Annotated[float | None, KeyInfo(0.1), Field(description="Where matching starts, Hz.")] = None
-    f_lowest_hz: Annotated[
-        float | None,
-        KeyInfo("not checked", above=0.0),
-        Field(description="Lowest natural frequency of the component, Hz, from which acceptance is checked."),
     ] = None
     pgv_bound: Annotated[
         float | None,
@@ -613,9 +592,6 @@ class MotionsTable(Table):
     ] = None
     omega_mid_rad_s: Annotated[
         float | None, KeyInfo("10π", above=0.0), Field(description="Filter frequency at that time, rad/s.")
-    ] = None
-    omega_slope_rad_s2: Annotated[
-        float | None, KeyInfo("-0.2π"), Field(description="Slope of the filter frequency, rad/s².")
     ] = None
     zeta: Annotated[
         float | None, KeyInfo(0.2, at_least=0.005, at_most=0.99), Field(description="Damping ratio of the filter.")

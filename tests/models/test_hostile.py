@@ -120,8 +120,6 @@ BAD_MOTIONS = [
     (lambda: mo.KanaiTajimi().sample(1, seed=-1), ValueError, "seed must be at least 0"),
     (lambda: mo.RiseStrongDecay(rise=0.0), ValueError, "rise must be"),
     (lambda: mo.RiseStrongDecay(rise=5.0, strong_end=4.0), ValueError, "strong_end must be"),
-    (lambda: mo.Gamma(shape=1.0), ValueError, "shape must be"),
-    (lambda: mo.DoubleExponential(slow=0.5, fast=0.5), ValueError, "fast must be"),
     (lambda: mo.HalfSine(0.0, 6.0), ValueError, "amplitude must be"),
     (lambda: mo.Ricker(1.0, INF), ValueError, "omega must be"),
     (lambda: mo.RectangularPulse.of_duration(1.0, 0.0), ValueError, "duration must be"),

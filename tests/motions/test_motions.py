@@ -70,22 +70,13 @@ class TestGenerators:
         expected = [0.0, 4.0 / 16.0, 1.0, 1.0, 1.0, math.exp(-0.0992 * 15.0)]
         np.testing.assert_allclose(envelope(time), expected, rtol=1e-15)
 
-    @pytest.mark.parametrize(
-        "envelope",
-        [
-            mo.RiseStrongDecay(1e-308, 2.0, 1e308),
-            mo.Gamma(3.0, 1e308),
-            mo.DoubleExponential(1e300, 1e305),
-            mo.DoubleExponential(1e-5, 1e308),
-        ],
-    )
-    def test_envelopes_faster_than_any_number(self, envelope):
+    def test_envelopes_faster_than_any_number(self):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            values = envelope(np.linspace(0.0, 40.0, 4001))
+            values = mo.RiseStrongDecay(1e-308, 2.0, 1e308)(np.linspace(0.0, 40.0, 4001))
         assert np.all((values >= 0.0) & (values <= 1.0))
 
-    @pytest.mark.parametrize("envelope", [mo.Gamma(), mo.Gamma(2.0, 1.0), mo.DoubleExponential(), mo.RiseStrongDecay()])
+    @pytest.mark.parametrize("envelope", [mo.RiseStrongDecay(), mo.RiseStrongDecay(1.0, 2.0, 1.0)])
     def test_envelopes_peak_at_one(self, envelope):
         values = envelope(np.linspace(0.0, 40.0, 400001))
         assert values.max() == pytest.approx(1.0, abs=1e-8)

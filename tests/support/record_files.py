@@ -1,8 +1,14 @@
 """Tiny files of every record format, written from the published layouts: what readers are tested on anywhere."""
 
 import re
+from pathlib import Path
 
 import numpy as np
+
+from toppling.motions.pairs import pair_up
+from toppling.motions.readers.directions import of_the_ground
+from toppling.motions.readers.patterns import expand, is_pattern
+from toppling.motions.readers.read import read_file
 
 GALS = {"gal": 1.0, "g": 980.665, "cm/s2": 1.0, "m/s^2": 100.0}
 
@@ -163,3 +169,10 @@ SAMPLES = {
     "geonet": geonet({"N": shaking(100), "E": shaking(100, seed=1)}),
 }
 """A readable file of each format, for tests that damage it."""
+
+
+def read_pairs(paths):
+    """The joined components of some record files, or of patterns of them."""
+    given = [str(path) for path in paths]
+    found = [file for path in given for file in (expand(path, Path(), "paths") if is_pattern(path) else [Path(path)])]
+    return pair_up(of_the_ground({file: read_file(file) for file in found}, given))

@@ -466,7 +466,7 @@ class TestFiles:
             (PLAIN.replace("pga", "mood"), {}, r"line 2 must name the measure with its unit.* got 'mood \(g\)'"),
             (PLAIN.replace("rate (1/yr)", "rate (1/day)"), {}, "line 2 must give rates in 1/yr"),
             (PLAIN.replace("rate (1/yr)", "value"), {}, "line 2 must name 'rate .1/yr.'"),
-            (PLAIN.replace("rate (1/yr)", "poe"), {}, "not in how many years: give years"),
+            (PLAIN.replace("rate (1/yr)", "poe"), {}, "not in how many years"),
             (PLAIN.replace("rate (1/yr)", "poe in 50 yr"), {"years": 50}, "names the years of a probability"),
             (PLAIN, {"years": 50}, "names no probability, so years must not be given"),
             (PLAIN.replace("3e-3", "three"), {}, r"line 4 gives 'rate \(1/yr\)' as 'three', must be a finite number"),

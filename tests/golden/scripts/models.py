@@ -88,17 +88,6 @@ def laws():
     return found
 
 
-def apparent_restitution():
-    rotation = 0.4 * BLOCK.alpha
-    smooth = (
-        models.DiscreteDamping(0.9),
-        models.EnergyConsistent(0.9, rest="elastic"),
-        LAWS["giannini"],
-        LAWS["vassiliou"],
-    )
-    return {law.label: models.apparent_restitution(BLOCK, law, rotation) for law in smooth}
-
-
 def scenes():
     edge = models.Edge(0.1, 0.3, falls_when="foot")
     restraints = {

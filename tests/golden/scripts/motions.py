@@ -70,7 +70,7 @@ def parts_of_generators():
 
 def envelopes():
     time = np.linspace(0.0, 20.0, 21)
-    shapes = [motions.Stationary(), motions.RiseStrongDecay(2.0, 6.0), motions.Gamma(), motions.DoubleExponential()]
+    shapes = [motions.Stationary(), motions.RiseStrongDecay(2.0, 6.0)]
     assert all(isinstance(shape, motions.Envelope) for shape in shapes)
     return {"names": sorted(motions.ENVELOPES)} | {type(shape).__name__: shape(time) for shape in shapes}
 
@@ -109,7 +109,6 @@ def read_and_written():
         "read_csv": motions.read_csv("record.csv"),
         "read_of_numbers": motions.read("numbers.csv", dt=0.02, unit="g"),
         "read_all": motions.read_all("record.csv"),
-        "read_pairs": motions.read_pairs(["pair-N.at2", "pair-E.at2"]),
         "read_floors": motions.read_floors("floors.csv"),
         "from_array": motions.from_array([[0.0, 1.0, -0.5, 0.0]], 0.01, ["own"]),
         "records": [record.label for record in motions.records(GROUND)],

@@ -122,7 +122,7 @@ def test_pairs_of_the_ground(tmp_path):
     with pytest.warns(
         ImplausibleInput, match=r"2 components of a borehole or structure \(A05.EW1, A05.NS1\): left out"
     ):
-        (pair,) = mo.read_pairs([str(tmp_path / "A05.*")])
+        (pair,) = files.read_pairs([str(tmp_path / "A05.*")])
     assert pair.sizes["motion"] == 1
 
 
@@ -226,7 +226,7 @@ def test_a_study_notes_what_it_leaves_out(tmp_path):
 def test_components_of_one_recording(tmp_path, names, ends, degrees):
     for name, end in zip(names, ends, strict=True):
         at2(tmp_path, name, f"Somewhere, 1/2/1999, Station, {end}")
-    (pair,) = mo.read_pairs([tmp_path / name for name in names])
+    (pair,) = files.read_pairs([tmp_path / name for name in names])
     assert pair["component"].values.tolist() == ["h1", "h2", "v"]
     np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), degrees, atol=1e-9)
 
@@ -235,12 +235,12 @@ def test_esm_and_csmip_by_their_headers(tmp_path):
     for stream in ("HNE", "HNN", "HNZ"):
         text = files.esm(SHAKE).replace("STREAM: HNE", f"STREAM: {stream}")
         (tmp_path / f"XX.AAA..{stream}.D.20200101.000000.C.ACC.ASC").write_text(text, encoding="utf-8")
-    (pair,) = mo.read_pairs(sorted(tmp_path.glob("*.ASC")))
+    (pair,) = files.read_pairs(sorted(tmp_path.glob("*.ASC")))
     np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), [90.0, 0.0])
     for number, direction in enumerate(("110 Deg", "Up", "20 Deg"), 1):
         text = files.csmip([SHAKE]).replace("Chan  1:  H1", f"Chan  {number}: {direction}")
         (tmp_path / f"CHAN00{number}.V2").write_text(text, encoding="utf-8")
-    (pair,) = mo.read_pairs(sorted(tmp_path.glob("*.V2")))
+    (pair,) = files.read_pairs(sorted(tmp_path.glob("*.V2")))
     np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), [110.0, 20.0])
     assert pair.sizes["component"] == 3
 
@@ -290,7 +290,7 @@ class TestPatterns:
         np.testing.assert_allclose(found[1].values[0], 9.80665 * SHAKE, rtol=1e-12)
 
     def test_pairs(self, folder):
-        (pair,) = mo.read_pairs([folder / "A_0*.AT2"])
+        (pair,) = files.read_pairs([folder / "A_0*.AT2"])
         assert pair.sizes["component"] == 2
 
     def test_several_files_are_no_pair_of_read(self, folder):

@@ -99,7 +99,7 @@ def test_motions_end_at_rest(generator):
         assert np.all(np.abs(integral[:, -1]) < share * np.abs(integral).max(axis=1))
 
 
-ENVELOPES = [mo.Stationary(), mo.RiseStrongDecay(1.0, 5.0, 0.3), mo.Gamma(), mo.DoubleExponential()]
+ENVELOPES = [mo.Stationary(), mo.RiseStrongDecay(1.0, 5.0, 0.3)]
 
 
 class TestRest:
