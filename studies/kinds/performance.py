@@ -22,10 +22,10 @@ from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
-from ...fragility.runs.scaling import SCALE, intensity_measure
+from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import PieceDraws, Variability
 from ...fragility.validity.notes import squat_notes
-from ...fragility.validity.plausibility import level_doubts, period_doubts, stated_restitution_doubts, unit_doubts
+from ...fragility.validity.plausibility import period_doubts, stated_restitution_doubts, unit_doubts
 from ...fragility.validity.scenes import scene_notes
 from ...models import Law
 from ...models.oscillator import Oscillator
@@ -505,8 +505,6 @@ class PerformanceStudy(Study):
     @property
     def doubts(self) -> list[Doubt]:
         others = [one for shaken in self.further.values() for one in shaken.reading.doubts]
-        measure = None if self.im == SCALE else intensity_measure(self.im)
-        levels = [] if measure is None else level_doubts(self.levels, measure.units)
         far = self.reading.far if self.im == SCALE else ()
         own = (*self.reading.doubts, *self.struck)
         named = {} if self.branches is None else {branch.hazard_name: branch.hazard for branch in self.branches.every}
@@ -516,7 +514,7 @@ class PerformanceStudy(Study):
         pieces = [*stated_restitution_doubts(self.models), *row_doubts(self.inventory.rows)]
         kits = unit_doubts((kit.name, kit.restraint) for kit in self.kits)
         apart = [] if self.im == SCALE else branch_doubts(named, self.levels)
-        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *levels, *said, *apart, *others]
+        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *said, *apart, *others]
 
     @cached_property
     def reading(self) -> Reading:
