@@ -21,7 +21,7 @@ from ...core.doubts import Doubt, first_of
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, provenance
 from ...models import Block, Law
-from .distributions import Categorical, Distribution, Least, Normal
+from .distributions import Categorical, Distribution, Least, Lognormal, Normal
 from .realisation import (
     KNOWN,
     LAW,
@@ -270,11 +270,11 @@ def input_doubts(inputs: RandomInputs, blocks: Sequence[Block], models: Sequence
     for name, law in inputs.distributions.items():
         if name == LAW:
             continue
-        if isinstance(law, Normal) and law.std > law.mean:
-            wide.append(f"{name}: a standard deviation of {law.std:g}, a mean of {law.mean:g}")
-        spread = max(law.dispersions) if isinstance(law, Least) else getattr(law, "dispersion", 0.0)
-        if spread > WIDEST:
-            wide.append(f"{name}: a dispersion of {spread:g}")
+        for part in law.parts if isinstance(law, Least) else (law,):
+            if isinstance(part, Normal) and part.std > part.mean:
+                wide.append(f"{name}: a standard deviation of {part.std:g}, a mean of {part.mean:g}")
+            if isinstance(part, Lognormal) and part.dispersion > WIDEST:
+                wide.append(f"{name}: a dispersion of {part.dispersion:g}")
         known = KNOWN[name]
         low, high = law.quantile(scipy.special.ndtr(np.array([-FAR, FAR])))
         edge = 0.01 * (high - low)
