@@ -57,7 +57,8 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     if UNNAMED in hazard.source:
         found.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
     bounds = _BOUNDS.get(hazard.units)
-    if bounds is None or str(hazard.im) in ("arias", "cav"):
+    base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)
+    if bounds is None or base in ("arias", "cav"):
         return found
     if LOW_PERCENT in hazard.source:
         found.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
@@ -66,7 +67,7 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     if hazard.of_formula:
         most = MOST_OFTEN_OF_LAW
     else:  # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
-        peak = str(hazard.im) in ("pga", "pgv") and hazard.at == "ground"
+        peak = base in ("pga", "pgv") and hazard.at == "ground"
         most = MOST_OFTEN * (1.0 if peak else AMPLIFIED) * max(bounds.damaging / damaging, 0.2)
     if often > most:
         found.append(

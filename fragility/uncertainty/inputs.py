@@ -21,7 +21,7 @@ from ...core.doubts import Doubt, first_of
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, provenance
 from ...models import Block, Law
-from .distributions import Categorical, Distribution
+from .distributions import Categorical, Distribution, Least, Lognormal, Normal
 from .realisation import (
     KNOWN,
     LAW,
@@ -39,7 +39,11 @@ METHODS = ("latin-hypercube", "sobol", "random")
 # A point on the edge of the unit cube has no finite score: Sobol' points are multiples of this.
 LEAST = 2.0**-32
 SIZED = ("alpha", "R", "width", "height", *RESTRAINT)
-"""Inputs that stand for a number of the nominal block; others are factors, or of laws, which have defaults."""
+"""Inputs that stand for a number of the nominal block."""
+OF_LAWS = ("e", "zeta")
+"""Inputs that stand for a number of the nominal law, which has no default."""
+WIDEST = 1.5
+"""Greatest logarithmic standard deviation of a property: of strengths it is 0.2 to 0.6 (assumed)."""
 FAR = 3.0
 """Standard score beyond which the nominal value is no sample."""
 
@@ -260,18 +264,30 @@ class RandomInputs:
         return pairs
 
 
-def input_doubts(inputs: RandomInputs, blocks: Sequence[Block]) -> list[Doubt]:
-    """Return the doubt in inputs that never come near the size or the restraint that a nominal block has."""
-    odd = []
-    for name in (name for name in SIZED if name in inputs.names):
+def input_doubts(inputs: RandomInputs, blocks: Sequence[Block], models: Sequence[Law] = ()) -> list[Doubt]:
+    """Return the doubts in inputs that never come near what a nominal block or law has, or that scatter too much."""
+    odd, wide = [], []
+    for name, law in inputs.distributions.items():
+        if name == LAW:
+            continue
+        for part in law.parts if isinstance(law, Least) else (law,):
+            if isinstance(part, Normal) and part.std > part.mean:
+                wide.append(f"{name}: a standard deviation of {part.std:g}, a mean of {part.mean:g}")
+            if isinstance(part, Lognormal) and part.dispersion > WIDEST:
+                wide.append(f"{name}: a dispersion of {part.dispersion:g}")
         known = KNOWN[name]
-        low, high = inputs.distributions[name].quantile(scipy.special.ndtr(np.array([-FAR, FAR])))
+        low, high = law.quantile(scipy.special.ndtr(np.array([-FAR, FAR])))
         edge = 0.01 * (high - low)
-        for block in blocks:
+        nominal = [(model.label, model.options.get(name)) for model in models if name in OF_LAWS]
+        for block in blocks if name in SIZED else ():
             holder = block.restraint if name in RESTRAINT else block
-            nominal = getattr(holder, name.removeprefix(PREFIX), None)
-            if nominal is not None and not low - edge <= nominal <= high + edge:
-                given = f"{known.long_name} {nominal:.4g} {known.units}"
-                odd.append(f"{block.label}: {given}, the input is {low:.4g} to {high:.4g} {known.units}")
-    what = f"samples do not reach the block that they are of ({first_of(odd)}): another unit, or half of a size?"
-    return [Doubt("units", what)] if odd else []
+            nominal.append((block.label, getattr(holder, name.removeprefix(PREFIX), None)))
+        for label, value in nominal:
+            if value is not None and not low - edge <= value <= high + edge:
+                unit = "" if known.units == DIMENSIONLESS else f" {known.units}"
+                given = f"{known.long_name} {value:.4g}{unit}"
+                odd.append(f"{label}: {given}, the input is {low:.4g} to {high:.4g}{unit}")
+    what = f"samples do not reach the block or law that they are of ({first_of(odd)}): another unit, or half of a size?"
+    found = [Doubt("units", what)] if odd else []
+    slip = f"inputs scatter more than any known property ({first_of(wide)}): per cent, or another unit?"
+    return [*found, *([Doubt("units", slip)] if wide else [])]

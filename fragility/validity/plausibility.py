@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
@@ -16,6 +15,7 @@ from ...models import Block, Model, Sliding
 from ...models.block import WIDEST, likely_sizes
 from ...models.columns import BlockArray
 from ...models.scenes.restraint import Restraint
+from ..runs.scaling import intensity_measure
 
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
 UNITS = "units"
@@ -87,6 +87,8 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
         if one.slack > MOST_SLACK or 0.0 < one.slack < LEAST_SLACK:
             found.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * one.slack:g} mm")
     for block in blocks:
+        if block.depth is not None and block.depth > LARGEST:
+            found.setdefault(METRES, []).append(f"{block.label}: a depth of {block.depth:g} m")
         if 0.0 < abs(block.cm_offset) < LEAST_OFFSET:
             found.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
         if block.mass is not None:
@@ -202,8 +204,9 @@ def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
 
 def period_doubts(im: str) -> list[Doubt]:
     """Return the doubt in a measure of a period above 10 s, by its label."""
-    period = re.match(r"\w+\([(\[]*(\d+(?:\.\d*)?)", im)
-    if period is None or float(period[1]) <= LONGEST_PERIOD:
+    measure = intensity_measure(im)
+    plain = getattr(measure, "base", measure)
+    if np.max([getattr(plain, "period", 0.0), *getattr(plain, "periods", ())]) <= LONGEST_PERIOD:
         return []
     return [Doubt(UNITS, f"{im}: no spectrum has periods above {LONGEST_PERIOD:g} s: milliseconds in place of s?")]
 

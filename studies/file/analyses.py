@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, field_validator, model_validator
 
 from ...core.aliases import Array
+from ...core.doubts import warn
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
@@ -22,6 +23,7 @@ from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import NAMES as STATES
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import PIECES, Variability
+from ...fragility.validity.plausibility import level_doubts
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
@@ -122,20 +124,22 @@ class LevelsTable(Table):
         if si != needed:
             fitting = [unit for unit, (_, of) in LEVEL_UNITS.items() if of == needed]
             raise ValueError(f"unit of levels of {im} must be one of {', '.join(fitting)}, got {self.unit!r}")
+        given = self._given()
+        refuse_unordered("levels", given.tolist(), self.unit)
+        warn(level_doubts(given * factor, needed))
+        return given * factor
+
+    def _given(self) -> Array:
         if self.values is not None:
-            refuse_unordered("levels", self.values, self.unit)
-            return np.array(self.values) * factor
+            return np.array(self.values)
         assert self.from_ is not None  # checked above
         assert self.to is not None
         assert self.number is not None
-        if self.spacing == "log":
-            if not self.to > 0.0:
-                raise ValueError(f"levels with log spacing need to > 0, got {self.to}")
-            found = np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number))
-        else:
-            found = np.linspace(self.from_, self.to, self.number)
-        refuse_unordered("levels", found.tolist(), self.unit)
-        return found * factor
+        if self.spacing == "linear":
+            return np.linspace(self.from_, self.to, self.number)
+        if not self.to > 0.0:
+            raise ValueError(f"levels with log spacing need to > 0, got {self.to}")
+        return np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number))
 
 
 def _any_capitals(names: Iterable[str]) -> str:

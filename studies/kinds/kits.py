@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ...core.doubts import first_names
+from ...core.doubts import Doubt, first_names, first_of
 from ...core.units import DIMENSIONLESS
+from ...fragility.validity.plausibility import UNITS, unit_doubts
 from ...models import Block
 from ..buildings.variables import PER_YEAR, per_year, variable
 from ..file.analyses import PerformanceTable
 from ..file.csv_table import NO, YES
 from ..file.schema import StudyFile
-from ..inventory.contents import Inventory
+from ..inventory.contents import DEAREST, Inventory
 from ..inventory.kits import Kit
 from ..kits.sets import INJURIES, LOSS, TARGETS, KitSet, budget_kits, target_kits
 from .study import restraints_of
@@ -84,6 +85,30 @@ def _check_target(limits: dict[str, float], kits: Sequence[Kit], inventory: Inve
         raise ValueError("performance.target.loss needs values in the inventory, which gives none")
     if INJURIES in limits and all(row.injury is None for row in inventory.rows):
         raise ValueError("performance.target.injuries needs persons_exposed in the inventory, which gives none")
+
+
+def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, float]) -> list[Doubt]:
+    """Return the doubts in costs of kits beside what they save, and in targets that all pieces together meet."""
+    found = unit_doubts((kit.name, kit.restraint) for kit in kits)
+    dear = []
+    for kit in kits:
+        loss = max((row.loss for row in inventory.rows if kit.fits(row)), default=0.0)
+        if loss > 0.0 and kit.cost is not None and kit.cost > DEAREST * loss:
+            dear.append(f"{kit.name}: {kit.cost:,.12g} for {loss:,.12g}")
+    if dear:
+        what = f"kits cost more than {DEAREST:g} times what is lost ({first_of(dear)})"
+        found.append(Doubt(UNITS, f"{what}: another unit or the cost of all pieces?"))
+    free = [row for row in inventory.rows if not row.anchored]
+    injured = sum(row.count * row.injury.mean for row in free if row.injury is not None)
+    pieces = float(sum(row.count for row in free))
+    most = {"falls": pieces, "front_falls": pieces, INJURIES: injured, LOSS: inventory.value}
+    loose = [
+        f"{name} = {limit:g}, all pieces give {most[name]:.4g}" for name, limit in limits.items() if limit > most[name]
+    ]
+    if loose:
+        what = f"performance.target holds without a kit ({first_of(loose)})"
+        found.append(Doubt(UNITS, f"{what}: per cent, or another unit?"))
+    return found
 
 
 def scenes_of(inventory: Inventory, kits: Sequence[Kit]) -> list[Block]:

@@ -21,10 +21,10 @@ from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
-from ...fragility.runs.scaling import SCALE, intensity_measure
+from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import PieceDraws, Variability, with_restitution
 from ...fragility.validity.notes import squat_notes
-from ...fragility.validity.plausibility import level_doubts, period_doubts, stated_restitution_doubts, unit_doubts
+from ...fragility.validity.plausibility import period_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_notes
 from ...models import Block, Law
 from ...models.oscillator import Oscillator
@@ -93,7 +93,7 @@ from .inventory_motions import (
     reading_of,
     refuse_scaling,
 )
-from .kits import candidates, kit_notes, kits_of, scenes_of, with_kit_sets
+from .kits import candidates, kit_doubts, kit_notes, kits_of, scenes_of, with_kit_sets
 from .level_floors import LevelFloors, check_levels, level_floors, strikes, what_yields
 from .study import SLAB_BYTES_A_RUN, Study, each, perturbed_words, plain, screening_of
 
@@ -204,6 +204,9 @@ class PerformanceStudy(Study):
             shaking.scaled(levels, im)  # (a measure of one component is refused before anything is run)
         if on_floors:
             inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits, sliding, stands)
+        unused = [name for name in stands if name not in {row.stand.name for row in inventory.rows if row.stand}]
+        if unused:
+            raise ValueError(f"supports {unused[0]!r} carries nothing: name it in the inventory under 'support'")
         given_directions, as_read = any(row.direction for row in inventory.rows), inventory
         laws = each("models", content.models)
         inventory = placed_on_axes(inventory, shaking, laws)
@@ -517,8 +520,6 @@ class PerformanceStudy(Study):
     @property
     def doubts(self) -> list[Doubt]:
         others = [one for shaken in self.further.values() for one in shaken.reading.doubts]
-        measure = None if self.im == SCALE else intensity_measure(self.im)
-        levels = [] if measure is None else level_doubts(self.levels, measure.units)
         far = self.reading.far if self.im == SCALE else ()
         own = (*self.reading.doubts, *self.struck)
         named = {} if self.branches is None else {branch.hazard_name: branch.hazard for branch in self.branches.every}
@@ -526,9 +527,9 @@ class PerformanceStudy(Study):
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
         pieces = [*stated_restitution_doubts(self.models), *row_doubts(self.inventory.rows)]
-        kits = unit_doubts((kit.name, kit.restraint) for kit in self.kits)
+        kits = kit_doubts(self.inventory, self.kits, self.target or {})
         apart = [] if self.im == SCALE else branch_doubts(named, self.levels)
-        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *levels, *said, *apart, *others]
+        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *said, *apart, *others]
 
     @cached_property
     def reading(self) -> Reading:

@@ -21,6 +21,7 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.plausibility import restitution_doubts
 from ...fragility.validity.slab_screen import screen_input
 from ...fragility.validity.summary import summary_screen
 from ...fragility.validity.undecided import count_flips, perturbed_runs
@@ -119,7 +120,9 @@ class SensitivityStudy(BlockStudy, Study):
 
     @property
     def doubts(self) -> list[Doubt]:
-        return [*super().doubts, *(() if self.inputs is None else input_doubts(self.inputs, self.blocks))]
+        values = [("the least value", min(self.sweep.values))] if self.sweep.parameter == "e" else []
+        inputs = () if self.inputs is None else input_doubts(self.inputs, self.blocks)
+        return [*super().doubts, *restitution_doubts(values), *inputs]
 
     @property
     def words(self) -> str:

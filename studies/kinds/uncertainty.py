@@ -137,7 +137,7 @@ class UncertaintyStudy(BlockStudy, Study):
     def doubts(self) -> list[Doubt]:
         drawn = self.inputs.distributions.get("e")
         median = [] if drawn is None else [("the median of e", drawn.quantile(np.array([0.5])).item())]
-        return [*super().doubts, *restitution_doubts(median), *input_doubts(self.inputs, self.blocks)]
+        return [*super().doubts, *restitution_doubts(median), *input_doubts(self.inputs, self.blocks, self.models)]
 
     @property
     def words(self) -> str:

@@ -30,7 +30,7 @@ from ...fragility.runs.axes import axes_of
 from ...fragility.runs.request import check_request
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.surfaces import checks as of_checks
-from ...fragility.validity.plausibility import level_doubts, period_doubts
+from ...fragility.validity.plausibility import period_doubts
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...models import Block, Law, Model
 from ...models.columns import BlockArray
@@ -67,11 +67,9 @@ class Design(ABC):
 
     @property
     def doubts(self) -> list[Doubt]:
-        """The doubts in the records and in the levels."""
-        measure = intensity_measure(self.im)
-        levels = [] if measure is None else level_doubts(self.levels, measure.units)
+        """The doubts in the records and in the measure."""
         far = () if self.levels.size and getattr(self, "scale", True) else self.reading.far
-        return [*self.reading.doubts, *far, *period_doubts(self.im), *levels]
+        return [*self.reading.doubts, *far, *period_doubts(self.im)]
 
     @property
     def arrays(self) -> Motions:

@@ -145,7 +145,10 @@ def free_decay(block: Block, laws: Sequence[Law], restitution: Sequence[float], 
         edge = 0.0 if isinstance(law, HousnerImpact) else float(getattr(law, "delta", 0.0))
         counted = np.flatnonzero(rigid[i] >= edge)[1:]
         reached = np.where(np.isnan(peak[i]), edge, peak[i])
-        errors[0, i] = np.mean(reached[counted] / rigid[i, counted] - 1.0) if counted.size else np.nan
+        if not counted.size:  # (it comes to rest at once)
+            errors[:, i] = np.nan
+            continue
+        errors[0, i] = np.mean(reached[counted] / rigid[i, counted] - 1.0)
         errors[1, i] = np.mean(time[i, counted] / impact_times(block, release, e)[counted] - 1.0)
     of = ("law", "half_cycle")
 

@@ -567,6 +567,12 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         ([0.05, 0.1, 0.4], [0.63, 0.3, 0.02], "pga", "g", "0.1 g is exceeded 0.3 times per year", False),
         # return periods in thousands of years
         ([196.0, 294.0, 392.0], [1.0, 1 / 2.475, 1 / 4.975], "pga", "cm/s2", "exceeded 1 times per year", False),
+        # twenty times the rates of a site: PGA of both components as of one
+        *(
+            ([0.05, 0.1, 0.2, 0.4, 0.8, 1.6], [0.9, 0.45, 0.1, 0.03, 0.006, 0.001], im, "g", "0.45 times", False)
+            for im in ("pga", "RotD50(pga)", "RotD100(pga)", "GeometricMean(pga)")
+        ),
+        ([0.05, 0.1, 0.2], [0.9, 0.45, 0.1], "RotD50(pgv)", "m/s", "is exceeded 0.45 times per year", False),
         # levels in per cent of g, in cm/s2, in cm/s
         ([5.0, 20.0, 80.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once in 475 years", False),
         ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once", True),
@@ -607,6 +613,8 @@ def test_formulas_that_are_too_frequent(hazard, times, grave):
         HazardCurve.from_points([0.01, 0.1, 1.0], [5.0, 0.15, 2e-3], "pga", "g"),
         HazardCurve.from_points([0.1, 1.0], [0.4, 1e-2], "pga", "g", at="floor"),
         HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "cav", "m/s"),
+        HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "RotD50(cav)", "m/s"),
+        HazardCurve.from_points([0.1, 1.0], [0.45, 1e-2], "RotD50(Sa(0.3))", "g"),
         HazardCurve.power_law(1e-3, 3.0, "pga", "g"),
         HazardCurve.log_quadratic(1e-4, 2.0, 0.2, "pga", "g"),
     ],

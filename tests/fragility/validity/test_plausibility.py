@@ -46,6 +46,8 @@ STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)
         ({"mass": 120_000.0}, "cabinet: 120,000 kg: tonnes or grams"),
         ({"mass": 0.12}, "cabinet: 0.12 kg: tonnes or grams"),
         ({"mass": 5000.0, "depth": 0.4}, "cabinet: 5,000 kg"),
+        ({"depth": 900.0}, "cabinet: a depth of 900 m: metres in place of mm"),
+        ({"depth": 12.0}, ""),
         ({"mass": 5000.0}, ""),  # (a row of shelves 4 m long)
         ({"mass": 12.0, "depth": 1.0}, ""),
         ({"mass": 120.0, "restraint": STRAP}, ""),
@@ -81,7 +83,15 @@ def test_numbers_of_another_unit(scene, expected):
 
 @pytest.mark.parametrize(
     ("im", "doubted"),
-    [("Sa(200.0)", True), ("Sa(500.0, 0.02)", True), ("FIV3(300.0)", True), ("Sa(10.0)", False), ("d5_75", False)],
+    [
+        *(
+            (f"{of}({im})", True)
+            for of in ("RotD50", "GeometricMean")
+            for im in ("Sa(50)", "AvgSa(20:50:10)", "Sd(11)")
+        ),
+        *((im, True) for im in ("Sa(200.0)", "Sa(500.0, 0.02)", "FIV3(300.0)", "AvgSa(0.2:20:10)")),
+        *((im, False) for im in ("Sa(10.0)", "d5_75", "RotD50(Sa(10))", "AvgSa(0.2:2:50)", "scale", "pga_normalised")),
+    ],
 )
 def test_periods_in_milliseconds(im, doubted):
     assert [one.kind for one in period_doubts(im)] == ["units"] * doubted

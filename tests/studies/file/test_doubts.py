@@ -317,6 +317,62 @@ class TestCorrections:
         path.write_text('accept = ["units"]\n' + path.read_text(encoding="utf-8"), encoding="utf-8")
         assert not any("usual are" in note for note in tp.Study.from_toml(path).notes)
 
+    @pytest.mark.parametrize("table", ["uncertainty", "sensitivity"])
+    @pytest.mark.parametrize(
+        ("law", "said"),
+        [
+            ("normal, 0.38, 20, 0.2, 0.6", "width: a standard deviation of 20, a mean of 0.38"),
+            ("lognormal, 0.4, 2", "width: a dispersion of 2"),
+            ("normal, 0.4, 0.1, 0.2, 0.6", ""),
+            ("lognormal, 0.4, 0.6", ""),
+        ],
+    )
+    def test_inputs_that_scatter_too_much(self, tmp_path, law, said, table):
+        kind, *numbers = law.split(", ")
+        names = ("mean", "std", "lower", "upper") if kind == "normal" else ("median", "dispersion")
+        given = ", ".join(f"{name} = {one}" for name, one in zip(names, numbers, strict=False))
+        path = write(tmp_path, offset=0.0)
+        text, more = path.read_text(encoding="utf-8"), "samples = 4"
+        e = 'e = { distribution = "uniform", lower = 0.85, upper = 0.95 }'
+        if table == "sensitivity":
+            text, more = text.replace("e = 0.9\n", ""), 'parameter = "e"\nvalues = [0.85, 0.9]'
+        text = f'{text}[{table}]\n{more}\n[{table}.inputs]\n{e}\nwidth_m = {{ distribution = "{kind}", {given} }}\n'
+        path.write_text(text, encoding="utf-8")
+        found = [note for note in tp.Study.from_toml(path).notes if "scatter more than any known property" in note]
+        assert [said in note for note in found] == [True] * bool(said)
+
+    def test_values_of_restitution_of_a_sensitivity_study(self, tmp_path):
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8").replace("e = 0.9\n", "") + '[sensitivity]\nparameter = "e"\n'
+        for values, doubted in (("0.05, 0.1, 0.15", True), ("0.8, 0.9", False)):
+            path.write_text(f"{text}values = [{values}]\n", encoding="utf-8")
+            notes = tp.Study.from_toml(path).notes
+            assert any("restitution below 0.3 (the least value: 0.05)" in note for note in notes) == doubted
+
+    @pytest.mark.parametrize(
+        ("own", "drawn", "said"),
+        [
+            (
+                "e = 0.9",
+                'e = { distribution = "uniform", lower = 0.3, upper = 0.4 }',
+                "coefficient of restitution 0.9,",
+            ),
+            ("e = 0.9", 'e = { distribution = "uniform", lower = 0.85, upper = 0.95 }', ""),
+            (
+                "zeta = 0.05",
+                'zeta = { distribution = "lognormal", median = 5, dispersion = 0.1 }',
+                "damping ratio 0.05,",
+            ),
+        ],
+    )
+    def test_inputs_that_contradict_their_law(self, tmp_path, own, drawn, said):
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8").replace("e = 0.9", own)
+        text = text.replace('"housner"', '"viscous"') if "zeta" in own else text
+        path.write_text(f"{text}[uncertainty]\nsamples = 4\n[uncertainty.inputs]\n{drawn}\n", encoding="utf-8")
+        found = [note for note in tp.Study.from_toml(path).notes if "samples do not reach" in note]
+        assert [said in note for note in found] == [True] * bool(said)
+
     @pytest.mark.parametrize(
         ("key", "law", "said"),
         [

@@ -124,6 +124,23 @@ class TestReading:
         with pytest.raises(ValueError, match=message):
             study(tmp_path, more, inventory=INVENTORY.replace(*change) if change[0] else INVENTORY)
 
+    @pytest.mark.parametrize(
+        ("more", "cost", "said"),
+        [
+            (KITS, "cost = 15\n", ""),
+            (KITS, "cost = 150000\n", "kits cost more than 100 times what is lost (strap: 150,000 for 400)"),
+            (f"{KITS}target = {{ falls = 0.1, loss = 50 }}\n", "cost = 15\n", ""),
+            # (five pieces that are not anchored, the whole inventory is worth 3,150)
+            (f"{KITS}target = {{ falls = 50 }}\n", "cost = 15\n", "without a kit (falls = 50, all pieces give 5)"),
+            (f"{KITS}target = {{ front_falls = 6 }}\n", "cost = 15\n", "(front_falls = 6, all pieces give 5)"),
+            (f"{KITS}target = {{ loss = 4000 }}\n", "cost = 15\n", "(loss = 4000, all pieces give 3150)"),
+        ],
+    )
+    def test_costs_and_targets_of_another_size(self, tmp_path, more, cost, said):
+        doubts = study(tmp_path, more, text=STUDY.replace("cost = 15\n", cost)).doubts
+        found = [one.sentence for one in doubts if "kit" in one.sentence and one.kind == "units"]
+        assert [said in sentence for sentence in found] == [True] * bool(said)
+
     def test_a_target_without_kits(self, tmp_path):
         text = STUDY.replace('name = "bracket"', "")
         with pytest.raises(ValueError, match=r"restraints\.bracket holds nothing"):

@@ -382,6 +382,12 @@ def test_the_example_is_of_this_kind():
 EVENTS = '[events]\nlevels = { values = [0.3, 0.5], unit = "g" }\nmotions = 40\nsample = 25\n'
 
 
+@pytest.mark.parametrize(("levels", "doubted"), [("0.3, 0.5", False), ("30, 40", True)])
+def test_levels_of_events_are_doubted(study, levels, doubted):
+    notes = study(STUDY + EVENTS.replace("0.3, 0.5", levels)).notes
+    assert any("the highest level, 40 g, is beyond any shaking" in note for note in notes) == doubted
+
+
 @pytest.fixture(scope="module")
 def with_events(tmp_path_factory):
     folder = tmp_path_factory.mktemp("events")

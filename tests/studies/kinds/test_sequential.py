@@ -523,6 +523,12 @@ def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
     assert why == "precision reached"
 
 
+@pytest.mark.parametrize(("level", "doubted"), [(0.5, False), (40, True)])
+def test_the_level_of_a_requested_probability(study, level, doubted):
+    made = study(STUDY.replace("median = 0.15", f'probability = {{ level = {level}, unit = "g", within = 0.05 }}'))
+    assert any("the highest level, 40 g, is beyond any shaking" in note for note in made.notes) == doubted
+
+
 def test_slips_that_missed_their_precision_are_named(study):
     """Those within what was asked that stopped before a second look are not: their intervals hold."""
     coarse = STUDY.replace("number = 200", "number = 48")

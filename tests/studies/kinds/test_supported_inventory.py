@@ -148,7 +148,7 @@ def test_the_report_says_what_stands_on_what(tmp_path):
 
 def test_a_stand_decides_the_identity(tmp_path):
     made = study(tmp_path, things(FLOOR, ("bench", 0, "bench")), table("bench"), PERFORMANCE)
-    other = study(tmp_path, things(FLOOR, ("bench", 0, "")), table("bench"), PERFORMANCE)
+    other = study(tmp_path, things(FLOOR, ("bench", 0, "")), PERFORMANCE)
     assert other.identity != made.identity
     stiffer = table("bench").replace("= 4", "= 5")
     assert study(tmp_path, things(FLOOR, ("bench", 0, "bench")), stiffer, PERFORMANCE).identity != made.identity
@@ -194,6 +194,7 @@ def test_in_python_a_platform_that_yields_is_not_scaled():
         ([("a", 0, "shelf")], (table("bench"), PERFORMANCE), "column 'support'.* must be one of 'bench', got 'shelf'"),
         ([("a", 0, "bench")], (PERFORMANCE,), "must be empty: the study has no \\[\\[supports\\]\\]"),
         ([FLOOR], (table("bench", "bench"), PERFORMANCE), "supports need different names"),
+        ([FLOOR, ("a", 0, "bench")], (table("bench", "soft"), PERFORMANCE), "supports 'soft' carries nothing: name it"),
         ([FLOOR], (table("bench") + "radius_m = 1\n", PERFORMANCE), "supports 'bench': kind 'bench' has no key"),
         ([FLOOR], (table("bench") + "mass_ratio = 0.3\n", PERFORMANCE), "supports 'bench': mass_ratio must be at most"),
         ([FLOOR], ('[[supports]]\nkind = "bench"\nfrequency_hz = 4\n', PERFORMANCE), "name"),
