@@ -1,4 +1,4 @@
-"""Pages of the documentation that are made from the code as it is: the API's lists and the reference of study files.
+"""Pages of the documentation that are made from the code as it is: the API's lists, study files, results.
 
 They go into docs/_made, which git does not keep.
 """
@@ -117,7 +117,12 @@ def gallery_text(_configuration: object, _script: str) -> None:
 
 def write(docs: Path) -> None:
     """Write every made page under `docs`/_made, where it is new or another."""
-    pages = {"study-file.md": study_file_page(), "glossary.md": glossary_page(), "modules.md": modules_page()}
+    pages = {
+        "study-file.md": study_file_page(),
+        "results.md": importlib.import_module("made_results").results_page(),
+        "glossary.md": glossary_page(),
+        "modules.md": modules_page(),
+    }
     for package, about in {**PACKAGES, **MODULES}.items():
         pages[f"api/{package}.rst"] = api_page(package, about)
     for name, text in pages.items():

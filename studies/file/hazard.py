@@ -65,7 +65,9 @@ class HazardTable(Table):
         str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels; of a file only where it states none.")
     ] = None
     at: Annotated[
-        str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor.")
+        str,
+        one_of(("ground", "floor")),
+        Field(description="What the curve is of: the site, or the one floor on which all blocks stand."),
     ] = "ground"
     below: Annotated[
         str,
