@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import importlib
-import importlib.util
 import inspect
 from pathlib import Path
 
@@ -78,14 +77,14 @@ def api_page(package: str, about: str) -> str:
 
 def study_file_page() -> str:
     """Every key of a study file: from the schema."""
-    if importlib.util.find_spec("toppling.studies.reference.key_reference") is None:
-        return "# Study files: every key\n\n[Study files](../study.md) lists them.\n"
     key_reference = importlib.import_module("toppling.studies.reference.key_reference").key_reference
     head = (
         "# Study files: every key\n\nMade from the schema that reads study files, so that page and program cannot "
         "differ. [Study files](../study.md) explains them with examples.\n\n"
     )
-    return head + key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
+    keys = key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
+    beside = importlib.import_module("made_keys")
+    return head + keys + beside.choices_section() + beside.doubts_section()
 
 
 def modules_page() -> str:

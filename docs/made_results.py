@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 import xarray as xr
 
+from toppling.fragility.validity.reasons import REASONS
 from toppling.studies import Study
 
 EXAMPLES = Path(__file__).parents[1] / "studies/examples"
@@ -193,4 +194,8 @@ def results_page() -> str:
     for kind, title in TITLES.items():
         lines = "".join(f"| {' | '.join(row)} |\n" for row in rows(kinds[kind]))
         parts.append(f"## {title}\n\n| variable | on | unit | meaning |\n|---|---|---|---|\n{lines}")
+    bits = "".join(f"| {reason.bit} | `{reason.name}` | {reason.text} |\n" for reason in REASONS)
+    parts.append(
+        f"## Reasons against a run\n\nBits of `verdict`.\n\n| bit | reason | what it is |\n|---|---|---|\n{bits}"
+    )
     return HEAD + "\n".join(parts)

@@ -164,7 +164,9 @@ Named = Annotated[str, Field(min_length=1, max_length=200, description="Its name
 class BranchTable(Table):
     """Alternatives of one kind, with the weights that somebody gives them."""
 
-    of: Annotated[str, one_of(OF), Field(description="What they are alternatives of.")]
+    of: Annotated[
+        str, one_of(OF), Field(description="What they are alternatives of; without models, the reference law counts.")
+    ]
     names: Annotated[
         list[str],
         Field(
