@@ -1,4 +1,4 @@
-"""Pages of the documentation that are made from the code as it is: the API's lists and the reference of study files.
+"""Pages of the documentation that are made from the code as it is: the API's lists, study files, results.
 
 They go into docs/_made, which git does not keep.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import importlib
-import importlib.util
 import inspect
 from pathlib import Path
 
@@ -78,14 +77,14 @@ def api_page(package: str, about: str) -> str:
 
 def study_file_page() -> str:
     """Every key of a study file: from the schema."""
-    if importlib.util.find_spec("toppling.studies.reference.key_reference") is None:
-        return "# Study files: every key\n\n[Study files](../study.md) lists them.\n"
     key_reference = importlib.import_module("toppling.studies.reference.key_reference").key_reference
     head = (
         "# Study files: every key\n\nMade from the schema that reads study files, so that page and program cannot "
         "differ. [Study files](../study.md) explains them with examples.\n\n"
     )
-    return head + key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
+    keys = key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
+    beside = importlib.import_module("made_keys")
+    return head + keys + beside.choices_section() + beside.doubts_section()
 
 
 def modules_page() -> str:
@@ -117,7 +116,12 @@ def gallery_text(_configuration: object, _script: str) -> None:
 
 def write(docs: Path) -> None:
     """Write every made page under `docs`/_made, where it is new or another."""
-    pages = {"study-file.md": study_file_page(), "glossary.md": glossary_page(), "modules.md": modules_page()}
+    pages = {
+        "study-file.md": study_file_page(),
+        "results.md": importlib.import_module("made_results").results_page(),
+        "glossary.md": glossary_page(),
+        "modules.md": modules_page(),
+    }
     for package, about in {**PACKAGES, **MODULES}.items():
         pages[f"api/{package}.rst"] = api_page(package, about)
     for name, text in pages.items():

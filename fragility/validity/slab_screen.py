@@ -213,7 +213,7 @@ def few_motions(given: ScreenInput, bounds: Bounds) -> tuple[dict[str, xr.Variab
     fewest = fewest_motions(given)
     half = wilson_half_width(fewest)
     text = "half width of the 95 % interval of a probability of 1/2"
-    few = f"whether that is above {bounds.half_width:g}"
+    few = f"whether interval_half_width is above {bounds.half_width:g}"
     return {
         "interval_half_width": labelled(xr.Variable((), half), text),
         "few_motions": labelled(xr.Variable((), half > bounds.half_width), few),

@@ -235,7 +235,7 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
         distance[j] = max(np.max(steps[1:] - placed), np.max(placed - steps[:-1]))
     units = [next(one.units for one in _reported(wanted) if one.label == name) for name in names]
     variables: dict[str, tuple[Any, str]] = {
-        "target_median": (np.exp(target_mean), "median of the target, in the unit of each measure"),
+        "target_median": (np.exp(target_mean), "median of the target, in the unit of each measure; NaN without one"),
         "median": (np.exp(mean), "geometric mean of the set, in the unit of each measure"),
         "target_sigma": (target_sigma, "standard deviation of the logarithm, target"),
         "sigma": (sigma, "standard deviation of the logarithm, set"),
@@ -243,7 +243,10 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
         "sigma_ratio": (ratio, "standard deviation over the target's"),
         "ks": (distance, "Kolmogorov-Smirnov distance from the target"),
         "gated": (free, "whether the gate asks for it"),
-        "passes": (passes & free, "whether it passes the gate"),
+        "passes": (
+            passes & free,
+            f"whether it passes: median within {BIAS:.0%}, scatter within {LOW_RATIO:g} to {HIGH_RATIO:g}",
+        ),
     }
     data = {name: ("measure", value, {"units": "1", "long_name": text}) for name, (value, text) in variables.items()}
     return xr.Dataset(

@@ -98,7 +98,7 @@ def run(
     """Run a study: print its answer, write results.nc and its figures.
 
     Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
-    finished results of the same study are not computed again; docs/study.md lists every key.
+    finished results of the same study are not computed again; `toppling schema` lists every key.
 
     Parameters
     ----------

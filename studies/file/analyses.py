@@ -236,10 +236,19 @@ class UntilTable(Table):
     median: Annotated[
         _Share,
         KeyInfo("0.1 where nothing else is asked for"),
-        Field(description="Half width of its interval."),
+        Field(
+            description="Half width of the 95 % interval of the level at which half overturn, as a share of it; "
+            "of a pooled surface, of all blocks at once."
+        ),
     ] = None
     dispersion: Annotated[_Share, Field(description="The same of the dispersion.")] = None
-    rate: Annotated[_Share, Field(description="The same of the annual rate; needs [hazard].")] = None
+    rate: Annotated[
+        _Share,
+        Field(
+            description="The same of the annual rate, which is estimated without a form of curve; needs [hazard] "
+            "of the measure `ida.im`."
+        ),
+    ] = None
     probability: Annotated[
         ChanceTable | None, KeyInfo("not asked for"), Field(description="A probability at one level.")
     ] = None
@@ -256,7 +265,13 @@ class UntilTable(Table):
             "roughly, or each of another block of the surface.",
         ),
     ] = None
-    seed: Annotated[int, Field(ge=0, description="Seed of the levels, and of the order of the motions.")] = 0
+    seed: Annotated[
+        int,
+        Field(
+            ge=0,
+            description="Seed of the levels and of the order of motions that are read; a generator has `motions.seed`.",
+        ),
+    ] = 0
 
     def build(self, im: str, motions: int, usual: int = MOST) -> Until:
         """Return the precision, for so many motions that there are; ValueError where there is none such.
@@ -300,7 +315,13 @@ class StripesTable(Table):
     im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
     polarity: Polarity = None
     unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
-    scale: Annotated[bool, Field(description="Whether motions are scaled to their level, or taken as they are.")] = True
+    scale: Annotated[
+        bool,
+        Field(
+            description="Whether motions are scaled to their level, or taken as they are because they were "
+            "chosen for it."
+        ),
+    ] = True
     select: Annotated[
         SelectTable | None,
         KeyInfo("no selection: every motion is run"),
@@ -340,7 +361,12 @@ class ScreenTable(Table):
     undecided: Annotated[
         float | None,
         KeyInfo(0.08),
-        Field(ge=0.0, le=1.0, description="Share of the motions run again under perturbations of a millionth."),
+        Field(
+            ge=0.0,
+            le=1.0,
+            description="Share of the motions run again, up to four times, under perturbations of a millionth; "
+            "none with a `fit.state` other than a fall.",
+        ),
     ] = None
 
 
@@ -360,7 +386,7 @@ class FrictionTable(Table):
     contact: Annotated[
         str | None,
         KeyInfo("none: static is given"),
-        Field(description=f"Instead of static: {', '.join(CONTACTS)} (values by judgement)."),
+        Field(description=f"Instead of static: {', '.join(CONTACTS)} (judgement). `castors` are refused: they roll."),
     ] = None
     kinetic_ratio: Annotated[
         float | None,
@@ -370,17 +396,30 @@ class FrictionTable(Table):
     slips_m: Annotated[
         list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
         KeyInfo("0.05, 0.1, 0.3", above=0.0, at_most=10.0),
-        Field(min_length=1, max_length=10, description="Slips whose chances are wanted."),
+        Field(
+            min_length=1,
+            max_length=10,
+            description="Slips whose chances are wanted; the defaults are judgement: a piece touches a "
+            "neighbour, tears its service line, blocks an aisle.",
+        ),
     ] = None
     trip_mm: Annotated[
         float | None,
         KeyInfo("no obstacle"),
-        Field(ge=1.0, le=10_000.0, description="Clear distance from the foot to an obstacle on either side, mm."),
+        Field(
+            ge=1.0,
+            le=10_000.0,
+            description="Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge "
+            "of a carpet), mm. Not with both components.",
+        ),
     ] = None
     shared: Annotated[
         bool | None,
         KeyInfo("true"),
-        Field(description="Whether the pieces of a line of an inventory share one coefficient of friction."),
+        Field(
+            description="Whether the pieces of a line of an inventory share one coefficient of friction; with "
+            "[performance.variability] its `pieces` says it."
+        ),
     ] = None
 
     @model_validator(mode="after")
@@ -489,7 +528,9 @@ class PerformanceTable(Table):
         Field(description="Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0)."),
     ] = "pga"
     levels: Annotated[
-        LevelsTable | None, KeyInfo("the motions as they are, a scenario"), Field(description="Its levels.")
+        LevelsTable | None,
+        KeyInfo("the motions as they are, a scenario"),
+        Field(description="Its levels; with `motions.floors_index` those of the index."),
     ] = None
     polarity: Annotated[
         str | None,
@@ -535,7 +576,8 @@ class PerformanceTable(Table):
         ),
     ] = 0.0
     modelling: Annotated[
-        Literal["mean", "fractiles"], Field(description="Whether β_m is in the means or in fractiles of the rates.")
+        Literal["mean", "fractiles"],
+        Field(description="Whether β_m is in the means, or in the ranges of annual values over branches."),
     ] = "mean"
     modelling_class: Annotated[
         str | None,
@@ -544,7 +586,13 @@ class PerformanceTable(Table):
         Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
     ] = None
     consequence_correlation: Annotated[
-        float, Field(ge=0.0, le=1.0, description="Correlation of cost, downtime and injuries of one piece.")
+        float,
+        Field(
+            ge=0.0,
+            le=1.0,
+            description="Correlation of the normal scores of cost, downtime and injuries of one piece, where the "
+            "inventory gives distributions.",
+        ),
     ] = 1.0
     code: Annotated[
         CodeTable | None, KeyInfo("code requirements are not checked"), Field(description="A building code.")
@@ -557,7 +605,11 @@ class PerformanceTable(Table):
     kits: Annotated[
         list[str] | None,
         KeyInfo("none"),
-        Field(min_length=1, max_length=20, description="Restraints that are tried on every piece that they fit."),
+        Field(
+            min_length=1,
+            max_length=20,
+            description="Restraints that are tried on every piece that they fit and that is not anchored for good.",
+        ),
     ] = None
     target: Annotated[
         TargetTable | None,
@@ -583,19 +635,28 @@ class FitTable(Table):
         KeyInfo("`lognormal`; `isotonic` where `state` is `front` or `back`"),
         Field(description="Shape of the curves; all but isotonic rise to 1, as falls to one side need not."),
     ] = LOGNORMAL
-    method: Annotated[str, one_of(METHODS), Field(description="What they are fitted to.")] = "binomial"
+    method: Annotated[
+        str,
+        one_of(METHODS),
+        Field(
+            description="What they are fitted to: the runs at each level, or each motion's first overturning, "
+            "which closer levels find earlier."
+        ),
+    ] = "binomial"
     intervals: Annotated[
         str | None,
         one_of(INTERVALS),
         KeyInfo("`bootstrap` for ida, else `profile`"),
-        Field(description="Kind of intervals."),
+        Field(description="Kind of intervals; the bootstrap draws motions."),
     ] = None
     fractiles: Annotated[
         list[Annotated[float, Field(gt=0.0, lt=1.0)]] | None,
         KeyInfo("none", above=0.0, below=1.0),
         Field(description="Probabilities whose levels are wanted."),
     ] = None
-    penalty: Annotated[str, one_of(PENALTIES), Field(description="Penalised likelihood.")] = "auto"
+    penalty: Annotated[
+        str, one_of(PENALTIES), Field(description="Penalised likelihood: of separated data, always, or never.")
+    ] = "auto"
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     state: Annotated[
@@ -610,7 +671,8 @@ class FitTable(Table):
         float, Field(ge=0.0, le=5.0, description="β_m: how well the medians of the model are known; 0: not counted.")
     ] = 0.0
     modelling: Annotated[
-        Literal["mean", "fractiles"], Field(description="Whether β_m is in the mean rate or in its fractiles.")
+        Literal["mean", "fractiles"],
+        Field(description="Whether β_m is in the mean rate, or in its range over branches."),
     ] = "mean"
     modelling_class: Annotated[
         str | None,

@@ -72,10 +72,17 @@ class RestraintTable(Table):
 
     kind: Annotated[str, one_of(KINDS), Field(description="What it is; straps and cables act to the front only.")]
     strength_n: Annotated[
-        float, KeyInfo(above=0.0), Field(description="Force at which it breaks, the least of device and fixings, N.")
+        float,
+        KeyInfo(above=0.0),
+        Field(
+            description="Force at which it breaks, N: the least of device, wall fixing and furniture fixing. The "
+            "267 N of ASTM F3096 are a lower bound, from a test."
+        ),
     ]
     height_m: Annotated[
-        float | None, KeyInfo("needed by straps, brackets, cables", above=0.0), Field(description="Height, m.")
+        float | None,
+        KeyInfo("needed by straps, brackets, cables", above=0.0),
+        Field(description="Height of a strap, bracket or cable, m."),
     ] = None
     stiffness_n_per_mm: Annotated[
         float | None,
@@ -113,7 +120,13 @@ class RestraintTable(Table):
     target: Annotated[
         float | None,
         KeyInfo("no strength is looked for"),
-        Field(gt=0.0, lt=1.0, description="Chance of falling, in `hazard.years` or at the one level, to be kept."),
+        Field(
+            gt=0.0,
+            lt=1.0,
+            description="Chance of falling, in `hazard.years` or at the one level, to be kept: the strength for "
+            "it is looked for, from an eighth to 32 times `strength_n`, within 5 %. For fragility "
+            "studies on one floor at levels that all motions share.",
+        ),
     ] = None
 
     @model_validator(mode="after")
@@ -190,9 +203,13 @@ class BlockTable(Table):
     """One block: a catalogue name, or outer sizes, or slenderness and size."""
 
     catalogue: Annotated[str | None, Field(description="Name of a catalogue item (see `toppling catalogue`).")] = None
-    placed: Annotated[bool, Field(description="The catalogue item as it usually stands: back to a wall, or free.")] = (
-        False
-    )
+    placed: Annotated[
+        bool,
+        Field(
+            description="The catalogue item as it usually stands, unfixed: back to a wall at the catalogue's "
+            "gap, or free."
+        ),
+    ] = False
     name: Annotated[
         str | None, KeyInfo("what it is"), Field(min_length=1, max_length=200, description="Label in results.")
     ] = None
@@ -221,7 +238,13 @@ class BlockTable(Table):
         KeyInfo("the catalogue's", above=0.0),
         Field(description="Full size in the other horizontal direction, at least width_m; needed where both shake."),
     ] = None
-    round: Annotated[bool, Field(description="Whether its base is round (a vase, a bottle).")] = False
+    round: Annotated[
+        bool,
+        Field(
+            description="Whether its base is round (a vase, a bottle); its planar result is then called possibly "
+            "unconservative."
+        ),
+    ] = False
     mass_kg: Annotated[
         float | None, KeyInfo("needed by restraints only", above=0.0), Field(description="Mass, kg.")
     ] = None
@@ -234,7 +257,10 @@ class BlockTable(Table):
     wall_gap_mm: Annotated[
         float | None,
         KeyInfo("no wall"),
-        Field(ge=0.0, description="Clear distance to a wall behind it, mm; 0 touches."),
+        Field(
+            ge=0.0,
+            description="Clear distance to a wall behind it, mm; 0 touches. The front is the side away from the wall.",
+        ),
     ] = None
     wall_height_m: Annotated[
         float | None, KeyInfo("its upper edge", above=0.0), Field(description="Height at which it meets the wall, m.")
@@ -252,7 +278,10 @@ class BlockTable(Table):
     bed_settlement_mm: Annotated[
         float | None,
         KeyInfo("a rigid floor", above=0.0),
-        Field(description="Settlement of a soft bed (carpet, mat) under its whole width by its weight, mm."),
+        Field(
+            description="Settlement of a soft bed (carpet, mat) under its whole width by its weight, mm; for "
+            '`viscous`, or `rest = "soft"`.'
+        ),
     ] = None
     restraint: Annotated[
         str | RestraintTable | None,
@@ -262,7 +291,12 @@ class BlockTable(Table):
     edge_distance_mm: Annotated[
         float | None,
         KeyInfo("no edge in front"),
-        Field(ge=0.0, description="Clear distance from the foot to the front edge of its shelf or bench, mm."),
+        Field(
+            ge=0.0,
+            description="Clear distance from the foot to the front edge of its shelf, bench or pedestal, mm. For "
+            "fragility studies with [friction], and blocks that stand free and upright with their "
+            "mass in the middle.",
+        ),
     ] = None
     edge_distance_back_mm: Annotated[
         float | None,
@@ -273,13 +307,21 @@ class BlockTable(Table):
         str | None,
         one_of(FALLS_WHEN),
         KeyInfo("centre"),
-        Field(description="It falls off when its centre of mass, or its foot, has slid over the edge."),
+        Field(
+            description="It falls off when its centre of mass (a slip of the distance and half its width), or "
+            "its foot, has slid over the edge."
+        ),
     ] = None
 
     friction: Annotated[
         float | None,
         KeyInfo("that of [friction]"),
-        Field(ge=0.05, le=2.0, description="Its own static coefficient of friction, or its median."),
+        Field(
+            ge=0.05,
+            le=2.0,
+            description="Its own static coefficient of friction, or its median. For fragility studies with "
+            "[friction]; not in `blocks_file`.",
+        ),
     ] = None
     friction_dispersion: Annotated[
         float | None,
@@ -289,12 +331,19 @@ class BlockTable(Table):
     contact: Annotated[
         str | None,
         KeyInfo("that of [friction]"),
-        Field(description=f"Instead of friction: {', '.join(CONTACTS)} (values by judgement)."),
+        Field(
+            description=f"Instead of friction: {', '.join(CONTACTS)} (values by judgement), with its own kinetic ratio."
+        ),
     ] = None
     trip_mm: Annotated[
         float | None,
         KeyInfo("that of [friction]"),
-        Field(ge=1.0, le=10_000.0, description="Its own clear distance from the foot to an obstacle, mm."),
+        Field(
+            ge=1.0,
+            le=10_000.0,
+            description="Its own clear distance from the foot to an obstacle, mm. For fragility studies with "
+            "[friction]; not in `blocks_file`.",
+        ),
     ] = None
 
     @field_validator("restraint", mode="before")

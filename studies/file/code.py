@@ -36,13 +36,18 @@ class FactorsTable(Table):
 class CodeTable(Table):
     """A building code: which pieces it requires to be anchored, for which force, and whether anchors are enough."""
 
-    standard: Annotated[str, one_of(STANDARDS), Field(description="The code: chapter 13, or 4.3.5 of EN 1998-1.")]
+    standard: Annotated[
+        str, one_of(STANDARDS), Field(description="The code: ASCE/SEI 7-22, chapter 13, or EN 1998-1, 4.3.5.")
+    ]
     sds_g: Annotated[float | None, Field(gt=0.0, le=10.0, description="S_DS, in g.")] = None
     design_category: Annotated[str | None, one_of(CATEGORIES), Field(description="Seismic design category.")] = None
     factors: Annotated[
         dict[str, FactorsTable] | None,
         KeyInfo("none: no forces"),
-        Field(description="C_AR and R_po of each class of pieces, as tables 13.5-1 and 13.6-1 give them."),
+        Field(
+            description="C_AR and R_po of each class of pieces (storage, laboratory, equipment), from tables "
+            "13.5-1 and 13.6-1, which are not reproduced."
+        ),
     ] = None
     r_mu: Annotated[float | None, KeyInfo(1.3), Field(ge=1.3, le=10.0, description="R_μ of the building.")] = None
     ag_g: Annotated[float | None, Field(gt=0.0, le=10.0, description="a_g = γ_I a_gR, in g.")] = None

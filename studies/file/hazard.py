@@ -60,7 +60,9 @@ class HazardTable(Table):
         str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels; of a file only where it states none.")
     ] = None
     at: Annotated[
-        str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor.")
+        str,
+        one_of(("ground", "floor")),
+        Field(description="What the curve is of: the site, or the one floor on which all blocks stand."),
     ] = "ground"
     below: Annotated[
         str,
@@ -156,7 +158,9 @@ Named = Annotated[str, Field(min_length=1, max_length=200, description="Its name
 class BranchTable(Table):
     """Alternatives of one kind, with the weights that somebody gives them."""
 
-    of: Annotated[str, one_of(OF), Field(description="What they are alternatives of.")]
+    of: Annotated[
+        str, one_of(OF), Field(description="What they are alternatives of; without models, the reference law counts.")
+    ]
     names: Annotated[
         list[str],
         Field(

@@ -25,7 +25,7 @@ class ModelTable(Table):
     e: Annotated[
         float | None,
         KeyInfo("the block's own, e_R = 1 - (2/λ) sin²α", above=0.0, at_most=1.0),
-        Field(description="Restitution, above 0 to 1."),
+        Field(description="Restitution, above 0 to 1; not of `vassiliou` and `viscous`."),
     ] = None
     restitution_factor: Annotated[
         float | None, KeyInfo(1.0, above=0.0), Field(description="Factor on e_R where e is not given.")
@@ -33,7 +33,7 @@ class ModelTable(Table):
     delta: Annotated[
         float | None,
         KeyInfo(0.05, above=0.0, below=1.0),
-        Field(description="Half width of the elastic zone over α, 0 to 1."),
+        Field(description="Half width of the elastic zone over α, 0 to 1; not of `housner`."),
     ] = None
     zeta: Annotated[
         float | None,
@@ -45,7 +45,13 @@ class ModelTable(Table):
     ] = None
     lever: Annotated[str | None, one_of(LEVERS), KeyInfo("h"), Field(description="Lever arm of the shaking.")] = None
     rest: Annotated[
-        str | None, one_of(RESTS), KeyInfo("elastic; rigid for `energy-consistent`"), Field(description="Kind of rest.")
+        str | None,
+        one_of(RESTS),
+        KeyInfo("elastic; rigid for `energy-consistent`"),
+        Field(
+            description="Kind of rest; `soft` is elastic on a support of measured softness, of `discrete` and "
+            "`energy-consistent`."
+        ),
     ] = None
     geometry: Annotated[str | None, one_of(GEOMETRIES), KeyInfo("exact"), Field(description="Housner's geometry.")] = (
         None
@@ -54,12 +60,18 @@ class ModelTable(Table):
     settlement_mm: Annotated[
         float | None,
         KeyInfo(above=0.0),
-        Field(description="Instead of delta: settlement of two soft feet under the block's weight, mm."),
+        Field(
+            description="Instead of delta and rest: settlement d0 of two soft feet under the block's weight, mm, "
+            "at most a tenth of its half width b. Then δ = d0/(bα), at most 0.3 and the same for all "
+            "blocks. Not for inventories."
+        ),
     ] = None
     rocking_frequency_hz: Annotated[
         float | None,
         KeyInfo(above=0.0),
-        Field(description="Instead of delta: measured frequency of rocking on a soft support, Hz."),
+        Field(
+            description="Instead of delta and rest: measured frequency of rocking on a soft support before uplift, Hz."
+        ),
     ] = None
     body_frequency_hz: Annotated[
         float | None,

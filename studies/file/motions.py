@@ -77,7 +77,11 @@ ISOLATORS: dict[str, tuple[set[str], set[str]]] = {
 class IsolationTable(Table):
     """Isolators below a building, and the slab on them."""
 
-    kind: Annotated[str, one_of(ISOLATORS), Field(description="Linear, or bilinear as lead rubber.")]
+    kind: Annotated[
+        str,
+        one_of(ISOLATORS),
+        Field(description="Linear, or bilinear: lead rubber, or friction pendulums with a small yield displacement."),
+    ]
     period_s: Annotated[
         float,
         Field(
@@ -91,7 +95,9 @@ class IsolationTable(Table):
         float | None, KeyInfo(above=0.0, below=1.0), Field(description="Force at rest over the whole weight.")
     ] = None
     yield_displacement_mm: Annotated[
-        float | None, KeyInfo(10.0, above=0.0), Field(description="Displacement at which they yield, mm.")
+        float | None,
+        KeyInfo(10.0, above=0.0),
+        Field(description="Displacement at which they yield, mm; the default is judgement."),
     ] = None
     base_mass_kg: Annotated[float, Field(gt=0.0, description="Mass of the slab above them, kg.")]
 
@@ -148,7 +154,10 @@ class BuildingTable(Table):
     yield_coefficient: Annotated[
         float | list[float] | None,
         KeyInfo("elastic", above=0.0),
-        Field(description="Yield strength of the lowest storey, or of each, over the weight of the building."),
+        Field(
+            description="Strength of the lowest storey over the weight of the building, the others by the "
+            "lateral forces of ASCE/SEI 7-22, 12.8.3; or the strength of each storey."
+        ),
     ] = None
     system: Annotated[
         str | None,
@@ -173,7 +182,7 @@ class BuildingTable(Table):
     hardening: Annotated[
         float | None,
         KeyInfo(0.03, at_least=0.0, below=1.0),
-        Field(description="Stiffness of storeys after yielding over that before."),
+        Field(description="Stiffness of storeys after yielding over that before; the default is judgement."),
     ] = None
     p_delta: Annotated[
         bool | None, KeyInfo(False), Field(description="Whether the weight above softens storeys as they drift.")
@@ -181,9 +190,14 @@ class BuildingTable(Table):
     strength_dispersion: Annotated[
         float | None,
         KeyInfo(0.0, at_least=0.0, at_most=MOST_DISPERSION),
-        Field(description="Standard deviation of the logarithm of the real strength about that one."),
+        Field(
+            description="Dispersion of the real strength about that one: each motion meets a building of its "
+            "own, the same at every level. 0.3 is judgement for real buildings."
+        ),
     ] = None
-    seed: Annotated[int | None, KeyInfo(0, at_least=0), Field(description="Seed of the strengths.")] = None
+    seed: Annotated[
+        int | None, KeyInfo(0, at_least=0), Field(description="Seed of the strengths, with the names of the motions.")
+    ] = None
     isolation: Annotated[
         IsolationTable | None, Field(description="Isolators below the building; floor 0 is the slab on them.")
     ] = None
@@ -376,7 +390,9 @@ class MotionsTable(Table):
     """What shakes the blocks: a generator, a pulse, records, or floor histories."""
 
     generator: Annotated[
-        str | None, one_of(shaking.GENERATORS), Field(description="Name of a stochastic generator.")
+        str | None,
+        one_of(shaking.GENERATORS),
+        Field(description="Name of a stochastic generator, which needs `number`."),
     ] = None
     pulse: Annotated[str | None, one_of(shaking.PULSES), Field(description="Name of a textbook pulse.")] = None
     records: Annotated[
@@ -387,7 +403,10 @@ class MotionsTable(Table):
     floors_file: Annotated[
         str | list[str] | None,
         RelativePath(pattern=True),
-        Field(description="Floor histories (CSV, netCDF) of another program: paths or patterns, as for records."),
+        Field(
+            description="Floor histories of another program, paths or patterns as for records: CSV with the "
+            "header `time, motion/floor [unit], …`, or netCDF (motion, floor, time)."
+        ),
     ] = None
     floors_index: Annotated[
         str | None,
@@ -439,14 +458,18 @@ class MotionsTable(Table):
         str | None,
         one_of(AXES),
         KeyInfo("both"),
-        Field(description="Of a pair: whether blocks rock about both axes, or about their weak axis alone."),
+        Field(
+            description="Of a pair: whether blocks rock about both axes, or about their weak axis alone (the "
+            "width, where the depth is at least 1.6 times the width)."
+        ),
     ] = None
     azimuth: Annotated[
         float | Literal["random"] | None,
         KeyInfo(0.0, unit="°", at_least=-360.0, at_most=360.0),
         Field(
             description="Of a pair: direction of the blocks' width, of an inventory that of the building's x, "
-            "clockwise from north, or `random`."
+            "clockwise from north (of simulated pairs from h1). `random`: another one for each "
+            "motion, by `seed`."
         ),
     ] = None
     correlation: Annotated[
@@ -516,7 +539,12 @@ class MotionsTable(Table):
         Field(description="Baseline correction."),
     ] = None
     target: Annotated[
-        str | None, RelativePath(), Field(description="CSV of the spectrum to be matched, relative to the study file.")
+        str | None,
+        RelativePath(),
+        Field(
+            description="CSV of the spectrum to be matched, relative to the study file; its first line names "
+            "`period (s)` or `frequency (Hz)`, and `sa (g)` or `sa (m/s2)`."
+        ),
     ] = None
     s_ds: Annotated[float | None, KeyInfo(unit="g", above=0.0), Field(description="S_DS of ASCE 7.")] = None
     z_over_h: Annotated[
@@ -565,8 +593,9 @@ class MotionsTable(Table):
         bool | None,
         KeyInfo(False),
         Field(
-            description="Whether each motion of a scenario is scaled to a PGV drawn from the ground-motion model of "
-            "Boore et al. (2014): its median, event and record terms."
+            description="Whether each motion of a scenario, point source or near fault is scaled to a PGV drawn "
+            "from the ground-motion model of Boore et al. (2014): its median, event and record "
+            "terms."
         ),
     ] = None
     f_c_hz: Annotated[
@@ -578,7 +607,8 @@ class MotionsTable(Table):
         float | None,
         KeyInfo(-1.844, at_least=-5.0, at_most=0.0),
         Field(
-            description="Constant of the equation of the Arias intensity: -1.844 as published, -2.2962 in later code."
+            description="Constant of the equation of the Arias intensity: -1.844 as published, -2.2962 in later "
+            "code, which is nearer to ground-motion models."
         ),
     ] = None
     arias_m_s: Annotated[float | None, KeyInfo(0.5, above=0.0), Field(description="Expected Arias intensity, m/s.")] = (
@@ -658,7 +688,9 @@ class MotionsTable(Table):
         float | None, KeyInfo(1.0, above=0.0), Field(description="Amplitude of the pulse, m/s².")
     ] = None
     omega_rad_s: Annotated[
-        float | None, KeyInfo(above=0.0), Field(description="Circular frequency of the pulse, rad/s.")
+        float | None,
+        KeyInfo(above=0.0),
+        Field(description="Circular frequency of the pulse, rad/s; every pulse needs it."),
     ] = None
     tail_s: Annotated[float | None, KeyInfo(1.0, at_least=0.0), Field(description="Quiet after the pulse, s.")] = None
 

@@ -121,19 +121,26 @@ class StudyFile(Table):
         Field(
             min_length=1,
             max_length=2000,
-            description="The blocks, one table each; a performance study has an inventory instead.",
+            description="The blocks, one table each, at most 2,000; a performance study has an inventory instead.",
         ),
     ] = None
     blocks_file: Annotated[
         str | None,
         KeyInfo("none"),
         RelativePath(),
-        Field(description="Instead of blocks: a CSV of up to a million, one line each, its columns their keys."),
+        Field(
+            description="Instead of blocks: a CSV of up to a million (2,000 with [uncertainty] or "
+            "[sensitivity]), one line each, its columns their keys."
+        ),
     ] = None
     restraints: Annotated[
         dict[Annotated[str, Field(min_length=1, max_length=100)], RestraintTable] | None,
         KeyInfo("none"),
-        Field(min_length=1, max_length=100, description="Straps, brackets and others that blocks name."),
+        Field(
+            min_length=1,
+            max_length=100,
+            description="Straps, brackets and others that blocks, lines of an inventory and kits name.",
+        ),
     ] = None
     models: Annotated[
         list[ModelTable], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
@@ -190,7 +197,11 @@ class StudyFile(Table):
     outputs: Annotated[
         list[Annotated[str, one_of(OF_ROCKING)]] | None,
         KeyInfo("overturned, peak_rotation"),
-        Field(description="Results kept of every run."),
+        Field(
+            description="Results kept of every run; `overturned` alone is fastest. Outputs of walls and "
+            "restraints need such blocks, `airborne` needs `motions.vertical`, `axis` needs both "
+            "components."
+        ),
     ] = None
     fit: Annotated[FitTable | None, Field(description="How curves are fitted.")] = None
     measures: Annotated[MeasuresTable | None, Field(description="Which measure serves best.")] = None

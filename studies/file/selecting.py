@@ -51,12 +51,18 @@ class OwnTarget(Table):
 class SelectTable(Table):
     """Selection of each stripe's motions, so that their measures are distributed as the hazard asks."""
 
-    number: Annotated[int, Field(ge=1, description="Motions of each stripe.")]
+    number: Annotated[
+        int, Field(ge=1, description="Motions of each stripe; twice as many candidates must be within the factors.")
+    ]
     target: Annotated[
         str | None,
         KeyInfo("from `disaggregation`"),
         RelativePath(),
-        Field(description="CSV of medians and sigmas, or OpenQuake's conditional spectra, relative to the study file."),
+        Field(
+            description="CSV `measure,unit,median,sigma` (of the logarithm) of the earthquake, not of the level, "
+            "with `rupture,weight` in front for several earthquakes; or OpenQuake's conditional "
+            "spectra, which are of their own levels. Relative to the study file."
+        ),
     ] = None
     statistic: Annotated[
         str | None, KeyInfo("mean"), Field(description="Which curve of OpenQuake's file, or column of disaggregation.")
@@ -65,13 +71,19 @@ class SelectTable(Table):
         str | None,
         KeyInfo("Baker & Jayaram (2008), Bradley (2011, 2012)"),
         RelativePath(),
-        Field(description="CSV of correlations, a square table."),
+        Field(
+            description="CSV of correlations: a square table with the measures as heading and first column (a "
+            "number is a period of Sa)."
+        ),
     ] = None
     disaggregation: Annotated[
         str | None,
         KeyInfo("from `target`"),
         RelativePath(),
-        Field(description="Instead of a target: shares of magnitudes and distances, of OpenQuake or the USGS."),
+        Field(
+            description="Instead of a target: OpenQuake's `Mag_Dist` CSV or the USGS' JSON, whose magnitudes and "
+            "distances weigh the medians of a ground-motion model."
+        ),
     ] = None
     vs30_m_s: Annotated[
         float | None, KeyInfo(above=0.0), Field(description="With a disaggregation: V_S30 of the site, m/s.")
@@ -100,12 +112,19 @@ class SelectTable(Table):
         str | None,
         one_of((LEAVE_OUT, KEEP)),
         KeyInfo(LEAVE_OUT),
-        Field(description="What is done with a stripe that does not agree with the hazard."),
+        Field(
+            description="Whether a stripe is left out whose median is off by more than 10 %, or whose scatter "
+            "lies outside 0.8 to 1.25 of the target's, in any measure."
+        ),
     ] = None
     also: Annotated[
         list[MotionsTable] | None,
         KeyInfo("none"),
-        Field(min_length=1, max_length=100, description="Further candidates, each table as [motions]."),
+        Field(
+            min_length=1,
+            max_length=100,
+            description="Further candidates, each table as [motions]: one simulated earthquake alone is too uniform.",
+        ),
     ] = None
 
     @model_validator(mode="after")

@@ -42,7 +42,9 @@ class SupportTable(Table):
         float | None, KeyInfo(above=0.0, below=1.0), Field(description="Force at rest over the weight (lead core).")
     ] = None
     yield_displacement_mm: Annotated[
-        float | None, KeyInfo(10.0, above=0.0), Field(description="Displacement at which it yields, mm.")
+        float | None,
+        KeyInfo(10.0, above=0.0),
+        Field(description="Displacement at which it yields, mm; the default is judgement."),
     ] = None
     radius_m: Annotated[float | None, KeyInfo(above=0.0), Field(description="Radius of a pendulum's dish, m.")] = None
     friction: Annotated[
@@ -57,14 +59,15 @@ class SupportTable(Table):
         float | None,
         KeyInfo("strikes are not modelled", at_least=LEAST_FREQUENCY, at_most=250.0),
         Field(
-            description="Natural frequency of platform and load on a stop, sqrt(k/m)/(2 pi), Hz: its stiffness, at "
-            "least that of the isolator."
+            description="Natural frequency of platform and load on a stop, sqrt(k/m)/(2 pi), Hz: its stiffness, "
+            "at least that of the isolator. Contacts last 2 ms at least. Whether a strike makes a "
+            "block uplift depends on it: try several."
         ),
     ] = None
     stop_restitution: Annotated[
         float | None,
         KeyInfo(RESTITUTION, at_least=LEAST_RESTITUTION, at_most=1.0),
-        Field(description="Velocity of the platform after a strike over that before."),
+        Field(description="Velocity of the platform after a strike over that before; the default is judgement."),
     ] = None
     mass_ratio: Annotated[
         float, Field(ge=0.0, lt=1.0, description="Mass of the blocks over that and the platform's; above 0.1 refused.")

@@ -114,7 +114,13 @@ def _known(name: str) -> str:
 class UncertaintyTable(Table):
     """What is uncertain, and which indices are wanted."""
 
-    inputs: Annotated[dict[str, InputTable], Field(min_length=1, description="Uncertain inputs by name.")]
+    inputs: Annotated[
+        dict[str, InputTable],
+        Field(
+            min_length=1,
+            description=f"Uncertain inputs by name: {', '.join(INPUTS)}; those of a restraint are of each block's.",
+        ),
+    ]
     correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none"), Field(description="Rank correlations.")] = (
         None
     )
@@ -168,7 +174,10 @@ class Sweep(NamedTuple):
 class SensitivityTable(Table):
     """How results depend on delta or e."""
 
-    parameter: Annotated[Literal["delta", "e"], Field(description="What is varied.")]
+    parameter: Annotated[
+        Literal["delta", "e"],
+        Field(description="What is varied; the laws must not give it, nor `restitution_factor` over e."),
+    ]
     values: Annotated[list[float], Field(min_length=2, max_length=200, description="Its values, increasing.")]
     reference: Annotated[
         str | float | None,

@@ -379,7 +379,7 @@ class Study(ABC):
         Returns
         -------
         xarray.Dataset
-            The results of this kind of study (docs/study.md lists every variable), with its configuration and the
+            The results of this kind of study (docs/study.md explains the variables), with its configuration and the
             package versions as attributes; no clock values.
 
         Raises

@@ -106,8 +106,8 @@ def needed_strengths(
     return xr.Dataset(
         {
             NEEDED: (each, needed, {"units": NEWTON, "long_name": f"least {text}; inf: none does"}),
-            TRIED: (trials, tried[0], {"units": NEWTON, "long_name": "tested strength of the restraint"}),
-            CHANCE: (trials, tried[1], {"units": DIMENSIONLESS, "long_name": "chance with the tested strength"}),
+            TRIED: (trials, tried[0], {"units": NEWTON, "long_name": "tested strengths, weakest first, then NaN"}),
+            CHANCE: (trials, tried[1], {"units": DIMENSIONLESS, "long_name": "chance with each, NaN if not known"}),
         },
         {TARGET: ("block", np.array(targets), {"units": DIMENSIONLESS, "long_name": "chance to be kept"})},
     )

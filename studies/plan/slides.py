@@ -146,7 +146,7 @@ class Slides:
         if tripped:
             near_by = [self.trip_of(block) if is_free(block) else None for block in blocks]
             distances = [math.nan if at is None else at for at in near_by]
-            found[TRIP_DISTANCE] = "block", distances, {"units": METRE, "long_name": "distance to an obstacle"}
+            found[TRIP_DISTANCE] = "block", distances, {"units": METRE, "long_name": "distance to an obstacle, or NaN"}
         for some in filter(None, (parts, near, tripped)):
             own = xr.concat(some, "block", coords="minimal", compat="override").reindex(block=runs["block"].values)
             found = found.merge(own, compat="override", join="exact")

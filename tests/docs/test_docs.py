@@ -321,9 +321,12 @@ class TestApi:
                 one = getattr(importlib.import_module(module), name)
                 assert inspect.getdoc(one), name
 
-    def test_the_key_reference_is_of_the_schema(self):
-        if importlib.util.find_spec("toppling.studies.reference.key_reference"):
-            assert "`width_m`" in self.pages.study_file_page()
+    def test_the_page_of_study_files(self, monkeypatch):
+        monkeypatch.syspath_prepend(DOCS)
+        page = self.pages.study_file_page()
+        assert "`width_m`" in page
+        assert "| `kind` of `[support]` | `pendulum` | `clearance_mm`, **`friction`**, **`radius_m`**, " in page
+        assert "| `drift` | " in page
 
 
 class Page(HTMLParser):
