@@ -57,12 +57,12 @@ class Curves(NamedTuple):
 
 
 def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | None) -> Curves:
-    """Return the curves of blocks at points (block, axis) in the region of the surfaces; no hazard, no rates (NaN).
+    """Return the curves of blocks at points (block, axis) in the region of the surfaces.
 
-    `log_unit` (block,) is ln of the level that is 1 in the surface, g tan(alpha) to the power of the measure. Intervals
-    of medians hold for all blocks at once with 95 % confidence, those of dispersions and rates for each by itself; what
-    checks differ by is part of those of medians and rates. Where the runs do not tell on which side of a cut a block
-    is, its intervals hold those of both sides.
+    `log_unit` (block,) is ln of the level that is 1 in the surface, g tan(alpha) to the power of the measure; rates are
+    NaN without a hazard. Intervals of medians hold for all blocks at once with 95 % confidence, those of dispersions
+    and rates for each by itself; what checks differ by is part of those of medians and rates. Where the runs do not
+    tell on which side of a cut a block is, its intervals hold those of both sides.
     """
     found = [np.empty(len(points)) for _ in Curves._fields]
     parts = [slice(first, first + SLAB) for first in range(0, len(points), SLAB)]

@@ -262,7 +262,10 @@ def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[
 
 
 def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
-    """Return the figure of overturned pieces against the level, under every law: a panel for each place."""
+    """Return the figure of what overturns against the level, under every law: a panel for the building and each floor.
+
+    The `quantity` is as of `inventory`.
+    """
     places = [str(place) for place in results["place"].values]
     if len(places) == 2:  # a single floor is the same as the building
         places = places[1:]

@@ -129,7 +129,7 @@ def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, s
 
 
 def misfit_notes(curves: xr.Dataset, state: str) -> list[str]:
-    """Notes on curves whose median or level of 10 % lies outside the interval of the level of so many runs."""
+    """Notes on curves whose median or 10 % level lies outside the interval of the level at which that share fell."""
     rest = 'rates and exports are those of the fitted curve; compare with form = "isotonic", which follows any runs'
     return [
         note
