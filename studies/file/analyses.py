@@ -655,7 +655,7 @@ class FitTable(Table):
         Field(description="Probabilities whose levels are wanted."),
     ] = None
     penalty: Annotated[
-        str, one_of(PENALTIES), Field(description="Penalised likelihood: of separated data, always, or never.")
+        str, one_of(PENALTIES), Field(description="Penalised likelihood: never, of separated data, or always.")
     ] = "auto"
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
