@@ -17,7 +17,7 @@ KINDS: dict[str, str] = {
     "building": "periods, dampings and heights of buildings, benches and isolators that suggest another unit",
     "level": "levels above 5 g or 10 m/s, and levels of stripes or histories that their unscaled motions do not have",
     "scenario": "earthquakes and sites outside of a generator's data, or motions unlike a ground-motion model's",
-    "spectra": "records that are copies or multiples, and ensembles of nearly one spectrum: PGV/PGA or Sa(1 s)/Sa(0.2 s) is alike",
+    "spectra": "records that are copies or multiples, and ensembles of nearly one PGV/PGA or Sa(1 s)/Sa(0.2 s)",
     "vertical": "vertical components of records, left out, or shaking blocks as horizontal ones where they are named",
     "offset": "records whose mean is above 1 % of their PGA",
     "drift": "records whose velocity at the end is above 10 % of their PGV",
