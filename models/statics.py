@@ -19,7 +19,7 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     acceleration : float
         Peak acceleration of its floor, m s-2, >= 0.
     height : float
-        Height of the anchor above the floor, m, > 0.
+        Height of the anchor above the floor, m, > 0, at most the block's.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     408.6
     """
     shaking = checks.number("acceleration", acceleration, at_least=0.0, unit="m/s²")
-    z = checks.number("height", height, above=0.0, unit="m")
+    z = checks.number("height", height, above=0.0, at_most=block.height, unit="m")
     b, h = _levers(block)
     return max(0.0, _mass(block) * (shaking * h - STANDARD_GRAVITY * b) / z)
 

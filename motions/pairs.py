@@ -148,8 +148,15 @@ def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
     With azimuths a1 and a2 of the components, the acceleration in a direction φ is h1 cos(φ - a1) + h2 cos(φ - a2).
     """
     _check_pair(pair)
-    angle = checks.number("azimuth", azimuth, unit="rad")
+    angle = _angle(azimuth)
     return _turned(pair, np.full(pair.sizes["motion"], angle))
+
+
+def _angle(azimuth: float | str) -> float:
+    angle = checks.number("azimuth", azimuth, unit="rad")
+    if abs(angle) > 2.0 * math.pi:
+        warn([Doubt("units", f"an azimuth of {angle:g} rad is more than a full turn: degrees in place of rad?")])
+    return angle
 
 
 def _turned(pair: xr.DataArray, azimuths: Array) -> xr.DataArray:
@@ -245,7 +252,7 @@ def _along_blocks(
     shakes: str,
 ) -> list[xr.DataArray]:
     at_random = isinstance(azimuth, str) and azimuth == RANDOM
-    angle = None if at_random else checks.number("azimuth", azimuth, unit="rad")
+    angle = None if at_random else _angle(azimuth)
     number = checks.count("seed", seed)
     found, index = [], checks.count("first", first)
     for pair in [pairs] if isinstance(pairs, xr.DataArray) else list(pairs):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
+from bisect import bisect_left, insort
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, pairwise
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,8 @@ LONGEST = 900.0
 """Duration, s."""
 UNLIKE = 5.0
 """Ratio of the PGAs of two horizontal components: those of recordings differ by 3 at most (assumed)."""
+ALIKE, WHOLE = 3e-5, 1e-3
+"""Relative differences within rounding: of ratios of norms, and of factors from 1 or -1."""
 SAME = 1.0 - 1e-6
 """Square of the correlation from which two motions are one: files print four digits or more."""
 LEVEL_APART, MOTION_APART = 1.5, 2.0
@@ -176,6 +179,34 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     return found
 
 
+def _copies(records: Iterable[Record]) -> list[str]:
+    """Return the records that are multiples of others; of floor histories, which levels scale, times 1 or -1."""
+    known: dict[tuple[float, int], list[tuple[float, Record, Array]]] = {}
+    found = []
+    for record in records:
+        if not record.recorded or record.reverse_of:
+            continue
+        for part in _components(record):
+            samples = part.acceleration
+            if not samples.any():
+                continue
+            group = known.setdefault((record.dt, samples.size), [])
+            # (multiples share the ratio of two norms: few of equal ratio are multiplied with each other)
+            shape = float(np.abs(samples).sum() / math.sqrt(samples @ samples))
+            low, high = (bisect_left(group, shape * (1.0 + end * ALIKE), key=itemgetter(0)) for end in (-1.0, 1.0))
+            for _, original, other in group[low:high]:
+                factor = 0.0 if original is record else multiple(samples, other)
+                if abs(factor) > 0.0 and (not record.floor or abs(abs(factor) - 1.0) < WHOLE):
+                    times = "" if abs(factor - 1.0) < WHOLE else f" times {short_digits(factor)}"
+                    found.append(f"{part.label}: those of {original.label}{times}")
+                    break
+            else:
+                insort(group, (shape, record, samples), key=itemgetter(0))
+                continue
+            break
+    return found
+
+
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
 
@@ -193,19 +224,13 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     strong: list[tuple[float, str]] = []
     ratio: list[str] = []
     long: list[str] = []
-    first: dict[tuple[float, bytes], str] = {}
-    copies: dict[bool, list[str]] = {False: [], True: []}  # (of records, of floor histories)
+    copies = {floor: _copies([one for one in records if bool(one.floor) == floor]) for floor in (False, True)}
 
     def keep(names: list[str], record: Record, what: str) -> None:
         names.append(f"{record.label}: {what}")
         if not record.corrected:
             uncorrected.add(names[-1])
 
-    for record in records:
-        if record.recorded and record.acceleration.any():
-            digest = hashlib.sha256(record.acceleration.tobytes()).digest()
-            original = first.setdefault((record.dt, digest), record.label)
-            copies[bool(record.floor)] += [f"{record.label}: those of {original}"] * (original != record.label)
     for record in read:
         pga = peak_acceleration(record.acceleration, record.dt)
         if pga == 0.0:

@@ -37,8 +37,9 @@ class TestRequiredForce:
     def test_refuses(self):
         with pytest.raises(ValueError, match="needs the mass of the block"):
             required_force(tp.Block(0.3, 1.8), 1.0, 1.0)
-        with pytest.raises(ValueError, match="height must be"):
-            required_force(BLOCK, 1.0, 0.0)
+        for height in (0.0, BLOCK.height + 0.1, 150.0):  # (in cm)
+            with pytest.raises(ValueError, match="height must be"):
+                required_force(BLOCK, 1.0, height)
 
 
 class TestStaticCapacity:

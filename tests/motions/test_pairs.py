@@ -257,6 +257,15 @@ class TestRotate:
         np.testing.assert_allclose(again.values, pair.values, atol=1e-14)
         np.testing.assert_allclose(again["azimuth"].values % (2.0 * math.pi), pair["azimuth"].values, atol=1e-15)
 
+    @pytest.mark.parametrize("turn", [mo.rotate, mo.both_axes, mo.weak_axis])
+    def test_degrees_in_place_of_radians(self, turn):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            turn(noise(), 2.0 * math.pi)
+            turn(noise(), -90.0)
+        assert len(said) == 1
+        assert "an azimuth of -90 rad is more than a full turn: degrees in place of rad?" in str(said[0].message)
+
     def test_the_vertical_stays(self):
         pair = mo.join(wave(np.sin(T)), wave(np.cos(T)), wave(np.sin(5.0 * T)))
         turned = mo.rotate(pair, 0.7)

@@ -71,6 +71,46 @@ class TestRecords:
         found = kinds(recorded(wavelet(frequency=frequency, n=40_000, dt=0.001), dt=0.001))
         assert ("PGV/PGA" in found) == named
 
+    NOISE = {name: wavelet() * np.random.default_rng(seed).normal(size=4001) for seed, name in enumerate("abcd")}
+
+    @pytest.mark.parametrize(
+        ("h1", "h2", "said"),
+        [
+            (NOISE["c"], NOISE["d"], ""),
+            (-NOISE["a"], NOISE["d"], "second: those of first times -1"),
+            (np.round(0.3 * NOISE["a"], 4), NOISE["d"], "second: those of first times 0.3"),
+            (NOISE["c"], 1.5 * NOISE["b"], "second, other component: those of first times 1.5"),
+            (NOISE["b"], NOISE["a"], "second: those of first"),  # (h1 and h2 exchanged)
+            (np.append(NOISE["a"], 0.0)[1:], NOISE["d"], ""),  # (later: another window of it is not looked for)
+        ],
+    )
+    def test_multiples(self, h1, h2, said):
+        given = {"first": (self.NOISE["a"], self.NOISE["b"]), "second": (h1, h2)}
+        pairs = [
+            mo.as_recorded(mo.join(*(recorded(values, label=label) for values in both)))
+            for label, both in given.items()
+        ]
+        found = [one.sentence for one in record_doubts(records(pairs)) if one.kind == "spectra"]
+        assert found == ([f"a record has the samples of another ({said}): leave copies out"] if said else [])
+        alone = [recorded(both[0], label=label) for label, both in given.items()]
+        found = [one for one in record_doubts(records(alone)) if one.kind == "spectra"]
+        assert bool(found) == (said.startswith("second:") and h1 is not self.NOISE["b"])
+
+    @pytest.mark.parametrize(("factor", "doubted"), [(1.0, True), (-1.0, True), (2.0, False), (-0.5, False)])
+    def test_multiples_of_floors(self, factor, doubted):
+        """Levels scale histories."""
+        histories = [
+            History(level, "EQ", floor, "", times * self.NOISE[name], DT, "file")
+            for level, floor, times, name in (
+                (1.0, "1", 1.0, "a"),
+                (1.0, "2", 1.0, "b"),
+                (2.0, "1", factor, "a"),
+                (2.0, "2", 1.0, "c"),
+            )
+        ]
+        found = record_doubts(records(FloorHistories.of(histories, "m/s2").arrays))
+        assert any("a floor motion has the samples of another" in one.sentence for one in found) == doubted
+
     def test_copies(self):
         one, two = (recorded(wavelet(frequency=f), label=str(f)) for f in (1.0, 1.5))
         copy, other = recorded(wavelet(), label="copy of 1.0"), recorded(wavelet(), 2.0 * DT, "slow")
