@@ -14,9 +14,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import toppling as tp
+from toppling.benchmarks.claims.claims import FAILS, HOLDS, OPEN, OURS, PAPER, Claim, claims
+from toppling.benchmarks.claims.evidence import evidence
+from toppling.benchmarks.claims.figures import figures as figures_of_claims
 from toppling.studies.plots.sensitivity import figures
-from toppling.studies.sensitivity.claims import FAILS, HOLDS, OPEN, OURS, PAPER, Claim
-from toppling.studies.tables.sensitivity import claims_of
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "studies/examples"
@@ -70,8 +71,9 @@ def main(out: Path = HERE, results: Path = HERE.parent / "results") -> None:
     (out / "sensitivity").mkdir(exist_ok=True)
     for parameter, names in SHOWN.items():
         name = f"sensitivity_{parameter}"
-        one = tp.Study.from_toml(EXAMPLES / f"{name}.toml").run(results / name)
-        for which, figure in figures(one):
+        study = tp.Study.from_toml(EXAMPLES / f"{name}.toml")
+        one = evidence(study, study.run(results / name))
+        for which, figure in (*figures(one), *figures_of_claims(one)):
             if which in names:
                 legend_above(figure)
                 figure.savefig(out / "sensitivity" / f"{parameter}_{which}.png", dpi=DPI)
@@ -99,8 +101,8 @@ def legend_above(figure: Figure) -> None:
 
 def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
     """The page: the text of sensitivity.md.in with every number from the datasets."""
-    claims = claims_of(over_delta)
-    verdicts = [one.verdict for one in claims if one.of == PAPER]
+    of_delta, of_e = claims(over_delta), claims(over_e)
+    verdicts = [one.verdict for one in of_delta if one.of == PAPER]
     numbers = {
         "motions": over_delta.sizes["motion"],
         "levels": over_delta.sizes["level"],
@@ -111,11 +113,11 @@ def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
         "holds": verdicts.count(HOLDS),
         "fails": verdicts.count(FAILS),
         "open": verdicts.count(OPEN),
-        "delta_claims": claim_list(claims, PAPER),
-        "delta_ours": claim_list(claims, OURS),
-        "e_claims": claim_list(claims_of(over_e), PAPER),
-        "e_ours": claim_list(claims_of(over_e), OURS),
-        "claim_table": claim_table(claims, claims_of(over_e)),
+        "delta_claims": claim_list(of_delta, PAPER),
+        "delta_ours": claim_list(of_delta, OURS),
+        "e_claims": claim_list(of_e, PAPER),
+        "e_ours": claim_list(of_e, OURS),
+        "claim_table": claim_table(of_delta, of_e),
         "swing_table": swing_table(over_delta),
         "flip_table": flip_table(over_delta),
         "friction": f"{float(over_e.attrs['friction']):g}",
@@ -126,11 +128,11 @@ def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
     return (HERE / "sensitivity.md.in").read_text(encoding="utf-8").format(**numbers)
 
 
-def claim_list(claims: list[Claim], of: str) -> str:
+def claim_list(found: list[Claim], of: str) -> str:
     """Claims with verdict, number and interval, one each."""
     return "\n".join(
         f"- **{capital(one.claim)}: {one.verdict}.** {capital(one.text)}. *{written(one)}: {kind(one)}.*"
-        for one in claims
+        for one in found
         if one.of == of
     )
 

@@ -239,11 +239,10 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def _sensitivity_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .tables.sensitivity import claim_table, decay_rows, median_rows, probability_rows  # noqa: PLC0415
+    from .tables.sensitivity import median_rows, probability_rows  # noqa: PLC0415
 
-    for rows in (*median_rows(results), *probability_rows(results), *decay_rows(results)):
+    for rows in (*median_rows(results), *probability_rows(results)):
         yield plain_table(*rows)
-    yield claim_table(results)
 
 
 def _sensitivity_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:

@@ -15,12 +15,8 @@ from ..report.summary import plain_answer
 from ..report.validity import INVALID, badge, checks_of, worst_word
 from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
-from ..tables.sensitivity import claims_of
 from ..tables.slides import edge_sentences, trip_sentences
 from ..text.precision import missed_precision
-
-MOST_CLAIMS = 6
-"""Most statements of a sensitivity study that a terminal shows."""
 
 
 def verdict(results: xr.Dataset, answered: bool) -> list[str]:
@@ -35,16 +31,13 @@ def verdict(results: xr.Dataset, answered: bool) -> list[str]:
 
 
 def _beside_table(results: xr.Dataset) -> list[str]:
-    """Return what the short table of a study does not show: the building as a whole, statements, kits."""
+    """Return what the short table of a study does not show: the building as a whole, sensitivity, kits."""
     kind = str(results.attrs["kind"])
     if kind == "performance":
         # (how often anything falls, and what is lost, come first)
         return [*islice(plain_answer(results), 1 + ("annual_loss" in results)), *money_steps(results)]
     if kind == "sensitivity":
-        claims = claims_of(results)
-        more = [f"{len(claims) - MOST_CLAIMS} more: see the report"] if len(claims) > MOST_CLAIMS else []
-        said = [f"{one.verdict}: {one.claim} ({one.text})" for one in claims[:MOST_CLAIMS]]
-        return [*islice(plain_answer(results), 1), *said, *more]
+        return plain_answer(results)
     choice = [one for one in (choice_of_law(results),) if one]
     slid = [*edge_sentences(results), *trip_sentences(results)]
     crossing = crossed_pieces(results)[:1]  # (the report has the others)

@@ -156,15 +156,13 @@ RIGID, OWN, GIVEN, PREVIOUS = "rigid", "own", "given", "previous"
 class Sweep(NamedTuple):
     """The varied parameter and the options of its evaluation.
 
-    parameter: delta or e; values: increasing; reference: `RIGID`, `OWN` or a value; release: the rotation over alpha
-    from which blocks rock freely; friction: the coefficient of friction between block and floor; replicates, seed,
-    confidence: of the bootstrap over motions.
+    parameter: delta or e; values: increasing; reference: `RIGID`, `OWN` or a value; friction: the coefficient of
+    friction between block and floor; replicates, seed, confidence: of the bootstrap over motions.
     """
 
     parameter: str
     values: Array
     reference: str | float
-    release: float = 0.5
     friction: float = 1.0
     replicates: int = 1000
     seed: int = 0
@@ -184,9 +182,6 @@ class SensitivityTable(Table):
         KeyInfo("rigid over delta, own over e"),
         Field(description="What values are held against: rigid (Housner's impact), own (the block's e_R), or a value."),
     ] = None
-    release: Annotated[
-        float, Field(gt=0.0, lt=1.0, description="Rotation over alpha from which blocks rock freely.")
-    ] = 0.5
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
@@ -233,7 +228,6 @@ class SensitivityTable(Table):
             self.parameter,
             np.array(self.values),
             reference,
-            self.release,
             friction,
             self.replicates,
             self.seed,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,9 +12,8 @@ import xarray as xr
 
 from ...core.aliases import Progress
 from ...core.doubts import Doubt
-from ...core.units import STANDARD_GRAVITY
 from ...core.wording import counted
-from ...fragility import RandomInputs, ida, notes, overturning_response, sobol_indices, tornado
+from ...fragility import RandomInputs, notes, overturning_response, sobol_indices, tornado
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
 from ...fragility.uncertainty.inputs import input_doubts
@@ -27,13 +24,11 @@ from ...fragility.validity.summary import summary_screen
 from ...fragility.validity.undecided import count_flips, perturbed_runs
 from ...models import Block, HousnerImpact, Law
 from ...models.friction import Friction
-from ...motions import OneCycleSine
 from ..file.schema import StudyFile
 from ..file.uncertainty import GIVEN, OWN, PREVIOUS, RIGID, Sweep
 from ..plan.designs import Incremental
 from ..plan.estimates import middle_level
-from ..sensitivity.claims import claims
-from ..sensitivity.findings import Grid, convergence, findings, placed_screen
+from ..sensitivity.findings import Grid, findings, placed_screen
 from .study import (
     CURVE_BYTES,
     MOST_VARIED,
@@ -53,15 +48,6 @@ from .study import (
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
-
-PULSE_FREQUENCY = 5.0
-PULSE_LEVELS = np.linspace(1.1, 2.8, 18)
-"""Pulses that measure the distance of a law from the rigid block: omega/p of one sine cycle, peaks over g tan alpha.
-
-The rigid block with e = 0.9 survives these pulses up to 3.02 (Zhang and Makris 2001).
-"""
-PULSE_STEPS = 500
-
 
 OUTPUTS = ("overturned", "peak_rotation", "uplifted")
 
@@ -133,7 +119,7 @@ class SensitivityStudy(BlockStudy, Study):
 
     @property
     def runs(self) -> int:
-        return self._shaken + self._pulsed + self._varied
+        return self._shaken + self._varied
 
     @property
     def perturbed_runs(self) -> int:
@@ -185,12 +171,6 @@ class SensitivityStudy(BlockStudy, Study):
     def _shaken(self) -> int:
         return len(self.blocks) * len(self.grid.laws) * self.design.runs
 
-    @property
-    def _pulsed(self) -> int:
-        if self.sweep.parameter != "delta":
-            return 0
-        return len(self.blocks) * len(self.grid.laws) * PULSE_LEVELS.size
-
     def inputs_of(self, model: Law) -> RandomInputs | None:
         """Return the inputs that apply to a law and its block; None where there are none."""
         if self.inputs is None:
@@ -216,9 +196,6 @@ class SensitivityStudy(BlockStudy, Study):
         laws = self.grid.laws
         runs = self.design.run(self.blocks, laws, OUTPUTS, client, part_of(progress, 0, self.work))
         found = findings(runs, self.blocks, self.models, self.grid, self.sweep, client.array)
-        if self._pulsed:
-            peaks = self._pulses(client, progress)
-            found = found.assign(convergence(peaks, self.blocks, self.grid, self.sweep).data_vars)
         if self.inputs is not None:
             found = found.assign(self._indices(found, client, progress).data_vars)
         screened = self._screened(runs, client, part_of(progress, self.runs, self.work))
@@ -227,7 +204,6 @@ class SensitivityStudy(BlockStudy, Study):
             found.assign(placed_screen(screened, self.grid).data_vars)
             .assign_coords(reason=screened["reason"])
             .assign_attrs(
-                claims=json.dumps([one._asdict() for one in claims(found)], ensure_ascii=False),
                 screen=screened.attrs["screen"],
                 notes="\n".join(notes(varied)),
             )
@@ -242,30 +218,10 @@ class SensitivityStudy(BlockStudy, Study):
         found = summary_screen(screen_input(runs), shaking, self.friction, flips)
         return found.assign_coords(model=runs["model"].variable)
 
-    def _pulses(self, client: Runner, progress: Progress | None) -> list[xr.DataArray]:
-        """Compute the peak rotations (model, level) of each block under its own pulses, for all distinct laws."""
-        each_block = self._pulsed // len(self.blocks)
-        found = []
-        for i, block in enumerate(self.blocks):
-            omega = PULSE_FREQUENCY * block.p
-            pulse = OneCycleSine(1.0, omega, dt=2.0 * np.pi / omega / PULSE_STEPS).sample(1)
-            runs = ida(
-                block,
-                self.grid.laws,
-                pulse,
-                PULSE_LEVELS * STANDARD_GRAVITY * block.b / block.h,
-                outputs="peak_rotation",
-                client=client,
-                screen=False,
-                progress=part_of(progress, self._shaken + i * each_block, self.work),
-            )
-            found.append(runs["peak_rotation"].isel(block=0, motion=0))
-        return found
-
     def _indices(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Tornado and Sobol' indices of P(overturn) at the level where its mean over values is nearest to 1/2."""
         assert self.inputs is not None
-        done = self._shaken + self._pulsed
+        done = self._shaken
         blocks = []
         for block in self.blocks:
             rows = []

@@ -28,7 +28,6 @@ from ...core.wording import (
 from ...fragility.fitting.states import ALL, OVERTURNED, state_name
 from ..plan.estimates import middle_level
 from ..region.rows import event_sentences
-from ..sensitivity.claims import FAILS, HOLDS, OPEN
 from ..tables.assessment import (
     ABOVE,
     DRAWN,
@@ -41,7 +40,7 @@ from ..tables.assessment import (
     objective_unit,
     ranking_rows,
 )
-from ..tables.sensitivity import GREEK, PARAMETERS, claims_of
+from ..tables.sensitivity import PARAMETERS
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
 from ..text.precision import FITTED_RATE
@@ -66,7 +65,6 @@ MOST_NAMED = 3
 """Largest number of blocks that are named among those that fell in every run."""
 MOST_DESCRIBED = 12
 """Largest number of blocks that the answer describes; of more blocks it describes the weakest."""
-VERDICTS = {HOLDS: ("holds", "hold"), FAILS: ("does not hold", "do not hold"), OPEN: ("is open", "are open")}
 
 
 class Answer(NamedTuple):
@@ -396,24 +394,12 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
 
 
 def _sensitivity(results: xr.Dataset) -> Answer:
-    symbol = GREEK[str(results.attrs["parameter"])]
-    claims = claims_of(results)
-    verdicts = [one.verdict for one in claims]
-    counts = [(verdicts.count(one), *words) for one, words in VERDICTS.items() if one in verdicts]
-    parts = [f"{n} {alone if n == 1 else several}" for n, alone, several in counts]
-    said = [f"Of {len(claims)} claims about {symbol}: {', '.join(parts)}."] if claims else ["No claim could be judged."]
-    said += [f"{_capitalised(one.claim)}: {one.verdict}. {_capitalised(one.text)}." for one in claims[:MOST_DESCRIBED]]
     name = PARAMETERS[str(results.attrs["parameter"])]
     question = (
         f"How much does the shaking that overturns {_each_block(results)} depend on {name}, and which damping laws "
         "agree with a rigid block?"
     )
-    return Answer(question, said)
-
-
-def _capitalised(text: str) -> str:
-    """Return a text with a capital letter, unless the text begins with a symbol."""
-    return text if text[1:2] == "_" else f"{text[:1].upper()}{text[1:]}"
+    return Answer(question, [])  # (the plain answer says all of it)
 
 
 def _each_block(results: xr.Dataset) -> str:

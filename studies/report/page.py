@@ -97,13 +97,13 @@ def html_page(results: xr.Dataset, path: Path, state: str, *, opened: bool = Fal
 
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
-    said = answer(results)
+    said, plain = answer(results), plain_answer(results)
     found = checks_of(results, state)
     notes = [line for line in str(results.attrs.get("notes", "")).splitlines() if line]
     of_client = {
         "title": str(results.attrs.get("title", "")) or "A study",
         "question": said.question,
-        "plain": plain_answer(results),
+        "plain": plain,
         "lead": _tables_of(list(lead_rows(results))),
         "steps": next_steps(results, found),
         "basis": basis(results),
@@ -131,7 +131,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
         "terms": terms,
         "technical_terms": used(texts(technical), terms),
-        "numbers": _shortened(" ".join(said.sentences)),
+        "numbers": _shortened(" ".join(said.sentences or plain)),
         "verdict": badge(found),
         "word": worst_word(found),
         "provenance": _tables_of([provenance_rows(results, path, state)], words=True),

@@ -31,12 +31,11 @@ from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
 from ..plan.piece_classes import TESTS
 from ..region.rows import event_sentences
-from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
 from ..tables.item_slides import falling_off_sentences, item_trip_sentences
-from ..tables.sensitivity import PARAMETERS, claims_of, sensitivity_sentences
+from ..tables.sensitivity import sensitivity_sentences
 from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import HALF, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
@@ -641,18 +640,4 @@ def _strength(results: xr.Dataset) -> str:
     return f"as strong as {with_article(name)} of {level_text(float(results.attrs['at_level']), level)}"
 
 
-def _claims(results: xr.Dataset) -> Iterator[str]:
-    symbol = PARAMETERS[str(results.attrs["parameter"])]
-    yield from sensitivity_sentences(results)
-    claims = claims_of(results)
-    if not claims:
-        return
-    holds, fails = (sum(one.verdict == word for one in claims) for word in (HOLDS, FAILS))
-    yield (
-        f"Of {len(claims)} statements about {symbol}, and about the damping laws, {holds} "
-        f"hold{'s' if holds == 1 else ''} in these runs, {fails} do{'es' if fails == 1 else ''} not, and "
-        f"{len(claims) - holds - fails} cannot be decided; the table of statements gives the numbers."
-    )
-
-
-_PLAIN = {"fragility": _curves, "uncertainty": _curves, "performance": _building, "sensitivity": _claims}
+_PLAIN = {"fragility": _curves, "uncertainty": _curves, "performance": _building, "sensitivity": sensitivity_sentences}

@@ -1,1 +1,1 @@
-"""Sensitivity to delta and e: free rocking against its closed form, paired comparisons, findings and claims."""
+"""Sensitivity to delta and e: paired comparisons and findings."""

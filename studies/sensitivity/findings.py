@@ -1,4 +1,4 @@
-"""Results of every law at every value of delta or e: curves, differences from a reference, decay, convergence."""
+"""Results of every law at every value of delta or e: curves, differences from a reference."""
 
 from __future__ import annotations
 
@@ -12,22 +12,16 @@ from ...core.aliases import Array, Flags, Index
 from ...core.units import DIMENSIONLESS, HERTZ
 from ...core.wording import given_percent
 from ...fragility import overturning_probability
-from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.numerics.slabs import Allocator, in_memory
 from ...fragility.runs.provenance import number_of_motions, polarity_pairs
 from ...models import Block, Law
 from ...models.friction import friction_at_impact
 from ..file.uncertainty import RIGID, Sweep
 from .comparisons import Curves, excess, exponentials, flipped, swing, trend
-from .free_decay import free_decay
 
 ALL, USUAL = "all", "usual"
 DELTA_USUAL = (0.01, 0.1)
 """Values of delta that are in use; the paper recommends 0.05."""
-SMALL = 0.01
-"""Values of delta up to which the order of convergence is fitted."""
-CALM = (0.2, 0.5)
-"""Peaks of the rigid block, over alpha, under the pulses of convergence: outside the zones, far from overturning."""
 STEPS = {"delta": np.log(10.0), "e": 0.1}
 """Steps that the trend of medians is given for: a tenfold delta, 0.1 more of e."""
 
@@ -66,7 +60,7 @@ def findings(
     sweep: Sweep,
     array: Allocator = in_memory,
 ) -> xr.Dataset:
-    """Compute all results but convergence and indices, on (block, model, value) and more, from runs of `grid.laws`.
+    """Compute all results but the indices, on (block, model, value) and more, from runs of `grid.laws`.
 
     `array` allocates the arrays of every run.
     """
@@ -107,23 +101,8 @@ def findings(
         [excess(flags, grid.at, other, pairs, sweep.replicates, sweep.seed, confidence) for other in others],
         "probability of overturning less that of what it is held against",
     )
-    found |= _peaks(runs, grid, sweep)
     found |= _sensitivity(curves, blocks, grid, sweep)
-    samples = curves.log_samples[:, grid.at]
-    rigid = grid.against[RIGID]
-    found["log_median_sample"] = (
-        ("block", "model", "value", "replicate"),
-        samples,
-        _attributes("ln of the median of each replicate (SI), the same motions for all"),
-    )
-    found["log_rigid_sample"] = (
-        ("block", "model", "value", "replicate"),
-        curves.log_samples[:, rigid],
-        _attributes("ln of the rigid block's median of each replicate (SI)"),
-    )
-    decay = _decay(blocks, grid, sweep)
-    coords = _coordinates(runs, blocks, models, grid, sweep)
-    return xr.Dataset(found, coords=coords, attrs=_said(runs, sweep)).assign(decay)
+    return xr.Dataset(found, coords=_coordinates(runs, blocks, models, grid, sweep), attrs=_said(runs, sweep))
 
 
 def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
@@ -133,47 +112,6 @@ def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
     """
     own = screened.drop_vars(["friction_impact", "elastic_frequency", "model"])
     return own.map(lambda one: xr.DataArray(_placed(one, grid.at)) if "model" in one.dims else one, keep_attrs=True)
-
-
-def convergence(peaks: Sequence[xr.DataArray], blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> xr.Dataset:
-    """Compute distances from the rigid block under pulses, from each block's peaks (model, level) of all `grid.laws`.
-
-    `pulse_error` (block, model, value) is the root mean square of the difference of peaks over alpha, over those pulses
-    under which the rigid block turns by 0.2 to 0.5 of alpha (outside the zones, and so far from overturning that
-    nothing jumps);
-    `convergence_order` (block, model) the slope of its logarithm over that of delta, for delta up to 0.01.
-    """
-    each_block = np.stack([one.transpose("model", "level").values for one in peaks])
-    scaled = each_block / np.array([block.alpha for block in blocks])[:, None, None]
-    own, rigid = scaled[:, grid.at], scaled[:, grid.against[RIGID]]
-    calm = (rigid >= CALM[0]) & (rigid <= CALM[1])
-    with np.errstate(invalid="ignore"):
-        error = np.sqrt(np.where(calm, (own - rigid) ** 2, 0.0).sum(axis=-1) / calm.sum(axis=-1))
-    return xr.Dataset(
-        {
-            "pulse_error": (
-                ("block", "model", "value"),
-                error,
-                _attributes("root mean square difference from the rigid block's peaks under pulses, over alpha"),
-            ),
-            "convergence_order": (
-                ("block", "model"),
-                order_of(error, sweep.values),
-                _attributes("order of convergence in delta"),
-            ),
-        }
-    )
-
-
-def order_of(error: Array, values: Array) -> Array:
-    """Return the slope of ln error (block, model, value) over ln delta, for delta up to 0.01; NaN without one."""
-    small = np.flatnonzero(values <= SMALL)
-    if small.size < 2:
-        return np.full(error.shape[:2], np.nan)
-    x = np.log(values[small])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.log(error[..., small]) @ (x - x.mean()) / np.sum((x - x.mean()) ** 2)
-    return np.where(np.isfinite(slope), slope, np.nan)
 
 
 def usual(blocks: Sequence[Block], sweep: Sweep) -> Flags:
@@ -186,7 +124,26 @@ def usual(blocks: Sequence[Block], sweep: Sweep) -> Flags:
 
 
 def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> dict[str, Any]:
-    """Compute swing and trend of the medians, over all values and over the usual ones, with the trend's replicates."""
+    """Compute swing and trend of the medians, over all values and over the usual ones."""
+    swings, slopes = swings_and_slopes(curves, blocks, grid, sweep)
+    trends = exponentials(slopes[..., 0], slopes[..., 1:], sweep.confidence)
+    step = "a tenfold delta" if sweep.parameter == "delta" else "0.1 more of e"
+    found: dict[str, Any] = {}
+    for name, parts, text in (
+        ("median_swing", swings, "largest over smallest median"),
+        ("median_trend", trends, f"factor on the median of {step}"),
+    ):
+        for suffix, part in zip(("", "_lower", "_upper"), parts, strict=True):
+            said = text if not suffix else f"{suffix[1:]} end of the interval of the {text}"
+            found[f"{name}{suffix}"] = (("block", "model", "span"), part, _attributes(said))
+    return found
+
+
+def swings_and_slopes(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> tuple[Array, Array]:
+    """Return swings of medians with their intervals (3, block, model, span), and slopes of ln medians for one step.
+
+    The slopes (block, model, span, 1 + replicate) begin with that of the medians.
+    """
     spans = [np.ones((len(blocks), sweep.values.size), dtype=bool), usual(blocks, sweep)]
     shape = (len(blocks), len(grid.at), len(spans))
     swings = np.full((3, *shape), np.nan)
@@ -198,68 +155,7 @@ def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Swe
             laws = grid.at[j, inside]
             swings[:, i, j, s] = swing(curves, i, laws, sweep.confidence)
             slopes[i, j, s] = trend(curves, i, laws, x[inside]) * STEPS[sweep.parameter]
-    trends = exponentials(slopes[..., 0], slopes[..., 1:], sweep.confidence)
-    step = "a tenfold delta" if sweep.parameter == "delta" else "0.1 more of e"
-    found: dict[str, Any] = {}
-    dims = ("block", "model", "span")
-    for name, parts, text in (
-        ("median_swing", swings, "largest over smallest median"),
-        ("median_trend", trends, f"factor on the median of {step}"),
-    ):
-        for suffix, part in zip(("", "_lower", "_upper"), parts, strict=True):
-            said = text if not suffix else f"{suffix[1:]} end of the interval of the {text}"
-            found[f"{name}{suffix}"] = (dims, part, _attributes(said))
-    found["log_trend_sample"] = ((*dims, "replicate"), slopes[..., 1:], _attributes(f"ln of the {text} in replicates"))
-    return found
-
-
-def _peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
-    """Compare with the rigid block: shares of smaller peaks, and of motions that uplift only the law's block."""
-    peak, lifted = (
-        runs[name].transpose("block", "model", "level", "motion").values for name in ("peak_rotation", "uplifted")
-    )
-    rigid = grid.against[RIGID]
-    weights = draw_clusters(polarity_pairs(runs), sweep.replicates, sweep.seed)
-    share = np.full((3, peak.shape[0], *grid.at.shape), np.nan)
-    for block, j, k in np.ndindex(*share.shape[1:]):
-        own, base = peak[block, grid.at[j, k]], peak[block, rigid[j, k]]
-        told = lifted[block, rigid[j, k]] & (own != base)
-        smaller, apart = (told & (own < base)).sum(axis=0), told.sum(axis=0)
-        if apart.any():
-            with np.errstate(invalid="ignore"):
-                samples = (weights @ smaller) / (weights @ apart)
-            share[:, block, j, k] = smaller.sum() / apart.sum(), *percentile_interval(samples, sweep.confidence)[:2]
-    text = "share of the rigid block's rocking runs in which the law's peak is smaller, of those where they differ"
-    found: dict[str, Any] = {
-        name: (("block", "model", "value"), part, _attributes(said))
-        for name, part, said in (
-            ("peak_smaller", share[0], text),
-            ("peak_smaller_lower", share[1], f"lower end of the interval of the {text}"),
-            ("peak_smaller_upper", share[2], f"upper end of the interval of the {text}"),
-        )
-    }
-    alone = np.empty((*share.shape[1:], lifted.shape[2]))
-    for block, j, k in np.ndindex(*share.shape[1:]):
-        alone[block, j, k] = np.mean(lifted[block, grid.at[j, k]] & ~lifted[block, rigid[j, k]], axis=-1)
-    said = "share of motions that uplift it and not the rigid block"
-    return {**found, "uplift_alone": (("block", "model", "value", "level"), alone, _attributes(said))}
-
-
-def _decay(blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> dict[str, xr.DataArray]:
-    """Compute the free rocking of every law at every value, each oscillator once."""
-    parts = []
-    for block in blocks:
-        laws = [law for row in grid.at for law in (grid.laws[i] for i in row)]
-        rigid = [grid.laws[i].restitution(block) for row in grid.against[RIGID] for i in row]
-        keys = list(zip(laws, rigid, strict=True))
-        once = list(dict.fromkeys(keys))
-        found = free_decay(block, [law for law, _ in once], [float(e or 0.0) for _, e in once], sweep.release)
-        where = xr.DataArray(
-            np.array([once.index(key) for key in keys]).reshape(grid.at.shape), dims=("model", "value")
-        )
-        parts.append(found.isel(law=where))
-    together = xr.concat(parts, "block", combine_attrs="override")
-    return {str(name): one.transpose("block", "model", "value", ...) for name, one in together.data_vars.items()}
+    return swings, slopes
 
 
 def _placed(array: xr.DataArray, at: Index) -> xr.DataArray:
@@ -295,9 +191,6 @@ def _coordinates(
     flat = np.array([np.sin(block.alpha) / block.alpha for block in blocks])
     mode = p[:, None, None] * np.sqrt((1.0 / delta - 1.0) * flat[:, None, None]) / (2.0 * np.pi)
     mode = np.where((rest == "elastic")[:, None], mode, np.nan)
-    rate = np.array(
-        [[[grid.laws[i].oscillator(one).regions[0].damping for i in row] for row in grid.at] for one in blocks]
-    )
     names = {"delta": "half width of the elastic zone over alpha, δ", "e": "coefficient of restitution, e"}
     on = ("block", "model", "value")
     return {
@@ -321,7 +214,6 @@ def _coordinates(
             friction_at_impact(ratio[:, None, None], rigid),
             _attributes("coefficient of friction that an impact needs"),
         ),
-        "viscous_rate": (on, rate, {"units": "s-1", "long_name": "viscous damping of the moving block over I_O"}),
         "elastic_frequency": (on, mode, {"units": HERTZ, "long_name": "frequency of the elastic mode at rest"}),
     }
 
@@ -335,7 +227,6 @@ def _said(runs: xr.Dataset, sweep: Sweep) -> dict[str, Any]:
         "parameter": sweep.parameter,
         "reference": sweep.reference if isinstance(sweep.reference, str) else f"{sweep.reference:g}",
         "usual": f"δ from {low:g} to {high:g}" if sweep.parameter == "delta" else friction,
-        "release": sweep.release,
         "friction": sweep.friction,
         "confidence": sweep.confidence,
         "replicates": sweep.replicates,

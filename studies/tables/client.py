@@ -49,7 +49,7 @@ from ..text.words import (
     roof_of,
 )
 from .pieces import piece_rows
-from .sensitivity import level_rows, statement_rows
+from .sensitivity import level_rows
 
 MOST = 30
 """Most blocks of the table."""
@@ -57,11 +57,10 @@ NEVER, ALWAYS = "never seen", "at every level"
 
 
 def lead_rows(results: xr.Dataset) -> list[Rows]:
-    """Return the tables of a report's first part: of its pieces; levels and statements of a sensitivity study."""
+    """Return the tables of a report's first part: of its pieces; levels of a sensitivity study."""
     results = within_levels(results)
     if str(results.attrs["kind"]) == "sensitivity":
-        statements = statement_rows(results)
-        return [level_rows(results), *([] if statements is None else [statements])]
+        return [level_rows(results)]
     return [client_rows(results)]
 
 

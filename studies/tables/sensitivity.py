@@ -1,17 +1,13 @@
-"""Tables of sensitivity studies: laws down, values of delta or e across, a table for each block; and the claims."""
+"""Tables of sensitivity studies: laws down, values of delta or e across, a table for each block."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from rich.box import SIMPLE_HEAD
-from rich.markup import escape
-from rich.table import Table
 
 from ...core.aliases import Array
 from ...core.doubts import first_of
@@ -19,16 +15,21 @@ from ...core.wording import two_digits, whole_percent, with_article
 from ...fragility.runs.provenance import blocks_of
 from ...models import Block
 from ..plan.estimates import middle_level
-from ..sensitivity.claims import FAILS, HOLDS, NAMES, OPEN, Claim, evidence_of
 from ..text.reached import within_levels
 from ..text.rows import Rows
 from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, level_name, level_text, quantity_name
 
-LAW_NAMES = {**NAMES, "housner": "Housner’s impacts", "viscous": "viscous damping"}
+LAW_NAMES = {
+    "discrete": "discrete damping",
+    "giannini-masiani": "Giannini–Masiani",
+    "makris-konstantinidis": "Makris–Konstantinidis",
+    "vassiliou": "Vassiliou et al.",
+    "energy-consistent": "energy-consistent damping",
+    "housner": "Housner’s impacts",
+    "viscous": "viscous damping",
+}
 """Laws in words, by their short names."""
 GREEK = {"delta": "δ", "e": "e"}
-OUTCOMES = {HOLDS: HOLDS, FAILS: FAILS, OPEN: "cannot be decided"}
-"""Verdicts in words."""
 PARAMETERS = {"delta": "δ, the width of the zone of damping", "e": "e, the coefficient of restitution"}
 """Parameters in words."""
 SLIPS, SQUAT, ABOVE = "†", "‡", "*"
@@ -37,11 +38,6 @@ SLIGHT = 1.1
 """Ratio of two levels up to which their difference is written in per cent."""
 MOST_SAID = 3
 """Most blocks that have a sentence; the table has all of them."""
-
-
-def claims_of(results: xr.Dataset) -> list[Claim]:
-    """Return the claims held by a study's results."""
-    return [Claim(**one) for one in json.loads(str(results.attrs["claims"]))]
 
 
 def reference_of(results: xr.Dataset) -> str:
@@ -158,18 +154,6 @@ def _legend(results: xr.Dataset, marks: NDArray[np.str_]) -> list[str]:
     return [f"{mark}: {text}" for mark, text in words.items() if (marks == mark).any()]
 
 
-def statement_rows(results: xr.Dataset) -> Rows | None:
-    """Return the outcome of each claim with its number, for the first page; None where none could be judged."""
-    # (where the comparisons are made is the same for nearly all of them, and stands in the title)
-    where = evidence_of(results).where
-    rows = [
-        (one.claim, OUTCOMES[one.verdict], one.text.removeprefix(f"{where}, ").replace(f" ({where})", ""))
-        for one in claims_of(results)
-    ]
-    headings = ("statement", "outcome", "what was found")
-    return Rows(f"What these runs say of each statement ({where})", headings, rows) if rows else None
-
-
 def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, float, float]]:
     """Return of each block the values of its lowest and its highest median, in their order, and these medians (SI).
 
@@ -267,25 +251,6 @@ def probability_rows(results: xr.Dataset) -> list[Rows]:
     return found
 
 
-def decay_rows(results: xr.Dataset) -> list[Rows]:
-    """Mean relative errors of the peaks of free rocking."""
-    title = "Peaks of free rocking over those of Housner's closed form, less 1 (mean of ten half cycles)"
-    return [
-        _table(results, f"{title}: {block}", results["decay_error"].sel(block=block), _signed)
-        for block in results["block"].values
-    ]
-
-
-def claim_table(results: xr.Dataset) -> Table:
-    """The outcome of each claim, for a terminal."""
-    table = Table(title="What the data say", box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
-    for heading in ("claim", "verdict", "number and interval"):
-        table.add_column(heading, overflow="fold")
-    for one in claims_of(results):
-        table.add_row(escape(one.claim), escape(one.verdict), escape(one.text), end_section=True)
-    return table
-
-
 def _table(results: xr.Dataset, title: str, cells: xr.DataArray, write: Callable[[float], str]) -> Rows:
     symbol = GREEK[str(results.attrs["parameter"])]
     marks = marks_of(results)[results["block"].values.astype(str).tolist().index(str(cells["block"].item()))]
@@ -307,7 +272,3 @@ def _factor(value: float) -> str:
 
 def _percent(value: float) -> str:
     return "" if np.isnan(value) else whole_percent(value)
-
-
-def _signed(value: float) -> str:
-    return "" if np.isnan(value) else whole_percent(value, signed=True)

@@ -46,7 +46,7 @@ MOST = 8
 
 def short_rows(results: xr.Dataset) -> Rows | None:
     """Return the short table of a study's results, under the reference law; None for an uncertainty study."""
-    made = {"fragility": _blocks, "performance": _pieces, "sensitivity": _statements}.get(str(results.attrs["kind"]))
+    made = {"fragility": _blocks, "performance": _pieces, "sensitivity": _ratios}.get(str(results.attrs["kind"]))
     return None if made is None else made(results)
 
 
@@ -147,7 +147,7 @@ def _chance(chance: Range, most: str) -> str:
     return f"{about_percent(chance.value)} ({ends})".replace("\u00a0%)", ")")
 
 
-def _statements(results: xr.Dataset) -> Rows | None:
+def _ratios(results: xr.Dataset) -> Rows | None:
     """Return the medians of the first block over those of the reference, of the first laws."""
     tables = median_rows(results)
     if not tables:

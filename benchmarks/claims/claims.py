@@ -1,4 +1,4 @@
-"""Outcomes of a sensitivity study for the paper's claims and what its law gets wrong: verdict, number, interval.
+"""Outcomes of sensitivity studies for the paper's claims and what its law gets wrong: verdict, number, interval.
 
 Every sentence is made from the results.  Medians are compared with paired replicates of the bootstrap over motions,
 averaged (as logarithms) over the blocks.  Free rocking has no scatter, so its interval is the range over the blocks
@@ -16,7 +16,8 @@ import xarray as xr
 from ...core.aliases import Array, Flags
 from ...core.wording import confidence_text, whole_percent
 from ...fragility.fitting.bootstrap import percentile_interval
-from ..file.uncertainty import RIGID
+from ...studies.file.uncertainty import RIGID
+from ...studies.tables.sensitivity import LAW_NAMES
 
 HOLDS, FAILS, OPEN = "holds", "does not hold", "open"
 PAPER, OURS = "paper", "ours"
@@ -27,13 +28,6 @@ SAME = 1e-9
 RECOMMENDED = 0.05
 """The delta that the paper recommends."""
 CONTINUOUS = ("giannini-masiani", "makris-konstantinidis", "vassiliou")
-NAMES = {
-    "discrete": "discrete damping",
-    "giannini-masiani": "Giannini–Masiani",
-    "makris-konstantinidis": "Makris–Konstantinidis",
-    "vassiliou": "Vassiliou et al.",
-    "energy-consistent": "energy-consistent damping",
-}
 
 
 LOSS = "discrete damping dissipates less than an impact does"
@@ -129,18 +123,7 @@ def evidence_of(results: xr.Dataset) -> Evidence:
 
 
 def claims(results: xr.Dataset) -> list[Claim]:
-    """Judge every claim that the laws of a study allow to judge.
-
-    Parameters
-    ----------
-    results : xarray.Dataset
-        The results of a sensitivity study.
-
-    Returns
-    -------
-    list of Claim
-        The claims of the paper come first.
-    """
+    """Judge every claim that the laws of a study allow to judge, those of the paper first; results of `evidence`."""
     evidence = evidence_of(results)
     if not evidence.inside.any():
         return []
@@ -174,7 +157,7 @@ def _decay(evidence: Evidence) -> Claim | None:
     mean = evidence.spread(own)
     verdict = HOLDS if best.all() else OPEN if best.any() else FAILS
     listed = ", ".join(
-        f"{whole_percent(evidence.spread(error[:, j])[0], signed=True)} under {NAMES[name]}" for name, j in others
+        f"{whole_percent(evidence.spread(error[:, j])[0], signed=True)} under {LAW_NAMES[name]}" for name, j in others
     )
     text = (
         f"peaks of free rocking lie {whole_percent(evidence.spread(error[:, discrete])[0], signed=True)} from the "
@@ -200,7 +183,7 @@ def _insensitive_decay(results: xr.Dataset) -> Claim | None:
     own = moves[:, laws["discrete"]]
     best = np.all([own < moves[:, j] for name, j in laws.items() if name != "discrete"], axis=0)
     verdict = HOLDS if best.all() else OPEN if best.any() else FAILS
-    listed = ", ".join(f"{moves[:, j].mean():.2f} under {NAMES[name]}" for name, j in laws.items())
+    listed = ", ".join(f"{moves[:, j].mean():.2f} under {LAW_NAMES[name]}" for name, j in laws.items())
     text = (
         f"{evidence.where}, the largest peak {n} of free rocking is this many times the smallest: {listed} "
         f"(means over {own.size} blocks)"
@@ -232,7 +215,7 @@ def _insensitive_medians(results: xr.Dataset) -> Claim | None:
     listed = []
     for name, j in laws.items():
         ends = np.exp(percentile_interval(samples[j], confidence)[:2])
-        listed.append(f"{np.exp(middle[j]):.2f} ({ends[0]:.2f}–{ends[1]:.2f}) under {NAMES[name]}")
+        listed.append(f"{np.exp(middle[j]):.2f} ({ends[0]:.2f}–{ends[1]:.2f}) under {LAW_NAMES[name]}")
     low, high = np.exp(percentile_interval(samples[own], confidence)[:2])
     text = f"{evidence.where}, a tenfold δ multiplies the median by {', '.join(listed)}; 1 is no sensitivity"
     numbers = float(np.exp(middle[own])), float(low), float(high)
@@ -285,7 +268,9 @@ def _overturning(evidence: Evidence, law: str, what: str, *, above: bool) -> Cla
     fails = found.upper < 1.0 if above else found.lower > 1.0
     text = f"{evidence.where}, its median is {found.words} the rigid block's"
     verdict = HOLDS if holds else FAILS if fails else OPEN
-    return Claim(f"{NAMES[law]} {what} overturning", PAPER, verdict, *found.numbers, _bootstrap(evidence.results), text)
+    return Claim(
+        f"{LAW_NAMES[law]} {what} overturning", PAPER, verdict, *found.numbers, _bootstrap(evidence.results), text
+    )
 
 
 def _peaks(evidence: Evidence, law: str, what: str, *, smaller: bool) -> Claim | None:
@@ -303,7 +288,9 @@ def _peaks(evidence: Evidence, law: str, what: str, *, smaller: bool) -> Claim |
         "block rocks and the two differ"
     )
     verdict = HOLDS if found[1] > 0.5 else FAILS if found[2] < 0.5 else OPEN
-    return Claim(f"{NAMES[law]} {what} peaks under shaking", PAPER, verdict, *found, _bootstrap(evidence.results), text)
+    return Claim(
+        f"{LAW_NAMES[law]} {what} peaks under shaking", PAPER, verdict, *found, _bootstrap(evidence.results), text
+    )
 
 
 def _loss(evidence: Evidence) -> Claim | None:
