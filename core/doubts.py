@@ -19,8 +19,8 @@ KINDS: dict[str, str] = {
     "level": "levels above 5 g or 10 m/s (above 50 g or 100 m/s refused), and levels of stripes or histories that "
     "their unscaled motions miss (stripes: by more than 10 %; by more than a factor of 1.5 refused)",
     "scenario": "earthquakes and sites outside of a generator's data, or motions unlike a ground-motion model's",
-    "spectra": "records that are copies or multiples, and ensembles of nearly one spectrum: a dispersion of PGV/PGA below "
-    "0.3, or of Sa(1 s)/Sa(0.2 s) below 0.45, each with 95 % confidence (earthquakes: 0.52 and 0.73)",
+    "spectra": "records that are copies or multiples, and ensembles of nearly one spectrum: a dispersion of PGV/PGA "
+    "below 0.3, or of Sa(1 s)/Sa(0.2 s) below 0.45, each with 95 % confidence (earthquakes: 0.52 and 0.73)",
     "vertical": "vertical components of records, left out, or shaking blocks as horizontal ones where they are named",
     "offset": "records whose mean is above 1 % of their PGA: raw samples (`baseline_order`)",
     "drift": "records whose velocity at the end is above 10 % of their PGV: an offset or a cut record (`highpass_hz`)",
