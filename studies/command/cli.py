@@ -401,11 +401,8 @@ def report(
     result: Path,
     *,
     format_: Annotated[
-        Literal["html", "pdf", "md"] | None,
-        Parameter(
-            name="--format",
-            help="html (one file that holds everything), pdf (needs Chromium), md (and PNGs); of the file, else html.",
-        ),
+        Literal["html", "md"] | None,
+        Parameter(name="--format", help="html (one file that holds all), md (and PNGs); of the file, else html."),
     ] = None,
     out: Annotated[
         Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
@@ -422,9 +419,8 @@ def report(
     from ..report.page import write_report
 
     console = terminal()
-    endings: dict[str, Literal["html", "pdf", "md"]] = {".pdf": "pdf", ".md": "md"}
     if format_ is None:
-        format_ = endings.get("" if out is None else out.suffix, "html")
+        format_ = "md" if out is not None and out.suffix == ".md" else "html"
     with console.status("drawing the figures"):
         written = write_report(_result_file(result), out, format_, verify)
     say(console, *(f"written: {path}" for path in written))

@@ -48,7 +48,6 @@ NAMED = {
 STIFFNESSES = {"strap": 20.0, "bracket": 500.0, "cable": 100.0}
 """Stiffness (N/mm) where a table gives none: a judgement, no source was found."""
 AT_A_HEIGHT = ("strap", "bracket", "cable")
-BESIDE = ("pole", "adhesive")
 RESTRAINT_KEYS = {
     "strap": {"height_m", "strength_n", "stiffness_n_per_mm", "slack_mm", "preload_n", "count"},
     "bracket": {"height_m", "strength_n", "stiffness_n_per_mm", "slack_mm", "count"},

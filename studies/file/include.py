@@ -22,8 +22,6 @@ from ...core.wording import system_reason
 from ..text.error import StudyError
 from .table import PartialTable, RelativePath, Table, shown, unended
 
-MOST_FILES = 32
-MOST_LEVELS = 8
 MOST_NESTING = 16
 MOST_TEXT = 4096
 INCLUDE = "include"
@@ -63,46 +61,40 @@ class MergedContent:
 def read_content(path: Path, table: type[Table]) -> MergedContent:
     """Read a study file merged with its included files; the fields of `table` tell which keys are paths.
 
-    At most 32 files include each other, 8 deep, without circles, and no key is given twice.
+    An included file includes no others, and no key is given twice.
     """
-    return _merged(path, table, [], [])
-
-
-def _merged(path: Path, table: type[Table], above: list[Path], seen: list[Path]) -> MergedContent:
     own = _parsed(path)
-    seen.append(path)
-    here = [*above, path.resolve()]
     found: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
     for name in _included(path, own):
         file = path.parent / name
         if not _is_file(file):
             raise StudyError(f"{path}: include: no file {shown(name)} (looked in {path.parent.resolve()})")
-        if file.resolve() in here:
-            raise StudyError(f"{path}: include: {shown(name)} includes this file again")
-        if len(here) > MOST_LEVELS or len(seen) >= MOST_FILES:
-            raise StudyError(
-                f"{path}: include: at most {MOST_FILES} files, {MOST_LEVELS} deep, got more with {shown(name)}"
-            )
-        part = _merged(file, table, here, seen)
-        for key, value in rebased(part.content, table, os.path.dirname(name)).items():
+        part = _parsed(file)
+        if INCLUDE in part:
+            raise StudyError(f"{path}: include: {shown(name)} includes files itself: list them here")
+        for key, value in rebased(part, table, os.path.dirname(name)).items():
             if key in found:
                 raise StudyError(f"{path}: include: {shown(key)} is given by {origin[key,]} and by {file}")
             found[key] = value
-        origin |= part.origin
+            origin |= _origins(key, value, file)
     for key, value in own.items():
         before = found.get(key, {})
         if isinstance(before, dict) and isinstance(value, dict):
             found[key] = {**before, **value}
-            origin |= {(key, inner): path for inner in value}
         elif key in found:
             raise StudyError(
                 f"{path}: {shown(key)} is given here and by {origin[key,]}: only keys of tables can be given anew"
             )
         else:
             found[key] = value
-        origin[key,] = path
+        origin |= _origins(key, value, path)
     return MergedContent(found, origin)
+
+
+def _origins(key: str, value: Any, path: Path) -> dict[tuple[str, ...], Path]:
+    """Return the file of a key, and of the keys of its table."""
+    return {(key,): path, **({(key, inner): path for inner in value} if isinstance(value, dict) else {})}
 
 
 def _included(path: Path, own: dict[str, Any]) -> list[str]:

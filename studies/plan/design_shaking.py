@@ -12,7 +12,6 @@ from ...fragility import HazardCurve
 
 DESIGN_RATE = -math.log(0.9) / 50.0
 """Annual rate of the design shaking: 10 % in 50 years."""
-DESIGN_WORDS = "10 % in 50 years"
 POINTS = 10_000
 """Points of the hazard curve between which the level is found."""
 

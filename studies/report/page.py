@@ -1,4 +1,4 @@
-"""The report of a study's results as one self-contained HTML page, as a PDF of that page, or as Markdown.
+"""The report of a study's results as one self-contained HTML page, or as Markdown.
 
 The page loads nothing: figures are inside it, there is no script, and its content policy forbids everything else.
 """
@@ -6,11 +6,7 @@ The page loads nothing: figures are inside it, there is no script, and its conte
 from __future__ import annotations
 
 import json
-import os
 import re
-import shutil
-import subprocess
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -41,13 +37,11 @@ from .summary import plain_answer
 from .validity import badge, checks_of, not_checked, worst_word
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
-ReportFormat = Literal["html", "pdf", "md"]
+ReportFormat = Literal["html", "md"]
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
-PDF_SECONDS = 120.0
 _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
 MANY_COLUMNS = 8
@@ -61,38 +55,34 @@ def write_report(
 ) -> list[Path]:
     """Write the report of a study's results, and return the files written.
 
-    `out` is the file; by default ``report.html`` (``.pdf``, ``.md``) beside the results, or in `out` where `out` is a
-    folder or has no ending. The formats are one self-contained page; the same page printed by a browser of this
-    machine; Markdown with its figures as PNG files in the same folder. Results that were edited are named on the page
-    and warned of, and with `verify` refused.
+    `out` is the file; by default ``report.html`` (``.md``) beside the results, or in `out` where `out` is a folder or
+    has no ending. The formats are one self-contained page, and Markdown with its figures as PNG files in the same
+    folder. Results that were edited are named on the page and warned of, and with `verify` refused.
     """
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:
         target /= f"report.{format_}"
     if target.exists() and result.exists() and target.samefile(result):
         raise StudyError(f"{target}: are the results themselves; give the report another name")
-    browser = _browser() if format_ == "pdf" else None
+    if target.suffix not in (".html", ".htm", ".md"):
+        raise StudyError(f"{target}: --out must be a folder or end in .html or .md")
     with read_results(result) as results:
         state = check_content(result, results, verify)
         if format_ == "md":
             return _write_markdown(results, result, state, target)
-        page = html_page(results, result, state, opened=format_ == "pdf")
-    if browser is None:
-        _write(target, page.encode("utf-8"))
-    else:
-        _write(target, _printed_pdf(page, browser))
+        _write(target, html_page(results, result, state).encode("utf-8"))
     return [target]
 
 
-def html_page(results: xr.Dataset, path: Path, state: str, *, opened: bool = False) -> str:
+def html_page(results: xr.Dataset, path: Path, state: str) -> str:
     """Return the page of a study's results, which were read from `path`, and are in a state as `check_content` says.
 
-    With `opened` nothing on the page is folded, as a printed page needs.  The same results give the same text.
+    The same results give the same text.
     """
     found = content(results, path, state)
     drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures(results, found["numbers"])]
     template = environment(escaping=True).get_template("report.html.j2")
-    return template.render(**found, figures=drawn, opened=opened)
+    return template.render(**found, figures=drawn)
 
 
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
@@ -214,43 +204,3 @@ def _write(path: Path, text: bytes) -> None:
         write_bytes(path, text)
     except OSError as error:
         raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
-
-
-def _browser(which: Callable[[str], str | None] = shutil.which) -> str:
-    found = next((path for path in map(which, BROWSERS) if path), None)
-    if found is None:
-        raise StudyError(
-            "--format pdf needs Chromium or Chrome, which is not there: install it (Debian: apt install chromium), or "
-            "print the page of --format html"
-        )
-    return found
-
-
-def _printed_pdf(page: str, browser: str) -> bytes:
-    """Return the page as a PDF printed by a browser, without network access."""
-    with tempfile.TemporaryDirectory(prefix="toppling-") as folder:
-        source, target = Path(folder) / "report.html", Path(folder) / "report.pdf"
-        source.write_text(page, encoding="utf-8")
-        command = [
-            browser,
-            "--headless=new",
-            "--disable-gpu",
-            "--disable-extensions",
-            "--disable-background-networking",
-            "--disable-dev-shm-usage",
-            "--no-first-run",
-            "--no-pdf-header-footer",
-            f"--user-data-dir={folder}/profile",
-            f"--print-to-pdf={target}",
-            source.as_uri(),
-        ]
-        if hasattr(os, "geteuid") and os.geteuid() == 0:
-            command.insert(1, "--no-sandbox")  # the sandbox does not work for root
-        try:
-            subprocess.run(command, capture_output=True, check=False, timeout=PDF_SECONDS)
-            return target.read_bytes()
-        except subprocess.TimeoutExpired:
-            reason = f"not in {PDF_SECONDS:g} s"
-        except OSError as error:
-            reason = system_reason(error)
-    raise StudyError(f"--format pdf: {browser} did not print the page ({reason}); --format html needs no browser")

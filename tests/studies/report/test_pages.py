@@ -152,6 +152,11 @@ class TestBrowser:
         assert chromium.see(path, 768, script, dark=True).value == "rgb(20, 24, 28)"
         assert chromium.see(path, 768, script, dark=True, media="print").value == "rgb(255, 255, 255)"
 
+    def test_nothing_is_folded_in_print(self, chromium, pages):
+        script = "[...document.querySelectorAll('details')].map(one => one.lastElementChild.checkVisibility())"
+        assert not any(chromium.see(pages["cloud"], 768, script).value)
+        assert all(chromium.see(pages["cloud"], 768, script, media="print").value)
+
     def test_keyboard(self, chromium, pages):
         script = f"({FOCUS})"
         assert chromium.see(pages["cloud"], 360, script).value == "#answer"
@@ -166,8 +171,3 @@ class TestBrowser:
             assert len(found) == pages["fragility"].read_text(encoding="utf-8").count("<figure>")
             assert min(found) * 9.0 >= least
             assert max(chromium.see(pages["fragility"], width, wider).value) <= 0
-
-    @pytest.mark.slow
-    def test_pdf(self, chromium, folder, tmp_path):
-        assert main(["report", str(folder / "cloud" / "results.nc"), "--format", "pdf", "--out", str(tmp_path)]) == 0
-        assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")

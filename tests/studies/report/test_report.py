@@ -9,7 +9,6 @@ from markdown_it import MarkdownIt
 from report_pages import HOSTILE, OVERFLOW, WIDTHS, Page, accessible, loaded, outside, write_hostile, written
 from rich.console import Console
 
-from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.report import page as module
 from toppling.studies.report.cells import markdown, page_table
@@ -142,11 +141,8 @@ class TestRefused:
         (tmp_path / "file").write_text("", encoding="utf-8")
         assert "cannot be written" in self.said(capsys, path, "--out", tmp_path / "file" / "report.html")
         assert "results themselves" in self.said(capsys, path, "--out", path)
-        assert "--format" in self.said(capsys, path, "--format", "docx")
-
-    def test_pdf_without_a_browser(self, folder, tmp_path):
-        with pytest.raises(StudyError, match="needs Chromium or Chrome"):
-            module._browser(lambda name: None)
+        assert "must be a folder or end in .html or .md" in self.said(capsys, path, "--out", tmp_path / "report.pdf")
+        assert "--format" in self.said(capsys, path, "--format", "pdf")
 
 
 @pytest.mark.slow
