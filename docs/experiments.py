@@ -20,6 +20,7 @@ from pathlib import Path
 
 from toppling.benchmarks.experiments import classes, ensembles, explanations, relations, replays, specimens, table
 from toppling.benchmarks.experiments.figures import relations_figure
+from toppling.benchmarks.experiments.jma import CLASSES
 from toppling.benchmarks.experiments.results import Compared, Scores
 from toppling.benchmarks.experiments.validate import (
     BLIND,
@@ -35,7 +36,6 @@ from toppling.benchmarks.experiments.validate import (
 )
 from toppling.core.wording import counted, whole_percent
 from toppling.models.friction import CONTACTS
-from toppling.motions.intensity.jma import CLASSES
 from toppling.studies.plan.piece_classes import COLUMNS, NAMES, TABLE as CLASS_TABLE, PieceClass
 from toppling.studies.show import save_figures
 from toppling.studies.tables.values import with_units

@@ -19,11 +19,11 @@ from matplotlib import rc_context
 from polarity import REPLICATES, Share, clustered, decidable, decided, share, share_of_free
 
 import toppling as tp
+from toppling.benchmarks.experiments.jma import jma_intensity
 from toppling.core.streams import stream
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions import KanaiTajimi, NearFault, SpectrumCompatible, TargetSpectrum
 from toppling.motions.arrays import records
-from toppling.motions.intensity.jma import jma_intensity
 from toppling.motions.polarity import both_polarities
 
 HERE = Path(__file__).resolve().parent

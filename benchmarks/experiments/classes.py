@@ -76,17 +76,8 @@ def too_few(tests: int, clusters: int, sources: int) -> ClassFit:
 
 
 def class_fit(evidence: Sequence[Evidence], sources: int) -> ClassFit:
-    """Fit bias and beta of a class to its tests by maximum likelihood.
+    """Fit bias and beta of a class to its tests, of so many publications, by maximum likelihood.
 
-    Parameters
-    ----------
-    evidence : sequence of Evidence
-        Its tests.
-    sources : int
-        Number of publications that they are from.
-
-    Notes
-    -----
     A case overturns with the probability Phi(-(ln c + bias)/beta), where c is the factor of its shaking that is
     predicted to overturn it, and a test with the mean over its cases.  Intervals are those of quantiles over resamples
     of clusters, each with all of its tests.

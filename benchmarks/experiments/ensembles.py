@@ -10,7 +10,7 @@ import xarray as xr
 from ...core.aliases import Array
 from ...motions import NearFault, SiteBasedScenario
 from ...motions.arrays import records
-from ...motions.intensity.jma import jma_intensity
+from .jma import jma_intensity
 from .table import BROADBAND, NEAR_FAULT, UNSPECIFIED, Experiment
 
 NUMBER, SEED = 100, 1

@@ -62,22 +62,10 @@ def best_candidate(right: Array) -> Index:
 
 
 def fit_halves(flags: Flags, overturned: Flags, records: Sequence[str], measures: Sequence[Array]) -> HalfFits:
-    """Predict each half of the runs with the candidate that gets most of the other half right.
+    """Predict each half of the runs with the candidate whose flags (candidate, run) get most of the other half right.
 
-    Parameters
-    ----------
-    flags : ndarray, shape (candidate, run)
-        The outcome of every candidate in every run.
-    overturned : ndarray, shape (run,)
-        What was observed.
-    records : sequence of str, one for each run
-        The records, by whose names the runs are split.
-    measures : two ndarrays, shape (run,)
-        PGA and PGV, for thresholds that are fitted and scored in the same way.
-
-    Notes
-    -----
-    Intervals are of the fit: the records of the half that is fitted are drawn again, with all of their runs.
+    The names of the records split the runs.  Thresholds of PGA and PGV (`measures`) are fitted and scored in the same
+    way.  Intervals are of the fit: the records of the half that is fitted are drawn again, with all of their runs.
     """
     right = (flags == overturned).astype(float)
     which, names = halves_of(records), np.array(records)

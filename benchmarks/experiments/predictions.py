@@ -47,26 +47,15 @@ class Prediction(NamedTuple):
 
 
 def predict(experiment: Experiment, replays: Replays | None = None) -> Prediction:
-    """Predict a test.
+    """Predict a test: a probability of overturning, a median (PGA, m/s²), or the package's own e or friction.
 
-    Parameters
-    ----------
-    test : Experiment
-        A row without its outcome.
-    replays : Replays, optional
-        The runs whose table motions are known; without them, replays are not predicted.
-
-    Returns
-    -------
-    Prediction
-        Of a count: the probability of overturning.  Of a median: the peak acceleration, m/s².  Of restitution and
-        friction: the value that the package takes by default.
+    Replays are predicted where the runs have table motions.
     """
     if not experiment.predicted:
         return _none(experiment, experiment.predict.partition(" ")[2])
     if experiment.predict == REPLAY:
         if replays is None:
-            return _none(experiment, "the table motions are not in the project: name their folder with --granite")
+            return _none(experiment, "the table motions are not in the project: set TOPPLING_GRANITE to their folder")
         return _replayed(experiment, replays)
     return {
         OVERTURNED: _overturned,

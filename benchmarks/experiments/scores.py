@@ -71,25 +71,11 @@ class Ratio(NamedTuple):
 
 
 def clustered_interval(trials: Array, overturned: Array, clusters: Labels | None = None) -> tuple[float, float]:
-    """Return the 95 % interval of a share whose trials depend on each other within clusters.
+    """Return the 95 % interval of a share of counts (unit,) whose trials depend on each other within clusters.
 
-    Parameters
-    ----------
-    trials, overturned : ndarray, shape (unit,)
-        Counts.
-    clusters : ndarray, shape (unit,), optional
-        The cluster of each unit; all trials are independent without it.
-
-    Notes
-    -----
     Wilson's interval with an effective number of trials: that of independent trials whose share has the variance
     which the share has over clusters (ratio estimator), at most the number of trials; the number of clusters where all
-    trials have the same outcome.  (Rao and Scott 1992, recalled.)
-
-    References
-    ----------
-    Rao, J. N. K. and Scott, A. J. (1992). A simple method for the analysis of clustered binary data. Biometrics 48(2),
-    577-585.
+    trials have the same outcome.  (Rao and Scott 1992, Biometrics 48(2), 577-585, recalled.)
     """
     n, k = float(trials.sum()), float(overturned.sum())
     share, effective = k / n, n
@@ -113,21 +99,9 @@ def calibration(
     clusters: Labels | None = None,
     rows: Labels | None = None,
 ) -> list[CalibrationClass]:
-    """Return the classes of predicted probabilities that hold a row.
+    """Return the classes of predicted probabilities (unit,) that hold a row, with means weighted by trials.
 
-    Parameters
-    ----------
-    probabilities, trials, overturned : ndarray, shape (unit,)
-        Predicted probabilities, and counts of trials and of those that overturned.
-    clusters : ndarray, shape (unit,), optional
-        As `clustered_interval`, of which the interval of the share is.
-    rows : ndarray, shape (unit,), optional
-        The row of each unit; every unit is a row without it.
-
-    Returns
-    -------
-    list of CalibrationClass
-        The mean probability is weighted by trials.
+    The interval of a share is that of `clustered_interval`.  rows: the row of each unit (every unit is one).
     """
     found = []
     which = np.clip(np.searchsorted(EDGES, probabilities, side="right") - 1, 0, len(EDGES) - 2)
@@ -152,16 +126,8 @@ def brier(
 ) -> Brier:
     """Return Brier's score of rows of trials, (1/N) sum (p - x)² over the trials x = 0, 1 of all rows.
 
-    Parameters
-    ----------
-    probabilities, trials, overturned, clusters, rows : ndarray, shape (unit,)
-        As `calibration`.
-    seed : int
-        Of the tables that are drawn for the interval of a model that is right, and of the resamples of clusters.
-
-    References
-    ----------
-    Brier, G. W. (1950). Verification of forecasts expressed in terms of probability. Monthly Weather Review 78(1), 1-3.
+    The seed draws tables for the interval of a model that is right, and resamples of clusters.  (Brier 1950, Monthly
+    Weather Review 78(1), 1-3.)
     """
     total = trials.sum()
     score = _brier(probabilities, trials, overturned)

@@ -158,18 +158,9 @@ class Row(NamedTuple):
 
 
 def read_experiments(path: Path) -> list[Row]:
-    """Read a table of published tests.
+    """Read a table of published tests, a CSV file with the columns `COLUMNS` in any order.
 
-    Parameters
-    ----------
-    path : Path
-        A CSV file with the columns `COLUMNS` in any order; docs/experiments.md describes each.
-
-    Raises
-    ------
-    ExperimentError
-        One sentence: no such file, an unknown column, a cell that is not allowed, an id used twice, a row that lacks
-        what its prediction needs.
+    ExperimentError for a file, column or cell that is not allowed, and a row that lacks what its prediction needs.
     """
     rows: list[Row] = []
     for line in CsvTable(path, KIND):

@@ -12,12 +12,12 @@ from experiment_tables import ROW, forget_motions, granite_folder, table_of, tak
 
 import toppling as tp
 from toppling.benchmarks.experiments import ensembles, replays
+from toppling.benchmarks.experiments.jma import jma_intensity
 from toppling.benchmarks.experiments.predictions import Prediction, predict
 from toppling.benchmarks.experiments.replays import Replays, Run, read_granite_outcomes, read_runs, replay, rock
 from toppling.benchmarks.experiments.specimens import blocks_of, law_of, not_sliding
 from toppling.benchmarks.experiments.table import ExperimentError, read_experiments
 from toppling.motions.arrays import records
-from toppling.motions.intensity.jma import jma_intensity
 
 OWN = Path(__file__).resolve().parents[3] / "docs" / "experiments.csv"
 OUTCOMES = ("overturned", "value", "dispersion", "outcome")
@@ -141,7 +141,7 @@ class TestValues:
         assert not found.made
         assert found.how == "size not given"
         bands = {"measure": "PGV/PGA", "level_low": "0", "motion": "history"}
-        assert "--granite" in predict(one(tmp_path, predict="replay", **bands)).how
+        assert "TOPPLING_GRANITE" in predict(one(tmp_path, predict="replay", **bands)).how
 
 
 class TestReplays:
