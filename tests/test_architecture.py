@@ -23,13 +23,15 @@ BELOW = {
     "motions": {"core"},
     "fragility": {"core", "models", "motions"},
     "studies": {"core", "models", "motions", "fragility", "benchmarks"},
-    "benchmarks": {"core", "models", "motions", "fragility"},
+    "benchmarks": {"core", "models", "motions", "fragility", "studies"},
 }
 """Packages and those that each may use."""
 KERNEL_FOLDERS = {"models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
 NUMBA = {"core/machine_code.py", "benchmarks/rivals/peers.py"}
 """Files that import numba: what compiles kernels, and the integrators of others, which take numba's C callbacks."""
 DECORATOR = "core/compiled.py"
+PAGES = Path("benchmarks/pages")
+"""Pages of the documentation: not in the wheel, and written as a user's script, by `import toppling as tp`."""
 
 
 def code(root=ROOT):
@@ -108,7 +110,7 @@ class TestImports:
         assert circle() is None
 
     def test_imports_inside_the_package_are_relative(self):
-        assert [path for path in code() if "toppling" in from_elsewhere(path)] == []
+        assert [path for path in code() if path.parent != PAGES and "toppling" in from_elsewhere(path)] == []
 
     @pytest.mark.parametrize(
         "text",
@@ -183,7 +185,7 @@ class TestWheel:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
 
     def test_packages_are_the_folders_that_hold_code(self):
-        names = {".".join(("toppling", *path.parts[:-1])) for path in code()} | {"toppling"}
+        names = {".".join(("toppling", *path.parts[:-1])) for path in code() if path.parent != PAGES} | {"toppling"}
         assert sorted(self.settings["packages"]) == sorted(names)
         for path in code():
             assert (ROOT / path.parent / "__init__.py").is_file(), path
@@ -200,7 +202,7 @@ class TestWheel:
             path
             for package in BELOW
             for path in (ROOT / package).rglob("*")
-            if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
+            if path.is_file() and path.suffix != ".py" and not {"__pycache__", "pages"} & set(path.parts)
         }
         assert listed == here | {ROOT / "py.typed"}
 

@@ -26,7 +26,12 @@ from toppling.models.runs import trace
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("models", "motions", "fragility", "benchmarks", "studies")
 BELOW_ALL = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
-SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+SOURCES = sorted(
+    path.relative_to(ROOT)
+    for package in PACKAGES
+    for path in (ROOT / package).rglob("*.py")
+    if path.parent != ROOT / "benchmarks/pages"
+)
 MODULES = sorted(
     {".".join(("toppling", *path.with_suffix("").parts)).removesuffix(".__init__") for path in SOURCES}
     | {"toppling", *(f"toppling.{name}" for name in BELOW_ALL)}
