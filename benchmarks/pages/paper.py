@@ -28,17 +28,6 @@ from .page import save, some, template, write
 from .paper_numbers import CONCRETE, DELTA, DELTAS, FIGURE_6, PEAKS, RIVALS, X0, E
 from .tables import minus, percent, table
 
-Rows = Iterator[tuple[str, ...]]
-SHOWN = (1, 2, 5, 10)
-# Free decay at e = 0.925, alpha = atan 0.2, delta = 0.05 from alpha/2, peaks 1, 2, 5 and 10: integrated at 1e-12 by an
-# adaptive 8th-order method that shares nothing with the engine (tests/models/test_published.py compares them with the
-# engine's, too).
-INTEGRATED = {
-    "discrete": (0.41131983, 0.34490885, 0.21770197, 0.11808315),
-    "Vassiliou": (0.43717884, 0.38875676, 0.29051030, 0.19996001),
-    "Makris–Konstantinidis": (0.24525335, 0.15681699, 0.06660880, 0.02792737),
-    "Giannini–Masiani": (0.34195436, 0.25803813, 0.14066521, 0.07245964),
-}
 # Overturnings under 400 other motions of the same kind, counted before this engine was written, by two programs.
 PROTOTYPES = {
     "discrete": (0.63, 0.53, 0.34, 0.11),
@@ -141,7 +130,6 @@ def page(
         "rigid": mode.rigid / mode.number,
         "lever_slender": percent(1.0 - math.cos(math.atan(1.0 / 6.0)), 1),
         "lever_squat": percent(1.0 - math.cos(math.atan(1.0 / 1.6)), 1),
-        "held_table": held_table(),
         "record_list": record_list(shaking),
     }
     return template("paper").format(**values)
@@ -281,39 +269,6 @@ def mode_table(mode: numbers.Mode) -> str:
     for name, counts in zip(PROTOTYPES, (mode.elastic, mode.at_rest, mode.consistent), strict=True):
         rows.append((name, *map(cell, counts, PROTOTYPES[name])))
     return table(("P(overturn), here / before (difference)", *(f"δ = {delta:g}" for delta in mode.deltas)), rows)
-
-
-def held_table() -> str:
-    """Return every number that the paper or another source states, ours, and the difference in powers of ten."""
-    linear = numbers.turning_points(CONCRETE, tp.HousnerImpact(e=E, geometry="linear"))
-    undamped = numbers.turning_points(CONCRETE, tp.HousnerImpact(e=1.0, geometry="linear"), 1)
-    rows: list[tuple[str, ...]] = []
-
-    def row(what: str, stated: float, source: str, here: float, digits: int) -> None:
-        off = "0" if here == stated else minus(f"{here - stated:+.0e}")
-        rows.append((what, f"{stated:.{digits}f}", source, f"{here:.{digits}f}", off))
-
-    row("ζ of Giannini–Masiani at e = 0: 2/π", 2.0 / math.pi, "the paper", tp.GianniniMasiani.damping_ratio(0.0), 6)
-    for degrees, ratio in ((10, 0.0315), (15, 0.0720), (20, 0.1312)):
-        e = tp.Block.from_slenderness(math.radians(degrees), 1.0).restitution
-        here = tp.MakrisKonstantinidis.damping_ratio(e)
-        row(f"ζ of Makris–Konstantinidis, α = {degrees}°, e_R", ratio, "Makris and Konstantinidis (2003)", here, 4)
-    row("e_R of the concrete block", 0.942, "1 − 1.5 sin² α", CONCRETE.restitution, 3)
-    zone = sorted(tp.DiscreteDamping(e=E, delta=DELTA).oscillator(CONCRETE).regions, key=lambda region: region.lower)
-    ratio = zone[1].stiffness / -zone[0].stiffness  # of the zone over the falling branch, as the engine solves them
-    row("stiffness ratio n at δ = 0.05", 19.0, "the paper: δ = 1/(n + 1)", ratio, 1)
-    row("quarter period p T/4 from α/2", math.acosh(2.0), "Housner (1963), acosh 2", 0.5 * undamped[0, 1], 6)
-    closed = numbers.housner_peaks()[1]
-    for n in SHOWN:
-        row(f"Housner's peak {n} over α", closed[n], "Housner (1963), closed form", linear[1, n], 6)
-    for rival in RIVALS:
-        peaks = numbers.turning_points(CONCRETE, rival.make(E, DELTA))[1]
-        integrated = rival.name in INTEGRATED
-        stated = INTEGRATED[rival.name] if integrated else [closed[n] for n in SHOWN]
-        by = "integration" if integrated else "Housner's closed form"
-        for n, value in zip(SHOWN, stated, strict=True):
-            row(f"{rival.name}, peak {n} over α", value, by, peaks[n], 8)
-    return table(("quantity", "stated", "by", "here", "difference"), rows)
 
 
 def record_list(shaking: numbers.Shaking) -> str:

@@ -265,17 +265,7 @@ DIFFERENT = {
 
 YIM = {5: (0.0, 0.10, 0.15, 0.40, 0.55, 0.75, 0.80), 6: (0.10, 0.40, 0.50, 0.65, 0.75, 0.80, 1.0)}
 """Yim, Chopra and Penzien (1980): share of 20 motions that overturn at mean PGA 0.30, 0.35, … 0.60 g, by h/b."""
-ZONES = (0.1, 0.05, 0.01, 0.001)
-"""Half widths of the zone of the next table."""
-YIM_MOTIONS, ZONE_MOTIONS = some(500), some(400)
-SPURIOUS = {
-    "discrete, elastic rest": (0.63, 0.53, 0.34, 0.11),
-    "discrete, rigid rest": (0.025, 0.022, 0.015, 0.020),
-    "energy-consistent, rigid rest": (0.007, 0.018, 0.015, 0.015),
-}
-"""Probability of overturning of h/b = 4, R = 0.5 m at mean PGA 0.3 g, 400 motions, lever R, by law and delta."""
-HOUSNER = 0.010
-"""The same of the rigid block."""
+YIM_MOTIONS = some(500)
 
 
 def yim_motions(n: int, dt: float, seed: int) -> xr.DataArray:
@@ -295,31 +285,6 @@ def yim() -> Iterator[tuple[str, ...]]:
             low, high = binom.ppf([0.005, 0.995], 20, p)
             mark = "✓" if low <= round(20 * share) <= high else "**outside**"
             yield f"{level:.2f}", str(ratio), f"{20 * share:.0f}", f"{p:.3f}", f"{low:.0f}–{high:.0f}", mark
-
-
-def spurious() -> str:
-    """Return probabilities of overturning where the elastic zone matters, beside those of another program."""
-    block = tp.Block.from_slenderness(math.atan(0.25), 0.5)
-    motions = yim_motions(ZONE_MOTIONS, 0.005, 0)
-
-    def cell(law: Law, theirs: float) -> str:
-        runs = tp.ida(block, law, motions, [0.3 * G], im="scale", outputs=("overturned",))
-        p = float(runs["overturned"].mean())
-        # two samples of 400 motions: both scatter
-        scatter = 3.3 * math.sqrt((p * (1 - p) + theirs * (1 - theirs)) / 400.0)
-        return f"{theirs:.3f} · {p:.3f} {'✓' if abs(p - theirs) <= scatter else '**differs**'}"
-
-    laws: tuple[Callable[[float], Law], ...] = (
-        lambda delta: tp.DiscreteDamping(delta=delta, lever="R"),
-        lambda delta: tp.DiscreteDamping(delta=delta, lever="R", rest="rigid"),
-        lambda delta: tp.EnergyConsistent(delta=delta, lever="R"),
-    )
-    rows = [
-        (name, *(cell(law(delta), theirs) for delta, theirs in zip(ZONES, values, strict=True)))
-        for law, (name, values) in zip(laws, SPURIOUS.items(), strict=True)
-    ]
-    rows.append(("rigid block (Housner)", cell(tp.HousnerImpact(geometry="bilinear", lever="R"), HOUSNER), "", "", ""))
-    return table(("law", *(f"δ = {delta:g}" for delta in ZONES)), rows)
 
 
 def compute(sections: tuple[str, ...] = tuple(OURS)) -> dict[str, float]:
@@ -351,7 +316,5 @@ def main() -> None:
         sections="\n\n".join(tables),
         yim_motions=YIM_MOTIONS,
         yim=body(yim()),
-        zone_motions=ZONE_MOTIONS,
-        zones=spurious(),
     )
     write("validation", text)

@@ -275,9 +275,6 @@ class TestPage:
         """Changed code with an old page fails here: `make pages NAME=paper`."""
         assert paper.free_table() in self.text
         assert paper.delta_table() in self.text
-        # the last column, differences of rounding, may be another on another processor
-        for row in paper.held_table().splitlines()[2:]:
-            assert row.rsplit("|", 2)[0] in self.text
 
     def test_page_without_records_says_so(self):
         shaking = numbers.shaking(number=4)

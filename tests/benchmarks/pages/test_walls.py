@@ -96,9 +96,9 @@ class TestIntervals:
             assert one.upper >= upper
 
     def test_its_ends_rise_with_the_falls(self):
-        shares = [shares.share(np.repeat([0.0, 0.5], [100 - k, k])) for k in range(101)]
-        assert (np.diff([one.lower for one in shares]) >= 0.0).all()
-        assert (np.diff([one.upper for one in shares]) > 0.0).all()
+        found = [shares.share(np.repeat([0.0, 0.5], [100 - k, k])) for k in range(101)]
+        assert (np.diff([one.lower for one in found]) >= 0.0).all()
+        assert (np.diff([one.upper for one in found]) > 0.0).all()
 
     def test_a_free_piece_has_half_the_interval_of_its_falls(self):
         one = shares.share_of_free(np.repeat([0.0, 0.5], [40, 60]))
@@ -152,7 +152,7 @@ class TestPage:
         shakes = {kind: both_polarities(walls.KINDS[kind].sample(walls.NUMBER, seed=walls.SEED))}
         found = walls.over_gaps(shakes, (walls.LEVELS[n],), (piece,))
         ours = walls.gap_row(found, 0, 0, 0, piece, kind, walls.LEVELS[n])
-        numbers = [[int(row[i].split()[0]) for i in range(3, 9)] for row in (stated, ours)]
+        numbers = [[int(str(row[i]).split()[0]) for i in range(3, 9)] for row in (stated, ours)]
         np.testing.assert_allclose(numbers[1], numbers[0], atol=1)
 
     def test_what_the_page_concludes(self):
