@@ -18,6 +18,7 @@ import toppling as tp
 from ...fragility import rates_by_measure
 from ...fragility.curves.published import fema_p58
 from ...motions import Scenario
+from ...motions.selection.target import Target
 from ...studies.plots import axes
 from .page import save, some, template, write
 from .tables import Interval, body, span, table
@@ -67,7 +68,10 @@ COMPARED = ("pga", "pgv", "Sa(0.2)", "Sa(2.0)", "d5_95")
 """Measures of scaled motions that are held against the hazard's."""
 RARE = 7
 """The stripe at which that is done: 2475 years."""
-OTHERS = {"PGV": "pgv", "average Sa": tp.motions.AvgSa([0.3, 0.5, 0.75, 1.0, 1.5, 2.0])}
+OTHERS: dict[str, str | tp.motions.Measure] = {
+    "PGV": "pgv",
+    "average Sa": tp.motions.AvgSa([0.3, 0.5, 0.75, 1.0, 1.5, 2.0]),
+}
 """Further measures that the motions are selected at levels of."""
 ONE = POOL[7]
 """The single earthquake whose motions are scaled to all levels in the usual way."""
@@ -122,8 +126,8 @@ class Hazard(NamedTuple):
 
     curve: tp.HazardCurve
     levels: NDArray[np.float64]
-    wide: list[tp.motions.Mixture]
-    spectral: list[tp.motions.Mixture]
+    wide: list[Target | tp.motions.Mixture]
+    spectral: list[Target | tp.motions.Mixture]
 
 
 def hazard_of(site: Site, given: str | tp.motions.Measure = GIVEN) -> Hazard:
@@ -135,11 +139,11 @@ def hazard_of(site: Site, given: str | tp.motions.Measure = GIVEN) -> Hazard:
 
     grid = np.geomspace(1e-3, 100.0, 240)
     levels = np.exp(np.interp(np.log(PERIODS), -np.log(exceeded(grid)), np.log(grid)))
-    wide, spectral = [], []
-    for level in levels:
-        density = _density(site, float(level), given)
-        for measures, found in (([*SPECTRUM, "pgv", "d5_95"], wide), (SPECTRUM, spectral)):
-            found.append(tp.motions.expected_target(site.scenarios, given, measures, weights=density))
+    densities = [_density(site, level, given) for level in levels.tolist()]
+    wide, spectral = (
+        [tp.motions.expected_target(site.scenarios, given, measures, weights=density) for density in densities]
+        for measures in ([*SPECTRUM, "pgv", "d5_95"], SPECTRUM)
+    )
     return Hazard(tp.HazardCurve(grid.tolist(), exceeded(grid).tolist(), given), levels, wide, spectral)
 
 
@@ -338,7 +342,7 @@ def by_measure(site: Site, candidates: tp.motions.Candidates) -> xr.Dataset:
     Measures of which fewer than LEAST_STRIPES agree are named in the attribute `left_out`.
     """
     runs, curves, kept, left = [], [], {}, []
-    for name, given in {GIVEN: GIVEN, **OTHERS}.items():
+    for name, given in [(GIVEN, GIVEN), *OTHERS.items()]:
         hazard = hazard_of(site, given)
         selections = dict(zip(hazard.levels.tolist(), chosen(candidates, hazard), strict=True))
         agree = {level: selection for level, selection in selections.items() if selection.consistent}
@@ -381,7 +385,7 @@ def measures_table(found: xr.Dataset) -> str:
 
 STOREYS, PERIOD = 5, 0.8
 STRENGTHS = (0.3, 0.15)
-TOPS = {
+TOPS: dict[str, tp.motions.Support | tp.motions.Isolator] = {
     "bench, 8 Hz": tp.motions.Support(8.0, 0.03),
     "linear isolator, 2.5 s, 15 %": tp.motions.Isolator.linear(2.5, 0.15),
     "lead rubber, 2.5 s, Q 6 %": tp.motions.Isolator.bilinear(2.5, 0.06),
@@ -510,7 +514,7 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
     contents_table, contents_said = contents(candidates)
     choice = {name: [(rates[name], rates["selected"]) for rates in by_site.values()] for name in CHOICES}
     pairs = [rates.isel(measure=slice(1, None)) for rates in measures.values()]
-    said = [(np.isfinite(one["ratio"]) & (one["share_above"] <= MOST_ABOVE)).values for one in pairs]
+    said = [(np.isfinite(one["ratio"].values) & (one["share_above"].values <= MOST_ABOVE)) for one in pairs]
     lower, upper = (
         np.concatenate([one[f"ratio_{end}"].values[which] for one, which in zip(pairs, said, strict=True)])
         for end in ("lower", "upper")

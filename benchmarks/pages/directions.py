@@ -82,7 +82,7 @@ class Case(NamedTuple):
     @property
     def difference(self) -> np.ndarray:
         """Change of the outcome of every motion: 1, 0 or -1."""
-        return self.after.astype(float) - self.before
+        return np.asarray(self.after.astype(float) - self.before)
 
     @property
     def flipped(self) -> str:
@@ -125,7 +125,7 @@ def changed(falls: Falls, name: str) -> np.ndarray:
 
 def airborne(falls: Falls, name: str, level: int) -> np.ndarray:
     """Return the motions (motion,) that take the floor from under the piece: none without the vertical component."""
-    return falls.get(f"airborne {name}", np.zeros_like(falls["one"]))[level]
+    return np.asarray(falls.get(f"airborne {name}", np.zeros_like(falls["one"]))[level])
 
 
 def airborne_share(falls: Falls, name: str) -> float:

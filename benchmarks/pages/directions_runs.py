@@ -63,7 +63,7 @@ class Item(NamedTuple):
     @property
     def rocks(self) -> bool:
         """False of a piece so flat that Housner's restitution is not positive: it is not run as a rocking block."""
-        return 2.0 / self.block.inertia * np.sin(self.block.alpha) ** 2 < 1.0
+        return bool(2.0 / self.block.inertia * np.sin(self.block.alpha) ** 2 < 1.0)
 
 
 # Contents of FEMA P-58, with a depth that it does not list.
@@ -184,12 +184,10 @@ def of_contact(contact: str, shakes: Shakes) -> dict[str, np.ndarray]:
     one, peak = tp.motions.as_recorded, "slide_peak"
     found = slid(contact, one(shakes.full, "h1", vertical=False), peak, "slide_forward", "slide_backward")
     if contact == VINYL:
-        for name, shaking in {
-            "both": tp.motions.both_axes(shakes.full, vertical=False),
-            "lifted": one(shakes.two_thirds, "h1", vertical=True),
-            "both, lifted": tp.motions.both_axes(shakes.two_thirds, vertical=True),
-        }.items():
-            found[name] = slid(contact, shaking, peak)[peak]
+        both = tp.motions.both_axes
+        found["both"] = slid(contact, both(shakes.full, vertical=False), peak)[peak]
+        found["lifted"] = slid(contact, one(shakes.two_thirds, "h1", vertical=True), peak)[peak]
+        found["both, lifted"] = slid(contact, both(shakes.two_thirds, vertical=True), peak)[peak]
     return found
 
 

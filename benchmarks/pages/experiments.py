@@ -54,7 +54,7 @@ def main() -> None:
             print(f"{name} is not set: the page is made without these data", file=sys.stderr)
     out, docs = folder("experiments"), ROOT / "docs"
     with tempfile.TemporaryDirectory() as made:
-        found = validate(docs / "experiments.csv", Path(made), *paths, docs / "experiments" / PREDICTIONS)
+        found = validate(docs / "experiments.csv", Path(made), paths[0], paths[1], docs / "experiments" / PREDICTIONS)
         for name in (PREDICTIONS, MEASURED, "calibration.png"):
             shutil.copyfile(Path(made) / name, out / name)
     computed = relations.own()

@@ -21,7 +21,8 @@ _SIZED = ("font.size", "axes.labelsize", "axes.titlesize", "legend.fontsize", "f
 
 def looks(*more: str) -> AbstractContextManager[None]:
     """Return a context in which all text, and ticks where they are named, is of one size."""
-    return mpl.rc_context(dict.fromkeys((*_SIZED, *more), 10.5))
+    names: list[Any] = [*_SIZED, *more]
+    return mpl.rc_context(dict.fromkeys(names, 10.5))
 
 
 def new(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
@@ -55,11 +56,16 @@ def curve(
     **look: Any,
 ) -> None:  # fmt: skip
     """Draw shares over x in the k-th colour, with a band of their intervals."""
-    look = {"color": COLOURS[k], "marker": MARKERS[k if marker is None else marker], "ms": 4.0, "lw": 1.5} | look
-    ax.plot(x, [share.value for share in shares], **look)
+    drawn: dict[str, Any] = {
+        "color": COLOURS[k],
+        "marker": MARKERS[k if marker is None else marker],
+        "ms": 4.0,
+        "lw": 1.5,
+    } | look
+    ax.plot(x, [share.value for share in shares], **drawn)
     if band:
         lower, upper = ([share[end] for share in shares] for end in (1, 2))
-        ax.fill_between(x, lower, upper, color=look["color"], alpha=band, lw=0.0)
+        ax.fill_between(x, lower, upper, color=drawn["color"], alpha=band, lw=0.0)
 
 
 def whiskers(ax: Axes, names: Sequence[str], found: Mapping[str, Sequence[Interval | None]], first: int = 0) -> None:

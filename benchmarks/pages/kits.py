@@ -27,7 +27,7 @@ from .figures import DASHED, DOTTED, DPI, bare, curve, log_ticks, looks, new, sh
 from .page import save, some, template, write
 from .shares import REPLICATES, Share, clustered, decidable, decided, share, share_of_free
 from .tables import body, span
-from .walls import gap_name
+from .walls import gap_name, sides
 
 FALLS = "P(falls into the room)"
 LAW = tp.HousnerImpact(geometry="linear")
@@ -77,7 +77,8 @@ def design_spectrum() -> TargetSpectrum:
 
 def design_motions(number: int = NUMBER) -> xr.DataArray:
     """Motions of the design spectrum at 1 g, in both polarities; the sites' differ in scale alone."""
-    return both_polarities(SpectrumCompatible(design_spectrum()).sample(number, seed=SEED))
+    found: xr.DataArray = both_polarities(SpectrumCompatible(design_spectrum()).sample(number, seed=SEED))
+    return found
 
 
 def block(piece: Piece, restraint: tp.Restraint | None = None, gap: float | None = GAP, lean: float = 0.0) -> tp.Block:
@@ -95,12 +96,6 @@ def block(piece: Piece, restraint: tp.Restraint | None = None, gap: float | None
 def strap(piece: Piece, strength: float, slack: float, stiffness: float) -> tp.Restraint:
     """A strap near the top of a piece."""
     return tp.Restraint.strap(piece.height - BELOW_TOP, strength, stiffness, slack)
-
-
-def sides(blocks: list[tp.Block], shakes: xr.DataArray, scales: list[float], im: str = "scale") -> np.ndarray:
-    """The side to which every block falls: 1 into the room, -1 back, 0 none (block, level, motion)."""
-    found = tp.ida(blocks, LAW, shakes, scales, im=im, outputs=("direction",), screen=False)
-    return np.asarray(found["direction"].values[:, 0])
 
 
 class Kits(NamedTuple):
@@ -122,7 +117,7 @@ def kits(
         for gap in GAPS:
             blocks.append(block(piece, None, gap))
             blocks += [block(piece, strap(piece, strength, slack, one), gap) for one, slack, strength in grid]
-    found = clustered(sides(blocks, shakes, list(SITES.values())) == 1)
+    found = clustered(sides(blocks, shakes, list(SITES.values()), "scale", LAW) == 1)
     found = found.reshape(len(pieces), -1, len(SITES), found.shape[-1])
     walled = found[:, 1:].reshape(len(pieces), len(GAPS), 1 + len(grid), len(SITES), -1)
     shape = (len(pieces), len(GAPS), len(stiffnesses), len(SLACKS), len(STRENGTHS), len(SITES), -1)
@@ -166,7 +161,7 @@ def survey() -> Survey:
     in the same shaking.
     """
     shakes = both_polarities(KUMAMOTO.sample(NUMBER, seed=SEED))
-    plain = clustered(sides([block(one) for one in PIECES], shakes, list(SURVEY_SCALES), "pgv") == 1).mean((0, 2))
+    plain = clustered(sides([block(one) for one in PIECES], shakes, list(SURVEY_SCALES), "pgv", LAW) == 1).mean((0, 2))
     level = float(np.exp(np.interp(SURVEY_FREE, plain, np.log(SURVEY_SCALES))))
     blocks = []
     for piece in PIECES:
@@ -176,7 +171,7 @@ def survey() -> Survey:
             for stiffness, force in product(BRACKET_STIFFNESSES, DEVICES)
         ]
         blocks += [block(piece, tp.Restraint.adhesive(force, piece.width)) for force in DEVICES]
-    found = clustered(sides(blocks, shakes, [level], "pgv") == 1)[:, 0]
+    found = clustered(sides(blocks, shakes, [level], "pgv", LAW) == 1)[:, 0]
     mean = found.reshape(len(PIECES), len(BRACKET_STIFFNESSES) + 1, len(DEVICES), -1).mean(0)
     return Survey(level, mean[:-1], mean[-1])
 
@@ -210,7 +205,7 @@ def tokyo() -> dict[tuple[str, str, str], np.ndarray]:
         levels = [10.0 ** (0.5 * one) for one in INTENSITIES.values()]
         for piece in PIECES[:2]:
             cases = tokyo_cases(piece)
-            fallen = clustered(sides(list(cases.values()), shakes, levels) == 1)
+            fallen = clustered(sides(list(cases.values()), shakes, levels, "scale", LAW) == 1)
             found.update({(piece.name, case, kind): fallen[i] for i, case in enumerate(cases)})
     return found
 
@@ -244,7 +239,9 @@ def overturning(ratios: tuple[float, ...] = RATIOS) -> np.ndarray:
         dt = 2.0 * math.pi / omega / steps
         time_axis = np.arange(steps + 1) * dt
         pulse = STANDARD_GRAVITY * math.tan(SLENDERNESS) * np.sin(omega * time_axis)
-        found.append(sides(blocks, tp.motions.from_array(pulse[None], dt), list(AMPLITUDES))[:, :, 0] != 0)
+        found.append(
+            sides(blocks, tp.motions.from_array(pulse[None], dt), list(AMPLITUDES), "scale", LAW)[:, :, 0] != 0
+        )
     return np.stack(found, axis=1)
 
 

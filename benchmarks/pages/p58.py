@@ -6,6 +6,7 @@ It takes the results of studies/examples/fema_p58.toml, and uncertain inputs of 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -78,7 +79,7 @@ def of_law(dataset: xr.Dataset, law: str) -> xr.Dataset:
 
 def uncertain() -> dict[str, xr.Dataset]:
     """Return the dispersion of ln capacity and its shares, for items on the ground and on the roof of a building."""
-    design = study("fema_p58").design
+    design: Any = study("fema_p58").design  # type: ignore[attr-defined]
     found = {}
     for label, place in {"ground": "ground", "1 s floor 8": "roof"}.items():
         array = next(one for one in design.motions if label in [str(floor) for floor in one["floor"].values])

@@ -93,7 +93,7 @@ def edge_peaks(delta: float = DELTA, e: float = E, x0: float = X0, number: int =
     """
     top = (1.0 - delta) ** 2
     n = np.arange(number + 1)
-    return 1.0 - np.sqrt(top - e ** (2 * n) * (top - (1.0 - x0) ** 2))
+    return np.asarray(1.0 - np.sqrt(top - e ** (2 * n) * (top - (1.0 - x0) ** 2)))
 
 
 class FreeErrors(NamedTuple):
@@ -260,7 +260,8 @@ def forced(waveform: xr.DataArray, fell: xr.DataArray) -> tuple[list[Forced], li
     A rule, not a choice of good cases: first those that stand, then those that fall.
     """
     models = [rival.make(None, DELTA) for rival in RIVALS]
-    standing, fallen = [], []
+    standing: list[Forced] = []
+    fallen: list[Forced] = []
     for i, block in enumerate(SHAKEN):
         falls = np.flatnonzero(fell.isel(block=i, model=0).values)
         if falls.size == 0 or falls[0] == 0:

@@ -296,8 +296,9 @@ def ways_to_sizes(text: str) -> dict[str, list[Way]]:
     found: dict[str, list[Way]] = {}
     for line in text.splitlines()[1:-1]:
         *label, rms, _, motions, runs, check, seconds = line.split()
-        whole = (int(one.replace(",", "")) for one in (motions, runs, check))
-        found.setdefault(" ".join(label), []).append(Way(float(rms), *whole, float(seconds)))
+        of_motions, of_runs, of_check = (int(number.replace(",", "")) for number in (motions, runs, check))
+        way = Way(float(rms), of_motions, of_runs, of_check, float(seconds))
+        found.setdefault(" ".join(label), []).append(way)
     return found
 
 

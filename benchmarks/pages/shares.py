@@ -34,7 +34,7 @@ class Share(Interval):
 def clustered(flags: np.ndarray) -> np.ndarray:
     """Return the mean of both runs of every motion (..., motion), from runs (..., 2 motion): each and its reverse."""
     runs = np.asarray(flags, dtype=float)
-    return 0.5 * (runs[..., ::2] + runs[..., 1::2])
+    return np.asarray(0.5 * (runs[..., ::2] + runs[..., 1::2]))
 
 
 def share(clusters: np.ndarray, confidence: float = 0.95) -> Share:

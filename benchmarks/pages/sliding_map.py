@@ -11,5 +11,7 @@ ITEMS = ("bookcase-5-shelf", "file-vertical-4-drawer", "file-vertical-2-drawer")
 
 def main() -> None:
     """Write the figure."""
-    drawn = tp.plot.sliding([tp.catalogue[name] for name in ITEMS])
-    save("theory", {"sliding_map": drawn.figure}, 130, metadata={"Software": None})
+    panel = tp.plot.sliding([tp.catalogue[name] for name in ITEMS])
+    figure = panel.get_figure(root=True)
+    assert figure is not None
+    save("theory", {"sliding_map": figure}, 130, metadata={"Software": None})

@@ -73,7 +73,8 @@ def numbers() -> list[Number]:
 def fine(pulse: type, amplitude: float, omega: float) -> xr.DataArray:
     """A pulse sampled finely."""
     duration = pulse(amplitude, omega).duration
-    return pulse(amplitude, omega, dt=duration / SAMPLES, tail=duration / SAMPLES).sample(1)
+    found: xr.DataArray = pulse(amplitude, omega, dt=duration / SAMPLES, tail=duration / SAMPLES).sample(1)
+    return found
 
 
 def boundary(oscillator: Oscillator, pulse: xr.DataArray, low: float, high: float) -> float:
@@ -81,7 +82,7 @@ def boundary(oscillator: Oscillator, pulse: xr.DataArray, low: float, high: floa
     values, dt = np.ascontiguousarray(pulse.values[0]), float(pulse["dt"][0])
 
     def falls(factors: np.ndarray) -> np.ndarray:
-        return run_many([oscillator], np.atleast_2d(factors), values, dt)[0, :, 0] == 1.0
+        return np.asarray(run_many([oscillator], np.atleast_2d(factors), values, dt)[0, :, 0] == 1.0)
 
     before = falls(np.array([low]))[0]
     for _ in range(12):
@@ -282,7 +283,7 @@ def yim() -> Iterator[tuple[str, ...]]:
     ours = tp.overturning_probability(runs)["probability"].values[:, 0]
     for (ratio, shares), of_block in zip(YIM.items(), ours, strict=True):
         for level, share, p in zip(levels, shares, of_block, strict=True):
-            low, high = binom.ppf([0.005, 0.995], 20, p)
+            low, high = (binom.ppf(end, 20, p) for end in (0.005, 0.995))
             mark = "✓" if low <= round(20 * share) <= high else "**outside**"
             yield f"{level:.2f}", str(ratio), f"{20 * share:.0f}", f"{p:.3f}", f"{low:.0f}–{high:.0f}", mark
 
