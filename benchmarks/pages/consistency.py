@@ -122,7 +122,7 @@ def _density(site: Site, level: float, given: str | tp.motions.Measure = GIVEN) 
 
 
 class Hazard(NamedTuple):
-    """What a site's earthquakes give: the hazard curve of GIVEN, its levels, and the target of each level."""
+    """The hazard curve of a site, its levels, and the target of each level."""
 
     curve: tp.HazardCurve
     levels: NDArray[np.float64]

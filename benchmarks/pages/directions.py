@@ -104,7 +104,7 @@ CHANGES = {
     "nudged down": f"the component times {NUDGES[0]:g}",
     "other": "the other component in place of the first",
 }
-"""What is compared with one component, in words; the last three are controls."""
+"""Changes compared with one component, in words; the last three are controls."""
 ACROSS = {"square": "other", "own": "deep"}
 """The case of the other axis that a change with both directions adds."""
 VERTICAL = ("two thirds", "full")

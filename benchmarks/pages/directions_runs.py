@@ -126,7 +126,7 @@ def lifted(shakes: xr.DataArray, ratio: float) -> xr.DataArray:
 def rocked(
     block: tp.Block, shakes: xr.DataArray, component: str, vertical: bool = False, factor: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Whether a block falls, and whether the floor leaves it (level, motion); those that it leaves count as fallen."""
+    """Return whether a block falls and whether the floor leaves it (level, motion); the latter count as fallen."""
     shaking = tp.motions.as_recorded(shakes, component, vertical=vertical)
     outputs = ("overturned", "airborne") if vertical else ("overturned",)
     levels = [factor * one for one in LEVELS]

@@ -230,7 +230,7 @@ def anchored(strength: float | None) -> tp.Block:
 
 
 def overturning(ratios: tuple[float, ...] = RATIOS) -> np.ndarray:
-    """Whether the block falls under one cycle of a sine (free and anchored, omega/p, amplitude)."""
+    """Return whether the block falls under one cycle of a sine (free and anchored, omega/p, amplitude)."""
     blocks = [anchored(one) for one in (None, *FORCES)]
     found = []
     for ratio in ratios:

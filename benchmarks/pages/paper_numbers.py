@@ -171,7 +171,7 @@ def elastic_mode(number: int = 400) -> Mode:
 
 
 class Shaking(NamedTuple):
-    """What shakes the blocks: one waveform for the figures, many for the shares, and what they are, in words."""
+    """One waveform for the figures, many motions for the shares, and both in words."""
 
     waveform: xr.DataArray
     many: list[xr.DataArray]
@@ -243,7 +243,7 @@ CAUSES = {f"Housner, bilinear, lever {one}": tp.HousnerImpact(geometry="bilinear
 
 
 def _flips(block: tp.Block, model: Law, motion: xr.DataArray) -> bool:
-    """Whether the verdict changes where the motion is a millionth stronger or weaker."""
+    """Return whether the verdict changes if the motion is a millionth stronger or weaker."""
     verdicts = tp.ida(block, model, motion, [1.0 - 1e-6, 1.0, 1.0 + 1e-6], im="scale", outputs=("overturned",))
     return bool(np.ptp(verdicts["overturned"].values.astype(int)))
 

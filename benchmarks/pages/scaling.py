@@ -272,7 +272,7 @@ def _empty(n: int) -> Work:
 
 
 def _larger(runs: float, name: str, one: dict[str, Any]) -> dict[str, str]:
-    """What so many runs take on 32 and 1,000 cores: whatever is slowest of the engine, the scheduler and the files."""
+    """Return the time of so many runs on 32 and 1,000 cores: the slowest of engine, scheduler and files."""
     work = runs * one["core_seconds_a_run"]
     chunk = seconds_of_a_chunk(work)
     chunks = work / chunk

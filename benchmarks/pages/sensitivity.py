@@ -29,7 +29,7 @@ SHOWN = {
     ),
     "e": ("median", "dispersion", "probability", "flipped", "decay_error", "free_rocking", "tornado", "sobol"),
 }
-"""What is shown of each study."""
+"""Figures of each study that the page shows."""
 ABOVE = "its median over the rigid block's; above 1: falls too late"
 LARGER = "share of runs with a larger peak than the rigid block's; 0.5: neither"
 WHAT = {
@@ -54,7 +54,7 @@ WHAT = {
     ),
     "energy-consistent damping is the rigid block": "its median over the rigid block's; 1: the same",
 }
-"""What the number of each claim is, and where it would say nothing against or for it."""
+"""The number of each claim, and its value if it says nothing for or against the claim."""
 
 
 def main() -> None:
@@ -124,7 +124,7 @@ def claim_list(claims: list[Claim], of: str) -> str:
 
 
 def kind(one: Claim) -> str:
-    """What a claim's number is, and what its interval."""
+    """Return what a claim's number is, and its interval."""
     return WHAT[one.claim].partition(";")[0] + ("" if one.interval == "exact" else f" ({one.interval})")
 
 

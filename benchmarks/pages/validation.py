@@ -55,7 +55,7 @@ class Number(NamedTuple):
     source: str
 
     def agrees(self, ours: float) -> bool:
-        """Whether `ours` rounds to the printed digits."""
+        """True if `ours` rounds to the printed digits."""
         return abs(ours - float(self.published)) <= 0.5 * 10.0**-self.decimals * (1.0 + 1e-9)
 
     @property
@@ -256,7 +256,7 @@ OURS: dict[str, Callable[[], dict[str, float]]] = {
     "floors": _floors,
     "criteria": _criteria,
 }
-"""What computes the numbers of each section."""
+"""Functions that compute the numbers of each section."""
 DIFFERENT = {
     "lever_6": "the closed form is 1 − cos(atan 1/6) = 1.4 %; the table's 2 % is that of h/b = 5",
     "baker_median": "the maximum to 30 digits (mpmath) is 1.07611579429…; the printed one is an optimiser's",
