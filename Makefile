@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: help study docs validation validate-experiments scenarios schema gallery film p58 paper sensitivity walls kits directions runs consistency sliding-map scaling examples lint test test-slow test-all \
+.PHONY: help study docs pages validate-experiments schema lint test test-slow test-all \
         coverage covered-lines engine-truth faults test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -45,73 +45,17 @@ study: $(VENV)/installed
 docs: $(VENV)/installed-docs
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 
-# docs/validation.md: every published number beside ours
-validation: $(VENV)/installed
-	$(BIN)/python docs/validation.py
+# pages and figures that are computed: make pages NAME=walls, with FEW=1 a tenth of the motions; without NAME, all names
+pages: $(VENV)/installed
+	$(BIN)/python -m toppling.benchmarks.pages $(NAME) $(if $(FEW),--few)
 
 # docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR, TOPPLING_PULSES=FILE name data outside
 validate-experiments: $(VENV)/installed
-	$(BIN)/python docs/experiments.py
-
-# docs/scenarios.md: simulated earthquakes beside a ground-motion model (three quarters of an hour)
-scenarios: $(VENV)/installed
-	$(BIN)/python docs/scenarios.py
+	$(BIN)/python -m toppling.benchmarks.pages experiments
 
 # studies/reference/study.schema.json: what `toppling schema` prints
 schema: $(VENV)/installed
 	$(BIN)/python -m toppling.studies.reference.json_schema studies/reference/study.schema.json
-
-# docs/motions.md and its figures
-gallery: $(VENV)/installed
-	$(BIN)/python docs/gallery.py
-
-# docs/rocking.gif, the README's film, and docs/strap.gif
-film: $(VENV)/installed
-	$(BIN)/python docs/film.py
-
-# docs/p58.md and its figures: FEMA P-58's contents recomputed (three quarters of an hour)
-p58: $(VENV)/installed
-	$(BIN)/python docs/p58.py
-
-# docs/scaling_measured.md: what large studies take on this machine (a quarter of an hour, with nothing else running)
-scaling: $(VENV)/installed
-	$(BIN)/python docs/scaling.py
-
-# docs/paper.md and its figures: the source paper's; TOPPLING_RECORDS=DIR names a folder of AT2 records for its forced runs
-paper: $(VENV)/installed
-	$(BIN)/python docs/paper.py
-
-# docs/sensitivity.md and its figures: delta and e varied, and the paper's claims (a few minutes)
-sensitivity: $(VENV)/installed
-	$(BIN)/python docs/sensitivity.py
-
-# docs/walls.md and its figures: when a wall keeps a piece from falling into the room (three quarters of an hour)
-walls: $(VENV)/installed
-	$(BIN)/python docs/walls.py
-
-# docs/kits.md and its figures: how strong an anti-tip kit must be (a minute)
-kits: $(VENV)/installed
-	$(BIN)/python docs/kits.py
-
-# docs/consistency.md and its figure: what the choice of motions, yielding floors and isolators change (some minutes)
-consistency: $(VENV)/installed
-	$(BIN)/python docs/consistency.py
-
-# docs/runs.md and its figures: what single verdicts and averages of them can tell (a minute)
-runs: $(VENV)/installed
-	$(BIN)/python docs/runs.py
-
-# docs/directions.md and its figures: what the second direction, the vertical component and friction change (three quarters of an hour)
-directions: $(VENV)/installed
-	$(BIN)/python docs/directions.py
-
-# the figure of docs/theory/sliding.md: who slides instead of rocking
-sliding-map: $(VENV)/installed
-	$(BIN)/python docs/sliding_map.py
-
-# docs/decisions.md's figures: every example study
-examples: $(VENV)/installed
-	$(BIN)/python docs/examples.py
 
 # ruff and mypy
 lint: $(VENV)/installed-dev

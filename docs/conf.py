@@ -33,7 +33,6 @@ exclude_patterns = [
     "_build",
     "package.md",
     "gallery_examples",
-    "**/*.md.in",
     "_made/gallery/*.ipynb",
     "_made/gallery/*.py",
 ]

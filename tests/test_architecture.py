@@ -30,6 +30,8 @@ KERNEL_FOLDERS = {"models/engine", "models/slip", "motions/kernels", "fragility/
 NUMBA = {"core/machine_code.py", "benchmarks/rivals/peers.py"}
 """Files that import numba: what compiles kernels, and the integrators of others, which take numba's C callbacks."""
 DECORATOR = "core/compiled.py"
+PAGES = Path("benchmarks/pages")
+"""Pages of the documentation: not in the wheel, and written as a user's script, by `import toppling as tp`."""
 
 
 def code(root=ROOT):
@@ -108,7 +110,7 @@ class TestImports:
         assert circle() is None
 
     def test_imports_inside_the_package_are_relative(self):
-        assert [path for path in code() if "toppling" in from_elsewhere(path)] == []
+        assert [path for path in code() if path.parent != PAGES and "toppling" in from_elsewhere(path)] == []
 
     @pytest.mark.parametrize("package", [*sorted(BELOW.keys() - {"benchmarks"}), "golden/scripts"])
     def test_tests_of_the_product_need_no_benchmark(self, package):
@@ -206,7 +208,7 @@ class TestWheel:
             path
             for package in BELOW.keys() - {"benchmarks"}
             for path in (ROOT / package).rglob("*")
-            if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
+            if path.is_file() and path.suffix != ".py" and not {"__pycache__", "pages"} & set(path.parts)
         }
         assert listed == here | {ROOT / "py.typed"}
 

@@ -1,6 +1,6 @@
 """Coverage of intervals: `python -m toppling.benchmarks.coverage [--full]` prints docs/coverage.md.
 
-Seven minutes; with --full 1,000 studies per row, which takes much longer.
+Seven minutes; with --full 1,000 studies for each truth, which takes much longer.
 """
 
 from __future__ import annotations
@@ -8,23 +8,27 @@ from __future__ import annotations
 import math
 import sys
 import time
+from collections.abc import Iterable, Iterator
 
+from ..pages.tables import table
 from . import draws, goodness, levels, others, rates
 from .drawn import Row
 
 PARTS = (levels, rates, others, draws, goodness)
-"""Modules whose `rows` make the tables."""
-HEAD = """# Coverage of intervals
+"""Modules whose `rows` are measured."""
+PAGE = """# Coverage of intervals
 
 `make coverage` draws studies from known curves and counts the 95 % intervals that contain the true value. This page \
-is its output ({kind}). Each row has at least {studies} studies, so a share of 95 % is accurate to ±{error:.1f} %.
+is its output ({kind}). Each truth has at least {studies} studies, so a share of 95 % is accurate to ±{error:.1f} %.
 
-- Curves are lognormal, skewed to either side (Weibull, Fréchet) or mixtures of two populations. *Within motions* is \
+- Truths are lognormal, skewed to either side (Weibull, Fréchet) or mixtures of two populations. *Within motions* is \
 the correlation between the normal scores of two runs under one motion; it is 1 if each motion has one capacity.
-- *True value below* and *above* are shares of intervals that lie entirely above or below the true value (nominal \
-2.5 %).
-- *Length* is the mean length over that of a normal interval with the true standard deviation.
-- For goodness of fit, *true value above* is the share of correct curves that the test rejects at 5 %.
+- *Coverage* is the least and the greatest over the truths, in per cent, after the number of motions.
+- *Least* names the truth and the number of motions of the least coverage, with the shares of its intervals that lie \
+above and below the true value (nominal 2.5 %).
+- For goodness of fit, intervals *below* are the correct curves that the test rejects at 5 %.
+
+{table}
 """
 
 
@@ -38,16 +42,25 @@ def main() -> None:
         print(f"{part.__name__}: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
     studies = min(row.studies for row in found)
     error = 196.0 * math.sqrt(0.95 * 0.05 / studies)
-    print(HEAD.format(kind="in full" if full else "the short run", studies=studies, error=error))
-    for interval in dict.fromkeys(row.interval for row in found):
-        print(f"## {interval[:1].upper()}{interval[1:]}\n")
-        print("| truth | motions | coverage | true value below | true value above | length |")
-        print("|---|---|---|---|---|---|")
-        for row in (row for row in found if row.interval == interval):
-            shares = (f"{100 * share:.1f} %" for share in (row.coverage, row.high, row.low))
-            length = "–" if math.isnan(row.length) else f"{row.length:.2f}"
-            print(f"| {row.truth} | {row.motions} | {' | '.join(shares)} | {length} |")
-        print()
+    heads = ("interval", "coverage (%)", "least")
+    kind = "in full" if full else "the short run"
+    print(PAGE.format(kind=kind, studies=studies, error=error, table=table(heads, summary(found))), end="")
+
+
+def summary(found: Iterable[Row]) -> Iterator[tuple[str, str, str]]:
+    """Yield the extreme coverages of each interval by number of motions, and its worst truth."""
+    by_interval: dict[str, dict[int, list[Row]]] = {}
+    for row in found:
+        by_interval.setdefault(row.interval, {}).setdefault(row.motions, []).append(row)
+    for interval, by_motions in by_interval.items():
+        covered = {motions: sorted(100.0 * row.coverage for row in rows) for motions, rows in by_motions.items()}
+        worst = min((row for rows in by_motions.values() for row in rows), key=lambda row: row.coverage)
+        missed = f"{100.0 * worst.high:.1f} above, {100.0 * worst.low:.1f} below"
+        yield (
+            interval[:1].upper() + interval[1:],
+            "; ".join(f"{motions}: {shares[0]:.1f}–{shares[-1]:.1f}" for motions, shares in covered.items()),
+            f"{worst.truth}, {worst.motions}: {missed}",
+        )
 
 
 if __name__ == "__main__":

@@ -107,12 +107,3 @@ def test_commands_are_given_as_toppling(page):
 def test_the_readme_counts_the_example_study():
     work = tp.Study.from_toml(EXAMPLES / "office.toml").work
     assert f"({work:,} analyses)" in (ROOT / "README.md").read_text(encoding="utf-8")
-
-
-def test_the_p58_page_is_its_template_filled_in():
-    """The page is made by docs/p58.py in some minutes: a change of the template alone would not be seen in it."""
-    template, page = ((ROOT / f"docs/p58.md{end}").read_text(encoding="utf-8") for end in (".in", ""))
-    parts = [re.escape(one) for one in re.split(r"\{\w+\}", template)]
-    assert re.fullmatch("(.+?)".join(parts), page, re.DOTALL)
-    higher, pairs = re.search(r"of (\d+) pairs of item and place, (\d+) are higher", page).group(2, 1)
-    assert ("higher than the published ones in every place" in page) == (higher == pairs)

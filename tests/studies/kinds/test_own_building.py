@@ -1,11 +1,11 @@
 """Performance studies on floor histories of a user's own building model, held against toppling's building model."""
 
 import dataclasses
-import importlib.util
 import json
 from pathlib import Path
 
 import numpy as np
+import own_building
 import pytest
 import xarray as xr
 
@@ -24,9 +24,6 @@ from toppling.studies.inventory.reading import read_inventory
 
 ROOT = Path(tp.__file__).parent
 EXAMPLES = ROOT / "studies/examples"
-SPEC = importlib.util.spec_from_file_location("own_building", ROOT / "docs/own_building.py")
-MADE = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(MADE)
 
 LAW = tp.EnergyConsistent()
 LEVELS = np.array([0.2, 0.4, 0.8]) * STANDARD_GRAVITY
@@ -137,10 +134,10 @@ class TestAgainstTheBuildingModel:
             assess(THINGS, LAW, one, [2.0], building=FRAME)
 
     @pytest.mark.slow
-    @pytest.mark.parametrize(("decimals", "differing"), [(None, 0), (MADE.DECIMALS, 7)])
+    @pytest.mark.parametrize(("decimals", "differing"), [(None, 0), (own_building.DECIMALS, 7)])
     def test_files_in_two_directions(self, tmp_path, decimals, differing):
         """Through files with all digits the same pieces fall; rounded to 1 mm/s² as in the example, nearly the same."""
-        MADE.write(tmp_path, decimals=decimals)
+        own_building.write(tmp_path, decimals=decimals)
         for name in ("own_building.toml", "own_building_inventory.csv"):
             (tmp_path / name).write_bytes((EXAMPLES / name).read_bytes())
         study = tp.Study.from_toml(tmp_path / "own_building.toml")
@@ -148,12 +145,11 @@ class TestAgainstTheBuildingModel:
         everything = read_inventory(tmp_path / "own_building_inventory.csv")
         assert study.runs == own["overturned"].size == 3072
         others = 0
-        for direction, building in MADE.BUILDINGS.items():
+        for direction, building in own_building.BUILDINGS.items():
             rows = tuple(row for row in everything.rows if row.direction == direction)
-            for i in range(len(MADE.LEVELS)):
-                built = assess(
-                    Inventory(rows), LAW, MADE.ground(i), [1.0], "scale", building, variability=study.variability
-                )
+            for i in range(len(own_building.LEVELS)):
+                shaking = own_building.ground(i)
+                built = assess(Inventory(rows), LAW, shaking, [1.0], "scale", building, variability=study.variability)
                 here = own["overturned"].sel(item=[row.label for row in rows]).isel(level=i)
                 others += int((here.values != built["overturned"].isel(level=0).values).sum())
         assert abs(others - differing) <= differing / 2  # (docs/study.md says 7; other processors may round otherwise)
@@ -567,13 +563,13 @@ class TestExample:
             )
 
     def test_histories_are_those_of_the_command(self, tmp_path):
-        for path in MADE.write(tmp_path):
+        for path in own_building.write(tmp_path):
             shipped = EXAMPLES / path.name
             if path.name == "own_building_index.csv":
                 assert shipped.read_text() == path.read_text()
                 continue
             ours, theirs = (np.loadtxt(one, delimiter=",", skiprows=1) for one in (path, shipped))
-            np.testing.assert_allclose(ours, theirs, atol=1.01 * 10.0**-MADE.DECIMALS)
+            np.testing.assert_allclose(ours, theirs, atol=1.01 * 10.0**-own_building.DECIMALS)
 
     @pytest.mark.parametrize("format_", ["html", "md"])
     def test_report(self, finished, format_, tmp_path):

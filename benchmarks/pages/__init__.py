@@ -1,0 +1,1 @@
+"""Pages of the documentation that are computed, one module each: `python -m toppling.benchmarks.pages NAME`."""

@@ -1,0 +1,543 @@
+"""The page docs/directions.md and its figures: the second direction, the vertical component and friction.
+
+Finished runs are kept in results/directions, so that it can be interrupted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ...fragility import binomial_interval
+from ...fragility.curves.published import fema_p58
+from ...models.friction import CONTACTS
+from .directions_runs import (
+    BENCH,
+    EDGE,
+    FLOORS,
+    HAZARD,
+    ITEMS,
+    LEVELS,
+    NUDGES,
+    NUMBER,
+    P58,
+    ROCKING,
+    SLIPS,
+    TWO_DRAWER,
+    VINYL,
+    Item,
+    Runs,
+    coefficients,
+    compute,
+)
+from .figures import DPI, bare, curve, log_ticks, looks, new, shares_axis, whiskers
+from .page import folder, save, template, write
+from .shares import REPLICATES, change, draws, flips, holm, interval, medians, share, sign_test
+from .tables import Interval, body, span
+
+Falls = dict[str, np.ndarray]
+"""Flags (level, motion) of a piece by case."""
+Rows = Iterator[tuple[object, ...]]
+FIRST = 60
+"""Motions of which the file of falls has the count, too: a test runs them again."""
+
+
+def main() -> None:
+    """Write the page, its figures and the numbers of falls."""
+    runs = compute()
+    yearly = {item.name: rates_of(item, runs) for item in ROCKING}
+    with looks("xtick.labelsize", "ytick.labelsize"):
+        drawn = {"changes": changes_figure(runs), "file": file_figure(runs), "rates": rates_figure(yearly)}
+        save("directions", drawn, DPI)
+    (folder("directions") / "falls.csv").write_text(falls_csv(runs), encoding="utf-8")
+    write("directions", page(runs, yearly))
+
+
+def falls_csv(runs: Runs) -> str:
+    """Return numbers of falls of every piece, case and level, of all motions and of the first of them."""
+    lines = ["piece,case,rotd50_pgv_m_s,motions,falls,falls_of_first_60"]
+    for name, falls in runs.falls.items():
+        for label, flags in falls.items():
+            for level, row in zip(LEVELS, flags, strict=True):
+                lines.append(f"{name},{label},{level:g},{row.size},{row.sum()},{row[:FIRST].sum()}")
+    return "\n".join(lines) + "\n"
+
+
+# Comparisons ---------------------------------------------------------------------------------------------------------
+
+
+class Case(NamedTuple):
+    """Outcomes of a piece at one level, with and without what is added: flags (motion,) of the motions compared."""
+
+    before: np.ndarray
+    after: np.ndarray
+
+    def __str__(self) -> str:
+        """The paired difference in percentage points with its 95 % interval."""
+        return change(self.difference)
+
+    @property
+    def difference(self) -> np.ndarray:
+        """Change of the outcome of every motion: 1, 0 or -1."""
+        return np.asarray(self.after.astype(float) - self.before)
+
+    @property
+    def flipped(self) -> str:
+        """Shares of the motions that fall only after, and only before, in per cent."""
+        return " / ".join(f"{100 * number / self.before.size:.1f}" for number in flips(self.before, self.after))
+
+    @property
+    def p(self) -> float:
+        """The p-value of the exact test of the outcomes that changed."""
+        return sign_test(self.before, self.after)
+
+
+CHANGES = {
+    "square": "both directions, square plan",
+    "own": "both directions, own plan",
+    "two thirds": "vertical component, V/H 2/3",
+    "full": "vertical component, V/H 1",
+    "nudged": f"the component times {NUDGES[1]:g}",
+    "nudged down": f"the component times {NUDGES[0]:g}",
+    "other": "the other component in place of the first",
+}
+"""Changes compared with one component, in words; the last three are controls."""
+ACROSS = {"square": "other", "own": "deep"}
+"""The case of the other axis that a change with both directions adds."""
+VERTICAL = ("two thirds", "full")
+MOST_AIRBORNE, MOST_POOLED, MOST_LEFT_OUT = 0.02, 0.2, 0.5
+"""Share of the motions that leave the piece in the air up to which ratios of medians are given, up to which a piece is
+in means over pieces, and up to which a change is given at all."""
+
+
+def level_of(part: float, falls: Falls) -> int:
+    """Return the level at which one component overturns a piece in a share of the motions, as the levels allow."""
+    return int(np.argmin(np.abs(falls["one"].mean(-1) - part)))
+
+
+def changed(falls: Falls, name: str) -> np.ndarray:
+    """Return the falls (level, motion) with a change."""
+    return falls["one"] | falls[ACROSS[name]] if name in ACROSS else falls[name]
+
+
+def airborne(falls: Falls, name: str, level: int) -> np.ndarray:
+    """Return the motions (motion,) that take the floor from under the piece: none without the vertical component."""
+    return np.asarray(falls.get(f"airborne {name}", np.zeros_like(falls["one"]))[level])
+
+
+def airborne_share(falls: Falls, name: str) -> float:
+    """Return the share of such motions at the level of half."""
+    return float(airborne(falls, name, level_of(0.5, falls)).mean())
+
+
+def case(falls: Falls, name: str, level: int) -> Case:
+    """Return a piece at a level with one component and with a change, under the motions in which the floor holds it."""
+    stays = ~airborne(falls, name, level)
+    return Case(falls["one"][level][stays], changed(falls, name)[level][stays])
+
+
+def medians_over(falls: Falls, name: str) -> np.ndarray:
+    """Return replicates (replicate,) of the median under one component over the median with a change."""
+    one, two = (medians(draws(flags), np.array(LEVELS)) for flags in (falls["one"], changed(falls, name)))
+    return np.asarray(one / two)
+
+
+def ratio_of_medians(falls: Falls, name: str) -> str:
+    """Return that ratio with its interval; a dash where the vertical component leaves too many pieces in the air."""
+    if airborne_share(falls, name) > MOST_AIRBORNE:
+        return "–"
+    return f"{interval(medians_over(falls, name)):.3f}"
+
+
+class Pooled(NamedTuple):
+    """A change in several pieces at one intensity."""
+
+    mean: np.ndarray
+    """Mean difference (motion,) of the pieces that at most a fifth of the motions leaves in the air.
+
+    A motion that leaves a piece in the air is one without a change of it.
+    """
+    number: int
+    """Pieces in that mean."""
+    cases: dict[str, Case]
+    """All pieces that at most half of the motions leave in the air."""
+
+    @property
+    def signs(self) -> list[int]:
+        """The sign of every change that is decided (Holm, 5 % for all of the pieces together), 0 for the others."""
+        held = holm([one.p for one in self.cases.values()])
+        return [int(np.sign(one.difference.sum())) * yes for one, yes in zip(self.cases.values(), held, strict=True)]
+
+
+def pooled(runs: Runs, name: str, part: float) -> Pooled:
+    """Return a change at the level at which one component overturns each piece in a share of the motions."""
+    means, cases = [], {}
+    for piece, falls in runs.falls.items():
+        level = level_of(part, falls)
+        gone = airborne(falls, name, level)
+        if gone.mean() > MOST_LEFT_OUT:
+            continue
+        cases[piece] = case(falls, name, level)
+        if gone.mean() <= MOST_POOLED:
+            difference = np.zeros(gone.size)
+            difference[~gone] = cases[piece].difference
+            means.append(difference)
+    return Pooled(np.mean(means, axis=0), len(means), cases)
+
+
+def slides(item: Item, contact: str) -> float:
+    """Return the probability that a piece slides in place of rocking: that its friction is below b/h."""
+    return float(CONTACTS[contact].friction.below(item.limit))
+
+
+def undecided(item: Item, contact: str) -> float:
+    """Return the probability of a friction from b/h to 1.3 b/h, where neither sliding nor rocking alone is certain."""
+    return float(CONTACTS[contact].friction.below(1.3 * item.limit)) - slides(item, contact)
+
+
+def slipped(item: Item, contact: str, slips: np.ndarray, beyond: float) -> np.ndarray:
+    """Return the probability over friction (…, motion) that a piece slides farther than a distance, m."""
+    gated = coefficients(contact) < item.limit
+    return np.asarray(((slips > beyond) & gated.reshape(-1, *[1] * (slips.ndim - 1))).mean(0))
+
+
+def over_edge(item: Item, contact: str, slips: Mapping[str, np.ndarray], level: int) -> np.ndarray:
+    """Return the probability over friction and both ways round (motion,) that a piece slides over an edge 0.1 m off."""
+    front, _ = EDGE.slips(item.block.b)
+    forward, backward = (
+        slipped(item, contact, slips[name][:, level], front) for name in ("slide_forward", "slide_backward")
+    )
+    return np.asarray(0.5 * (forward + backward))
+
+
+def rates(chances: np.ndarray) -> np.ndarray:
+    """Return annual rates (...) from probabilities (..., level): the mean of two levels counts for those between."""
+    exceeded = np.asarray(HAZARD.rate_at(np.array(LEVELS)))
+    ends = np.concatenate([0.5 * (chances[..., :-1] + chances[..., 1:]), chances[..., -1:]], axis=-1)
+    # (weights of a bootstrap draw sum up to 1 but for rounding)
+    return np.asarray(np.minimum(ends, 1.0) @ (exceeded - np.append(exceeded[1:], 0.0)))
+
+
+def rates_of(item: Item, runs: Runs) -> Falls:
+    """Return replicates (replicate,) of the annual rates of a piece; in the air it does as without vertical shaking.
+
+    One component; both directions of a square and of the own plan; with vertical shaking; own plan and vertical
+    shaking, also where all that are in the air fall; all of it on vinyl; slips beyond 10 cm on vinyl.
+    """
+    falls, slips = runs.falls[item.name], runs.slips[VINYL]
+    one, gone = falls["one"], falls["airborne two thirds"]
+    own = changed(falls, "own")
+    every = np.where(gone, own, falls["two thirds"] | falls["deep two thirds"])
+    upward = slips["both, lifted"]
+    flags = {
+        "one": one,
+        "square": changed(falls, "square"),
+        "own": own,
+        "vertical": np.where(gone, one, falls["two thirds"]),
+        "all": every,
+        "at most": every | gone,
+        "friction": (1.0 - slides(item, VINYL)) * every,
+        "slip": slipped(item, VINYL, np.where(np.isfinite(upward), upward, slips["both"]), SLIPS[1]),
+    }
+    return {name: rates(draws(values)) for name, values in flags.items()}
+
+
+# Tables --------------------------------------------------------------------------------------------------------------
+
+
+def summary_rows(runs: Runs) -> Rows:
+    """Yield every change in the mean of the pieces, at two intensities, and in how many pieces it is decided."""
+    for name, words in CHANGES.items():
+        cells = []
+        for part in (0.5, 0.1):
+            found = pooled(runs, name, part)
+            signs = found.signs
+            cells += [
+                f"{change(found.mean)}, {found.number} pieces",
+                f"{signs.count(1)} / {signs.count(-1)} of {len(signs)}",
+            ]
+        yield words, *cells
+
+
+def at_half(runs: Runs) -> Iterator[tuple[Item, Falls, int, str]]:
+    """Yield every piece with its falls and the level at which one component overturns it in half, also in words."""
+    for item in ROCKING:
+        level = level_of(0.5, runs.falls[item.name])
+        yield item, runs.falls[item.name], level, f"{LEVELS[level]:g}"
+
+
+def direction_rows(runs: Runs) -> Rows:
+    """Yield what the second direction changes, piece by piece."""
+    for item, falls, level, pgv in at_half(runs):
+        square, own = (case(falls, name, level) for name in ACROSS)
+        plan = f"{(item.block.depth or 0.0) / item.block.width:.2f}"
+        one = f"{100 * square.before.mean():.0f}"
+        ratios = [ratio_of_medians(falls, name) for name in ACROSS]
+        yield item.name, pgv, one, square, ratios[0], plan, own, ratios[1]
+
+
+def vertical_rows(runs: Runs) -> Rows:
+    """Yield what the vertical component changes, piece by piece, beside a factor of 1.001."""
+    for item, falls, level, pgv in at_half(runs):
+        cells: list[object] = []
+        for name in VERTICAL:
+            gone, own = airborne_share(falls, name), case(falls, name, level)
+            cells += [f"{100 * gone:.0f}", *(("–", "–") if gone > MOST_LEFT_OUT else (own, own.flipped))]
+        nudged = case(falls, "nudged", level)
+        yield item.name, pgv, *cells, nudged, nudged.flipped
+
+
+def median_rows(runs: Runs) -> Rows:
+    """Yield the median with the vertical component over the median without, where few motions are airborne."""
+    for name, falls in runs.falls.items():
+        cells = [ratio_of_medians(falls, change) for change in VERTICAL]
+        if set(cells) != {"–"}:
+            yield name, *cells
+
+
+def friction_rows(runs: Runs) -> Rows:
+    """Yield how likely a piece slides in place of rocking, and falls all the same, at the level of half."""
+    for item, falls, level, pgv in at_half(runs):
+        one = falls["one"][level].astype(float)
+        own = [slides(item, contact) for contact in FLOORS]
+        chances = [f"{chance:.3f}" for chance in own]
+        left = [share((1.0 - chance) * one) for chance in own]
+        yield item.name, f"{item.limit:.2f}", *chances, f"{undecided(item, VINYL):.2f}", pgv, share(one), *left
+
+
+SLIDES = [*((VINYL, beyond) for beyond in SLIPS), *((contact, SLIPS[1]) for contact in FLOORS[1:])]
+
+
+def slip_rows(runs: Runs) -> Rows:
+    """Yield how far pieces slide at the level at which one component overturns them in half of the motions."""
+    for item, _, level, pgv in at_half(runs):
+        slips = {contact: runs.slips[contact]["slide_peak"][:, level] for contact in FLOORS}
+        yield item.name, pgv, *(share(slipped(item, contact, slips[contact], beyond)) for contact, beyond in SLIDES)
+
+
+def slide_change_rows(runs: Runs) -> Rows:
+    """Yield what the second direction and the vertical component change of slips on vinyl."""
+    slips = runs.slips[VINYL]
+    for level in map(LEVELS.index, (0.5, 0.8, 1.0, 1.6)):
+        parts = [slips[name][:, level] for name in ("slide_peak", "both", "lifted")]
+        stays = np.isfinite(parts[2][0])
+        for beyond in SLIPS:
+            before, two, up = ((part > beyond).mean(0) for part in parts)
+            cells = (share(before), change(two - before), change((up - before)[stays]))
+            yield f"{LEVELS[level]:g}", f"{100 * beyond:g}", *cells, f"{100 * (1.0 - stays.mean()):.0f}"
+
+
+def bench_rows(runs: Runs) -> Rows:
+    """Yield bench-top pieces: overturning and falling off an edge."""
+    for item in BENCH:
+        for level in map(LEVELS.index, (0.5, 1.0, 2.0)):
+            fallen = runs.falls[item.name]["one"][level].astype(float) if item.rocks else None
+            cells: list[object] = ["–" if fallen is None else share(fallen)]
+            for contact in FLOORS[:2]:
+                chance = slides(item, contact)
+                left = "–" if fallen is None else share((1.0 - chance) * fallen)
+                cells += [f"{chance:.2f}", left, share(over_edge(item, contact, runs.slips[contact], level))]
+            yield item.name, f"{LEVELS[level]:g}", *cells
+
+
+def rate_rows(yearly: dict[str, Falls]) -> Rows:
+    """Yield annual rates of all pieces, as ratios to that of one component."""
+    for name, own in yearly.items():
+        one = own["one"]
+        ratios = [f"{interval(own[case] / one):.2f}" for case in ("square", "own", "vertical", "all")]
+        most = own["at most"][0] / one[0]
+        air = f"{most:.2f}" if most < 10.0 else f"{most:.0f}"
+        ends = f"{interval(own['friction'] / one):.3f}", f"{interval(1e3 * own['slip']):.2f}"
+        yield name, f"{interval(1e3 * one):.2f}", *ratios, air, *ends
+
+
+def item_rows() -> Rows:
+    """Yield the pieces."""
+    for item in ITEMS:
+        one = item.block
+        plan = f"⌀ {one.width:g}" if one.round else f"{one.width:.3g} × {one.depth:.3g}"
+        yield item.name, plan, f"{one.h:.3g}", f"{item.limit:.2f}", f"{one.inertia:.2f}", item.source
+
+
+# Figures -------------------------------------------------------------------------------------------------------------
+
+
+def change_of(falls: Falls, name: str) -> Interval | None:
+    """Return the change at the level of half in points; None where most motions leave the piece in the air."""
+    if airborne_share(falls, name) > MOST_LEFT_OUT:
+        return None
+    return interval(draws(case(falls, name, level_of(0.5, falls)).difference)).times(100.0)
+
+
+def changes_figure(runs: Runs) -> Figure:
+    """Draw changes of the chance of falling of every piece: by the second direction, and vertically."""
+    figure, panels = new(8.6, 1, 2, sharey=True, sharex=True)
+    shown = (
+        {"square": "square plan", "own": "own plan"},
+        {"two thirds": "V/H 2/3", "full": "V/H 1", "nudged": f"times {NUDGES[1]:g}"},
+    )
+    for ax, words, first in zip(panels, shown, (0, 2), strict=True):
+        ax.axvline(0.0, color="0.3", lw=1.0)
+        found = {text: [change_of(falls, name) for falls in runs.falls.values()] for name, text in words.items()}
+        whiskers(ax, [*runs.falls], found, first)
+        ax.legend(loc="lower left", bbox_to_anchor=(-0.05, 1.0), frameon=False, handlelength=1.2, borderaxespad=0.2)
+    figure.supxlabel("change of P(falls), percentage points", fontsize=10.5)
+    return figure
+
+
+def file_figure(runs: Runs) -> Figure:
+    """Draw the two-drawer file: chances of falling over the level, and of slips on vinyl."""
+    figure, panels = new(6.4, 2, 1, sharex=True, sharey=True)
+    file = next(item for item in ITEMS if item.name == TWO_DRAWER)
+    one = runs.falls[TWO_DRAWER]["one"].astype(float)
+    gates = {"cannot slide": 0.0, **{contact: slides(file, contact) for contact in FLOORS}}
+    slips = runs.slips[VINYL]["slide_peak"]
+    falls = {f"falls: {name}": (1.0 - chance) * one for name, chance in gates.items()}
+    far = {f"slips more than {100 * beyond:g} cm": slipped(file, VINYL, slips, beyond) for beyond in SLIPS}
+    for ax, found, first in zip(panels, (falls, far), (0, 3), strict=True):
+        for k, (name, chances) in enumerate(found.items()):
+            curve(ax, LEVELS, [share(row) for row in chances], k + first, marker=k, lw=1.6, label=name)
+        bare(ax)
+        log_ticks(ax, (0.25, 0.5, 1.0, 2.0, 4.0))
+        ax.set_xlim(0.2, 4.0)
+        shares_axis(ax)
+        ax.legend(loc="upper left", frameon=False, handlelength=1.6)
+    figure.supxlabel("peak velocity, RotD50 (m/s)", fontsize=10.5)
+    return figure
+
+
+def rates_figure(yearly: dict[str, Falls]) -> Figure:
+    """Draw annual rates over that of one component, of every piece."""
+    figure, ax = new(8.2)
+    ax.axvline(1.0, color="0.3", lw=1.0)
+    words = {
+        "square": "both directions, square plan",
+        "own": "both directions, own plan",
+        "vertical": "vertical component, V/H 2/3",
+        "friction": "both directions, own plan, V/H 2/3, and friction on vinyl",
+    }
+    found = {text: [interval(own[case] / own["one"]) for own in yearly.values()] for case, text in words.items()}
+    whiskers(ax, [*yearly], found)
+    ax.set_xlabel("annual rate over that of one component (–)")
+    figure.legend(loc="outside upper left", frameon=False, handlelength=1.2)
+    return figure
+
+
+# The page ------------------------------------------------------------------------------------------------------------
+
+
+def page(runs: Runs, yearly: dict[str, Falls]) -> str:
+    """Return the page: its template with every number from the results."""
+    tables: dict[str, Callable[[Runs], Rows]] = {
+        "summary": summary_rows,
+        "direction": direction_rows,
+        "vertical": vertical_rows,
+        "median": median_rows,
+        "friction": friction_rows,
+        "slip": slip_rows,
+        "slide_change": slide_change_rows,
+        "bench": bench_rows,
+    }
+    chances = {item.name: slides(item, VINYL) for item in ROCKING}
+    return template("directions").format(
+        **{f"{name}_table": body(rows(runs)) for name, rows in tables.items()},
+        rate_table=body(rate_rows(yearly)),
+        item_table=body(item_rows()),
+        motions=NUMBER,
+        rocking=len(ROCKING),
+        nudge=NUDGES[1],
+        levels=len(LEVELS),
+        least_level=LEVELS[0],
+        top_level=LEVELS[-1],
+        replicates=REPLICATES,
+        hazard_level=HAZARD.levels[1],
+        means=2 * len(CHANGES),
+        slides_slender=chances["bookcase-6-shelf"],
+        slides_short=chances["bookcase-2-shelf"],
+        slides_file=chances[TWO_DRAWER],
+        rate_square=span([own["square"][0] / own["one"][0] for own in yearly.values()]),
+        rate_vertical=span(
+            [end for own in yearly.values() for end in interval(own["vertical"] / own["one"])[1:]], ".2f", " and "
+        ),
+        **direction_answers(runs),
+        **vertical_answers(runs),
+        **slide_answers(runs),
+        **file_answers(runs),
+    )
+
+
+def direction_answers(runs: Runs) -> dict[str, str]:
+    """Return what the text states of the second direction."""
+    square, long, bench = [], [], []
+    for item, falls, level, _ in at_half(runs):
+        square.append(medians_over(falls, "square")[0])
+        if item in P58:
+            gained, _ = flips(*case(falls, "own", level))
+            long.append(100.0 * float(binomial_interval(gained, NUMBER, method="clopper-pearson")[1]))
+        elif not item.block.round:
+            bench.append(medians_over(falls, "own")[0])
+    return {"square_ratios": span(square), "long_change": f"{max(long):.1f}", "bench_ratios": span(bench)}
+
+
+def vertical_answers(runs: Runs) -> dict[str, str]:
+    """Return what the text states of the vertical component: means over pieces, and shares of outcomes that change."""
+    found: dict[str, str] = {}
+    for change_name in VERTICAL:
+        name = change_name.replace(" ", "_")
+        half, tenth = (pooled(runs, change_name, part) for part in (0.5, 0.1))
+        found |= {
+            f"{name}_half": change(half.mean),
+            f"{name}_tenth": change(tenth.mean),
+            f"{name}_pieces": str(half.number),
+            f"{name}_more": str(half.signs.count(1)),
+            f"{name}_cases": str(len(half.cases)),
+            f"{name}_flips": span([100.0 * (one.difference != 0.0).mean() for one in half.cases.values()], ".0f")
+            + " %",
+            f"{name}_gone": f"{100 * airborne_share(runs.falls[TWO_DRAWER], change_name):.0f} %",
+        }
+    two_thirds = pooled(runs, "two thirds", 0.5)
+    nudged = [case(falls, "nudged", level_of(0.5, falls)) for falls in (runs.falls[name] for name in two_thirds.cases)]
+    moved = zip(nudged, two_thirds.cases.values(), strict=True)
+    found["nudge_share"] = span([np.abs(one.difference).mean() / np.abs(two.difference).mean() for one, two in moved])
+    more = [name for name, sign in zip(two_thirds.cases, two_thirds.signs, strict=True) if sign > 0]
+    found["two_thirds_who"] = ", ".join(more)
+    left_out = (airborne_share(runs.falls[name], "two thirds") for name in more)
+    found["two_thirds_left_out"] = ", ".join(f"{100 * part:.0f} %" for part in left_out)
+    return found
+
+
+def slide_answers(runs: Runs) -> dict[str, str]:
+    """Return what the text states of slips beyond 10 cm on vinyl at 1 m/s, in one direction and both."""
+    level = LEVELS.index(1.0)
+    one, both = ((runs.slips[VINYL][name][:, level] > SLIPS[1]).mean(0) for name in ("slide_peak", "both"))
+    return {"slide_one": str(share(one)), "slide_both": change(both - one)}
+
+
+def file_answers(runs: Runs) -> dict[str, str]:
+    """Return what the text states of the two-drawer file."""
+    file = next(item for item in ITEMS if item.name == TWO_DRAWER)
+    published = float(fema_p58()["median"].sel(block=TWO_DRAWER))
+    levels = {
+        "published": int(np.argmin(np.abs(np.log(np.array(LEVELS) / published)))),
+        "half": level_of(0.5, runs.falls[TWO_DRAWER]),
+    }
+    found = {
+        "file_limit": f"{file.limit:.3f}",
+        "file_slender": f"{1.0 / file.limit:.1f}",
+        "file_published": f"{published:.2f}",
+        "file_level": f"{LEVELS[levels['published']]:g}",
+        "file_half": f"{LEVELS[levels['half']]:g}",
+    }
+    for contact in FLOORS:
+        found[f"file_{contact.replace(' ', '_')}"] = f"{slides(file, contact):.3f}"
+    for name, level in levels.items():
+        fallen = runs.falls[TWO_DRAWER]["one"][level].astype(float)
+        found[f"file_falls_{name}"] = str(share(fallen))
+        found[f"file_left_{name}"] = str(share((1.0 - slides(file, VINYL)) * fallen))
+        for beyond in SLIPS:
+            slips = slipped(file, VINYL, runs.slips[VINYL]["slide_peak"][:, level], beyond)
+            found[f"file_slips_{100 * beyond:g}_{name}"] = str(share(slips))
+    return found

@@ -1,0 +1,31 @@
+"""The figures of docs/decisions.md: example studies are run, and their figures kept in docs/examples."""
+
+from __future__ import annotations
+
+import shutil
+
+from ...studies.command.cli import main as toppling
+from .page import RESULTS, example, folder
+
+FIGURES = {
+    "stripes": ("fragility",),
+    "cloud": ("fragility",),
+    "risk": ("risk", "measures_2"),
+    "uncertainty": ("uncertainty", "sobol"),
+    "clinic": ("number", "exceedance", "anchoring"),
+    "tower": ("fragility",),
+    "isolated": ("fragility",),
+    "branches": ("branches",),
+    "clinic_branches": ("branches",),
+}
+"""Figures of each study that the page shows."""
+
+
+def main() -> None:
+    """Run the examples and copy their figures."""
+    for name, figures in FIGURES.items():
+        code = toppling(["run", str(example(name)), "--out", str(RESULTS / name)])
+        if code:
+            raise SystemExit(code)
+        for figure in figures:
+            shutil.copyfile(RESULTS / name / f"{figure}.png", folder("examples") / f"{name}_{figure}.png")

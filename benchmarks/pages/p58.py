@@ -1,0 +1,279 @@
+"""The page docs/p58.md and its figures: FEMA P-58's contents that fall over, beside their published medians.
+
+It takes the results of studies/examples/fema_p58.toml, and uncertain inputs of the blocks for shares of the dispersion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+import toppling as tp
+
+from ...fragility import (
+    Beta,
+    Lognormal,
+    Normal,
+    RandomInputs,
+    Uniform,
+    capacity_variance_shares,
+    median_ratio,
+    uncertain_ida,
+)
+from ...fragility.curves import published
+from ...fragility.fitting.bootstrap import percentile_interval
+from ...studies.plots.axes import COLOURS, MARKERS
+from .figures import DASHED, bare
+from .page import results, save, some, study, template, write
+from .tables import body, span, table
+
+REFERENCE, OURS = "housner", "energy-consistent"
+
+# What nobody knows of a piece of furniture to a per cent: how full it is, what it stands on, how its mass is spread.
+INPUTS = RandomInputs(
+    {
+        "restitution_factor": Beta(8.0, 2.0, 0.7, 1.0),
+        "alpha_factor": Normal(1.0, 0.08, 0.75, 1.25),
+        "R_factor": Lognormal(1.0, 0.08, 0.75, 1.3),
+        "inertia_factor": Uniform(1.25, 1.4),
+    }
+)
+SAMPLES = some(24, 4)
+ITEMS = ("bookcase-2-shelf", "bookcase-5-shelf", "file-vertical-4-drawer", "file-lateral-4-drawer")
+LAWS = (tp.HousnerImpact(geometry="bilinear"), tp.EnergyConsistent(), tp.DiscreteDamping())
+PARTS = {
+    "motion": (COLOURS[0], ""),
+    "law": (COLOURS[1], ""),
+    "parameters": (COLOURS[2], ""),
+    "interactions": ("0.75", "//"),
+}
+"""Parts of the variance with their colours and hatches; interactions are what is left."""
+
+
+def main() -> None:
+    """Write the page and its figures."""
+    found = results("fema_p58")
+    runs = found.rename(motion_floor="floor_of").drop_vars("floor").rename(floor_of="floor")
+    runs = runs[["overturned"]].assign_attrs(im="pgv", design="ida", configuration=found.attrs["configuration"])
+    curves = tp.fit_fragility(runs, keep_replicates=True)
+    known = published.fema_p58()
+    japanese = published.japanese([tp.catalogue[str(block)] for block in found["block"].values], "velocity")
+    laws, shares = size_regression(curves), uncertain()
+    drawn = {
+        "medians": medians_figure(of_law(curves, REFERENCE), known, japanese),
+        "exponents": exponents_figure(laws),
+        "shares": shares_figure(shares),
+    }
+    save("p58", drawn, 130)
+    write("p58", page(found, curves, known, japanese, laws, shares))
+
+
+def size_regression(curves: xr.Dataset) -> xr.Dataset:
+    """Fit ln(median) = a + b ln(width) + c ln(height) by least squares, with 95 % intervals from replicates."""
+    terms = np.stack([np.ones(curves.sizes["block"]), np.log(curves["width"]), np.log(curves["height"])], axis=1)
+    solve = xr.DataArray(np.linalg.pinv(terms), {"term": ["constant", "width", "height"]}, ("term", "block"))
+    of_blocks = [name for name, one in curves.coords.items() if "block" in one.dims]
+    logs, samples = (np.log(curves[name].drop_vars(of_blocks)) for name in ("median", "median_sample"))
+    coefficient = xr.dot(solve, logs, dim="block")
+    fitted = xr.dot(xr.DataArray(terms, dims=("block", "term")), coefficient.drop_vars("term"), dim="term")
+    drawn = xr.dot(solve, samples, dim="block").transpose(*coefficient.dims, "replicate")
+    ends = percentile_interval(drawn.values, 0.95)
+    return xr.Dataset(
+        {
+            "coefficient": coefficient,
+            "coefficient_lower": coefficient.copy(data=ends.lower),
+            "coefficient_upper": coefficient.copy(data=ends.upper),
+            "scatter": np.sqrt(((logs - fitted) ** 2).mean("block")),
+        }
+    )
+
+
+def of_law(dataset: xr.Dataset, law: str) -> xr.Dataset:
+    """Return the part of one law."""
+    return dataset.isel(model=int(np.flatnonzero(dataset["law"].values == law)[0]))
+
+
+def uncertain() -> dict[str, xr.Dataset]:
+    """Return the dispersion of ln capacity and its shares, for items on the ground and on the roof of a building."""
+    design: Any = study("fema_p58").design  # type: ignore[attr-defined]
+    found = {}
+    for label, place in {"ground": "ground", "1 s floor 8": "roof"}.items():
+        array = next(one for one in design.motions if label in [str(floor) for floor in one["floor"].values])
+        motions = array.sel(floor=label).isel(motion=slice(some(60)))
+        for item in ITEMS:
+            runs = uncertain_ida(
+                INPUTS, tp.catalogue[item], LAWS, motions, design.levels, "pgv", "overturned", samples=SAMPLES, seed=1
+            )
+            found[f"{item}, {place}"] = capacity_variance_shares(runs)
+    return found
+
+
+def medians_figure(curves: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) -> Figure:
+    """Draw our medians on every floor, the published one with its dispersion, and the Japanese one."""
+    blocks, floors = ([str(label) for label in curves[name].values] for name in ("block", "floor"))
+    places = [
+        (floor, "black" if k == 0 else COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)])
+        for k, floor in enumerate(floors)
+    ]
+    figure = Figure(figsize=(9.0, 6.4), layout="constrained")
+    ax = figure.subplots()
+    dotted = (0, (2, 2))
+    for i, block in enumerate(blocks):
+        median, beta = (float(known[name].sel(block=block)) for name in ("median", "dispersion"))
+        v50 = float(japanese["median"].sel(block=block))
+        height = [i - 0.4, i + 0.4]
+        ax.fill_betweenx(height, median * np.exp(-beta), median * np.exp(beta), color="0.9", lw=0.0)
+        ax.plot([median, median], height, color="black", lw=2.0)
+        ax.plot([v50, v50], height, color="black", lw=1.2, ls=dotted)
+        for k, (floor, colour, marker) in enumerate(places):
+            one = curves.sel(block=block, floor=floor)
+            y = i + 0.32 * (2.0 * k / max(1, len(floors) - 1) - 1.0)
+            value, low, high = (one[f"median{end}"].item() for end in ("", "_lower", "_upper"))
+            ax.errorbar(value, y, xerr=[[value - low], [high - value]], fmt=marker, ms=4.5, lw=1.1, color=colour)
+    ax.plot([], [], color="black", lw=2.0, label="FEMA P-58, median (band: ± its dispersion)")
+    ax.plot([], [], color="black", lw=1.2, ls=dotted, label="Japanese velocity criterion")
+    for floor, colour, marker in places:
+        ax.plot([], [], marker, ms=5.0, color=colour, label=floor)
+    ax.set_yticks(range(len(blocks)), blocks)
+    ax.set_ylim(len(blocks) - 0.5, -0.5)
+    ax.set_xscale("log")
+    ticks = [0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0]
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.minorticks_off()
+    ax.set_xlabel("median peak floor velocity (m/s)")
+    ax.set_title("Overturning medians, Housner's block in exact geometry, with 95 % intervals", fontsize=11)
+    bare(ax, "x")
+    figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+    return figure
+
+
+def exponents_figure(laws: xr.Dataset) -> Figure:
+    """Draw exponents of width and height under two laws, on every floor, beside the published ones."""
+    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    floors = [str(floor).replace(" floor ", "\nfloor ") for floor in laws["floor"].values]
+    for ax, (term, value) in zip(figure.subplots(1, 2), {"width": 1.48, "height": -1.07}.items(), strict=True):
+        ax.axhline(value, color="0.3", lw=1.2, ls=DASHED, label="FEMA P-58")
+        for j, law in enumerate((REFERENCE, OURS)):
+            one = of_law(laws, law).sel(term=term)
+            middle, low, high = (one[f"coefficient{end}"].values for end in ("", "_lower", "_upper"))
+            x = np.arange(len(floors)) + 0.16 * (2 * j - 1)
+            ax.errorbar(x, middle, [middle - low, high - middle], fmt=MARKERS[j], ms=5.0, color=COLOURS[j], label=law)
+        ax.set_xticks(range(len(floors)), floors, fontsize=8)
+        ax.set_ylabel(f"exponent of the {term}")
+        bare(ax, "y")
+    figure.axes[0].legend(frameon=False, fontsize=9)
+    figure.suptitle("median ∝ widthᵇ heightᶜ over the nine items, with 95 % intervals", fontsize=11)
+    return figure
+
+
+def shares_figure(shares: dict[str, xr.Dataset]) -> Figure:
+    """Draw the dispersion of ln capacity, all uncertainties together, in parts that add up in variance."""
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    ax = figure.subplots()
+    left = np.zeros(len(shares))
+    for name, (colour, hatch) in PARTS.items():
+        width = np.array([total(one) * parts(one)[name] for one in shares.values()])
+        ax.barh(np.arange(len(shares)), width, 0.7, left, color=colour, hatch=hatch, edgecolor="white", label=name)
+        left += width
+    ax.axvline(0.5, color="black", lw=1.6, ls=DASHED)
+    ax.annotate("FEMA P-58: 0.5", (0.5, -0.62), xytext=(-4, 0), textcoords="offset points", ha="right", fontsize=9)
+    ax.set_yticks(range(len(shares)), [*shares])
+    ax.set_ylim(len(shares) - 0.4, -0.9)
+    ax.set_xlabel("dispersion of ln capacity in peak floor velocity (length), and what its variance is of (parts)")
+    bare(ax, "x")
+    figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=9)
+    return figure
+
+
+def total(shares: xr.Dataset) -> float:
+    """Return the dispersion of ln capacity."""
+    return float(np.sqrt(shares["total_variance"].item()))
+
+
+def parts(shares: xr.Dataset) -> dict[str, float]:
+    """Return the shares of the variance by part."""
+    named = {"motion": "motion", "law": "model", "parameters": "sample"}
+    found = {name: float(shares["share"].sel(component=component)) for name, component in named.items()}
+    return found | {"interactions": 1.0 - sum(found.values())}
+
+
+def page(
+    found: xr.Dataset,
+    curves: xr.Dataset,
+    known: xr.Dataset,
+    japanese: xr.Dataset,
+    laws: xr.Dataset,
+    shares: dict[str, xr.Dataset],
+) -> str:
+    """Return the page: its template with every number from the datasets."""
+    ratios = median_ratio(curves, known)
+    main_law = of_law(ratios, REFERENCE)
+    values, verdicts = main_law["ratio"].values, main_law["verdict"].values
+    words = {word: int((verdicts == word).sum()) for word in ("agrees", "higher", "lower", "open")}
+    floors = [str(floor) for floor in main_law["floor"].values]
+    by_law = (
+        (law, span(of_law(ratios, law)["ratio"].values), span(of_law(curves, law)["dispersion"].values))
+        for law in dict.fromkeys(str(law) for law in curves["law"].values)
+    )
+    exponents = of_law(laws, REFERENCE)
+    width, height = (exponents["coefficient"].sel(term=term).values for term in ("width", "height"))
+    return template("p58").format(
+        answer=answer(words["higher"], values.size),
+        motions=found.sizes["motion"] // len(floors),
+        least=main_law["ratio"].mean("block").idxmin("floor").item(),
+        ratios=span(values),
+        pairs=values.size,
+        **words,
+        dispersions=span(of_law(curves, REFERENCE)["dispersion"].values),
+        totals=span([total(one) for one in shares.values()]),
+        ratio_table=table(("item", "P-58 (m/s)", "V50 (m/s)", *floors), ratio_rows(main_law, known, japanese)),
+        law_table=body(by_law),
+        width_exponent=span(width),
+        height_exponent=span(height, ".2f", " to "),
+        scatter=span(100 * exponents["scatter"].values, ".0f"),
+        samples=SAMPLES,
+        share_table=body(share_rows(shares)),
+        validity_table=body(validity_rows(found)),
+    )
+
+
+def ratio_rows(main_law: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) -> Iterator[tuple[str, ...]]:
+    """Yield our medians over the published ones, item by item."""
+    for block in main_law["block"].values:
+        places = (main_law.sel(block=block, floor=floor) for floor in main_law["floor"].values)
+        of_block = [
+            f"{at['ratio'].item():.2f} ({at['lower'].item():.2f}–{at['upper'].item():.2f}) {at['verdict'].item()}"
+            for at in places
+        ]
+        yield str(block), *(f"{float(one['median'].sel(block=block)):.2f}" for one in (known, japanese)), *of_block
+
+
+def validity_rows(found: xr.Dataset) -> Iterator[tuple[str, ...]]:
+    """Yield whether each item rocks at all, and how many of its runs the law does not decide."""
+    outside = of_law(found, REFERENCE)["outside"]
+    for block in outside["block"].values:
+        own = outside.sel(block=block)
+        said = [f"{100 * float(own.sel(reason=name)):.0f} %" for name in ("slides_while_rocking", "undecided")]
+        need = f"{float(found['friction_uplift'].sel(block=block)):.2f}"
+        squat = float(own.sel(reason="squat")) > 0.0
+        yield str(block), need, *said, "too squat to rock" if squat else "rocks where there is that friction"
+
+
+def answer(higher: int, pairs: int) -> str:
+    """Return where our medians are higher than the published ones, by the number of pairs of item and place."""
+    if higher == pairs:
+        return "higher than the published ones in every place"
+    if higher > 0.75 * pairs:
+        return "higher than the published ones nearly everywhere"
+    return "higher than the published ones " + ("in most places" if higher > 0.5 * pairs else "in some places only")
+
+
+def share_rows(shares: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
+    """Yield the dispersion of each case and its shares."""
+    for case, one in shares.items():
+        known = f"{100 * one['share_known'].item():.0f} %"
+        yield case, f"{total(one):.2f}", *(f"{100 * part:.0f} %" for part in parts(one).values()), known

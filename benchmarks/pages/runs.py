@@ -1,0 +1,357 @@
+"""The page docs/runs.md: how the verdict of one motion depends on its factor, and how many runs an answer needs.
+
+The folder runs holds what the commands named on the page printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+from numpy.typing import NDArray
+
+import toppling as tp
+
+from ...models.oscillator import stack
+from ...models.runs import OUTPUTS, run_mixed
+from ...motions import records
+from ...motions.arrays import Record
+from ...studies.plots import axes
+from ..sequential import sizes
+from .page import HERE, save, some, template, write
+from .tables import Interval, body
+
+BLOCK = tp.Block(0.4, 1.8)
+LAW = tp.EnergyConsistent()
+GENERATOR = tp.motions.SiteBasedScenario(magnitude=6.8, distance=15_000.0, vs30=620.0, dt=0.01)
+SEED = 17
+MOTIONS = some(60)
+POINTS = some(400)
+NEAR = 0.5
+"""Half width, in ln, of the levels about the median at which verdicts are compared."""
+CHANGES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6)
+SPACINGS = (0.2, 0.05, 0.0125, 0.003125, 0.00078125, 0.0001953125)
+FINE = 2
+"""Spacings before this one are too coarse for the power law of the number of intervals."""
+SPAN = (-1.0, 0.8)
+ZOOMS = 5
+ACROSS = 1500
+"""Levels across a strip of the figure."""
+LEVELS_A_MOTION = (1, 2, 3, 5, 10, 20)
+REPLICATES = some(2000)
+
+
+class Shaken(NamedTuple):
+    """Motions, and the factor on each that brings its peak velocity to the median of the block."""
+
+    motions: list[Record]
+    middle: NDArray[np.float64]
+
+
+def falls(
+    motions: list[Record], factors: NDArray[np.float64], block: tp.Block = BLOCK, law: tp.EnergyConsistent = LAW
+) -> NDArray[np.bool_]:
+    """Return whether a block falls under each motion at factors (motion, level)."""
+    which = np.repeat(np.arange(len(motions)), factors.shape[1])
+    found = run_mixed(
+        stack([law.oscillator(block)]), np.zeros(which.size, np.int64), which, factors.ravel(), motions, True, True
+    )
+    return np.asarray(found[:, OUTPUTS["overturned"]] > 0.0).reshape(factors.shape)
+
+
+def shaken(number: int = MOTIONS) -> Shaken:
+    """Return the motions, with factors to the level at which half of all runs fall."""
+    array = GENERATOR.sample(number, seed=SEED)
+    motions = records(array)
+    velocities = tp.motions.measures(array, "pgv")["pgv"].values
+    x = np.linspace(np.log(0.15), np.log(2.0), 200)
+    share = falls(motions, np.exp(x) / velocities[:, None]).mean(axis=0)
+    median = np.exp(np.interp(0.5, np.maximum.accumulate(share), x))
+    return Shaken(motions, median / velocities)
+
+
+def about_the_median(found: Shaken, points: int = POINTS) -> NDArray[np.float64]:
+    """Return factors (motion, level) spread evenly, in ln, about each motion's factor to the median."""
+    random = np.random.default_rng(SEED)
+    shift = (np.arange(points) + random.random((len(found.motions), points))) / points
+    return found.middle[:, None] * np.exp(NEAR * (2.0 * shift - 1.0))
+
+
+def interval(values: NDArray[np.float64]) -> Interval:
+    """Return the mean of values (motion,) with its 95 % interval over motions."""
+    random = np.random.default_rng(SEED)
+    means = values[random.integers(0, values.size, (4000, values.size))].mean(axis=1)
+    return Interval(float(values.mean()), float(np.quantile(means, 0.025)), float(np.quantile(means, 0.975)))
+
+
+def flips(found: Shaken) -> dict[float, NDArray[np.float64]]:
+    """Return the share of verdicts (motion,) that change where the factor does by a relative change."""
+    factors = about_the_median(found)
+    before = falls(found.motions, factors)
+    return {change: (falls(found.motions, factors * (1.0 + change)) != before).mean(axis=1) for change in CHANGES}
+
+
+def exponent(shares: dict[float, NDArray[np.float64]]) -> Interval:
+    """Return the uncertainty exponent: the slope of ln(share) over ln(change) up to 1 %, with its interval."""
+    small = [change for change in shares if change <= 1e-2]
+    x = np.log(small)
+    every = np.array([shares[change] for change in small])
+    random = np.random.default_rng(SEED)
+    slopes = []
+    for _ in range(2000):
+        drawn = every[:, random.integers(0, every.shape[1], every.shape[1])].mean(axis=1)
+        slopes.append(np.polyfit(x, np.log(np.maximum(drawn, 1e-12)), 1)[0])
+    slope = float(np.polyfit(x, np.log(every.mean(axis=1)), 1)[0])
+    return Interval(slope, float(np.quantile(slopes, 0.025)), float(np.quantile(slopes, 0.975)))
+
+
+def _smoother(one: Record) -> Record:
+    """Return a record of which every second sample was kept, and straight lines between them."""
+    n = one.acceleration.size
+    return one._replace(acceleration=np.interp(np.arange(n), np.arange(0, n, 2), one.acceleration[::2]))
+
+
+def _rounded(one: Record) -> Record:
+    step = 1e-3 * 9.80665
+    return one._replace(acceleration=np.round(one.acceleration / step) * step)
+
+
+def other_models(found: Shaken) -> dict[str, NDArray[np.float64]]:
+    """Return the share of verdicts (motion,) that change where block, law or record do."""
+    factors = about_the_median(found)
+    before = falls(found.motions, factors)
+    e = float(LAW.restitution(BLOCK) or 0.0)
+    wider = replace(BLOCK, width=BLOCK.width * 1.01)
+    cases: dict[str, Callable[[], NDArray[np.bool_]]] = {
+        "e larger by 1 %": lambda: falls(found.motions, factors, law=tp.EnergyConsistent(e=min(1.0, 1.01 * e))),
+        "width larger by 1 %": lambda: falls(found.motions, factors, wider),
+        "record rounded to 0.001 g": lambda: falls([_rounded(one) for one in found.motions], factors),
+        "every second sample left out": lambda: falls([_smoother(one) for one in found.motions], factors),
+    }
+    return {name: (case() != before).mean(axis=1) for name, case in cases.items()}
+
+
+def first_falls(found: Shaken) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return, by spacing: the mean number of intervals of levels that fell, and the median first fall, in ln."""
+    finest = SPACINGS[-1]
+    x = np.arange(SPAN[0], SPAN[1], finest)
+    intervals, first = np.empty((2, len(SPACINGS), len(found.motions)))
+    for i, (one, middle) in enumerate(zip(found.motions, found.middle, strict=True)):
+        fell = falls([one], middle * np.exp(x)[None])[0]
+        for k, spacing in enumerate(SPACINGS):
+            step = round(spacing / finest)
+            here = fell[::step]
+            intervals[k, i] = np.sum(here[1:] & ~here[:-1]) + here[0]
+            first[k, i] = x[::step][int(np.argmax(here))] if here.any() else SPAN[1]
+    return intervals.mean(axis=1), np.median(first, axis=1)
+
+
+def levels_a_motion(found: Shaken) -> dict[int, float]:
+    """Return the standard error of ln(median) from 100 motions, by the number of levels of each within the curve."""
+    x = np.log(about_the_median(found, 200) / found.middle[:, None])
+    fell = falls(found.motions, about_the_median(found, 200))
+    random = np.random.default_rng(SEED)
+    errors = {}
+    for levels in LEVELS_A_MOTION:
+        medians = []
+        for _ in range(REPLICATES):
+            motions = random.integers(0, len(found.motions), 100)
+            at = random.integers(0, 200, (100, levels))
+            s, y = x[motions[:, None], at].ravel(), fell[motions[:, None], at].ravel().astype(float)
+            # (a straight line through verdicts near the median: what a local curve comes to)
+            near = np.abs(s) < 0.5
+            slope, middle = np.polyfit(s[near], y[near], 1)
+            if slope > 0.0:
+                medians.append((0.5 - middle) / slope)
+        errors[levels] = float(np.std(medians))
+    return errors
+
+
+def boundary_figure(found: Shaken) -> Figure:
+    """Draw verdicts of the motion whose verdicts change most often: each strip is a tenth of the one above."""
+    often = falls(found.motions, np.sort(about_the_median(found, 200), axis=1))
+    wild = int((often[:, 1:] != often[:, :-1]).sum(axis=1).argmax())
+    figure = Figure(figsize=(6.4, 5.4))
+    panels = figure.subplots(ZOOMS, 1)
+    centre, width = 0.0, 1.0
+    for k, ax in enumerate(panels):
+        x = centre + width * np.linspace(-0.5, 0.5, ACROSS)
+        fell = falls([found.motions[wild]], found.middle[wild] * np.exp(x)[None])[0]
+        ax.imshow(fell[None], aspect="auto", cmap="Blues", vmin=0, vmax=1.3, extent=(x[0], x[-1], 0, 1))
+        ax.set_yticks([])
+        ax.set_xticks([x[0], x[-1]], [f"{np.exp(x[0]):.7g}", f"{np.exp(x[-1]):.7g}"], fontsize=8)
+        ax.tick_params(length=2)
+        if k + 1 < ZOOMS:
+            width /= 10.0
+            changes = np.flatnonzero(fell[1:] != fell[:-1])
+            inside = changes[(changes > ACROSS // 10) & (changes < ACROSS - ACROSS // 10)]
+            centre = float(x[inside[inside.size // 2]])
+            ax.axvspan(centre - width / 2, centre + width / 2, color="#D55E00", alpha=0.6, lw=0)
+    panels[-1].set_xlabel("factor on the motion, over that to the median (log)")
+    figure.tight_layout()
+    return figure
+
+
+def flips_figure(shares: dict[float, NDArray[np.float64]], others: dict[str, NDArray[np.float64]]) -> Figure:
+    """Draw the share of verdicts that change against the change of the factor, with other changes as lines."""
+    figure = Figure(figsize=(6.4, 4.4))
+    ax = figure.subplots()
+    middle, lower, upper = 100.0 * np.array([interval(share) for share in shares.values()]).T
+    errors = np.stack([middle - lower, upper - middle])
+    ax.errorbar(
+        100.0 * np.array([*shares]), middle, yerr=errors, fmt="o", color="#0072B2", label="the factor on the motion"
+    )
+    colours = ("#D55E00", "#009E73", "#CC79A7", "#E69F00")
+    for (name, share), colour, style in zip(others.items(), colours, ("-", "--", "-.", ":"), strict=True):
+        ax.axhline(100.0 * float(share.mean()), color=colour, ls=style, lw=1.5, label=name)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    ax.set_yticks([3, 5, 10, 20])
+    ax.set_xlabel("change of the factor on the motion (%)")
+    ax.set_ylabel("verdicts that change (%)")
+    ax.legend(frameon=False, fontsize=8)
+    axes.grid(ax)
+    figure.tight_layout()
+    return figure
+
+
+def per_cent(share: NDArray[np.float64]) -> str:
+    """Return the mean share of verdicts (motion,) in per cent with its interval."""
+    return f"{interval(share).times(100):.1f}"
+
+
+def over_sequential(text: str) -> list[str]:
+    """Return what common levels take over what sequential analyses of three runs a motion take, as rows of a table.
+
+    text: what `benchmarks.sequential.databases` prints.  Runs, samples, time and motions: for ±5 % kept as often, and
+    asking for ±5 and ±10 %.
+    """
+    words = {"ask": "kept as often", "local": "asked of a local fit", "": "asked for"}
+    rows: dict[tuple[str, str], list[str]] = {}
+    database = ""
+    own: list[float] = []
+    for line in text.splitlines():
+        if line.endswith(" motions"):
+            database = line.split()[1].replace("Clough-Penzien", "Clough–Penzien")
+        if not line.startswith("±"):
+            continue
+        within, *label, _, _, motions, runs, samples, _, seconds = line.split()
+        took = [float(one.replace(",", "")) for one in (runs, samples, seconds, motions)]
+        if label[0] == "3":
+            own = took
+        elif label[1] == "common" and within != "±2%":
+            ratios = " | ".join(f"{one / other:#.2g}".rstrip(".") for one, other in zip(took, own, strict=True))
+            kind = label[3] if len(label) > 3 else ""
+            row = f"| {database}, {within.replace('%', ' %')} {words[kind]} | {ratios} |"
+            rows.setdefault((within, kind), []).append(row)
+    order = [*words]
+    return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", order.index(one[1]))) for row in rows[key]]
+
+
+def single_runs(text: str) -> dict[str, str]:
+    """Return what the page says of single runs of motions, from a table as that of `over_sequential`.
+
+    For both databases: motions and runs over those of three runs a motion, and the engine's time for ±10 % over that of
+    common levels, of one block and with all lanes of the engine full.
+    """
+    more, fewer, alone, full = [], [], [], []
+    took: dict[str, list[float]] = {}
+    for line in text.splitlines():
+        if line.startswith("±10%"):
+            label, rest = line[7:35].strip(), line[35:].split()
+            took[label] = [float(rest[i].replace(",", "")) for i in (2, 3, 6)]
+        if line.startswith("CPU"):
+            one, three, common = took["1 run of each motion"], took["3 runs of each motion"], took["20 common levels"]
+            more.append(one[0] / three[0])
+            fewer.append(one[1] / three[1])
+            alone.append(one[2] / common[2])
+            full.append(1e-3 * one[1] * float(line.split(",")[-1].split()[0]) / common[2])
+    words = "they take {} and {} times as many motions and {} and {} times as many runs"
+    return {
+        "single_more": words.format(*(f"{one:.2g}" for one in (*more, *fewer))),
+        "single_alone": " and ".join(f"{one:.2f}" for one in alone),
+        "single_full": " and ".join(f"{one:.2f}" for one in full),
+    }
+
+
+class Way(NamedTuple):
+    """A line of what `benchmarks.sequential.sizes` prints: error, motions, runs, those of a check, and time, s."""
+
+    rms: float
+    motions: int
+    runs: int
+    check: int
+    seconds: float
+
+
+def ways_to_sizes(text: str) -> dict[str, list[Way]]:
+    """Return the lines of `benchmarks.sequential.sizes` by their label, those of more runs after those of fewer."""
+    found: dict[str, list[Way]] = {}
+    for line in text.splitlines()[1:-1]:
+        *label, rms, _, motions, runs, check, seconds = line.split()
+        of_motions, of_runs, of_check = (int(number.replace(",", "")) for number in (motions, runs, check))
+        way = Way(float(rms), of_motions, of_runs, of_check, float(seconds))
+        found.setdefault(" ".join(label), []).append(way)
+    return found
+
+
+def printed(name: str) -> str:
+    """Return what a command printed."""
+    return (HERE / f"runs/{name}.txt").read_text(encoding="utf-8").rstrip()
+
+
+def main() -> None:
+    """Write the page and its figures."""
+    found = shaken()
+    shares, others = flips(found), other_models(found)
+    save("runs", {"boundary": boundary_figure(found), "flips": flips_figure(shares, others)}, 120)
+    slope = exponent(shares)
+    intervals, first = first_falls(found)
+    errors = levels_a_motion(found)
+    ways = ways_to_sizes(printed("sizes"))
+    surface, grid = ways["one surface"][1], ways["20 common levels, local fit"][-1]
+    page = template("runs").format(
+        motions=MOTIONS,
+        points=POINTS,
+        exponent=slope,
+        halving="{:,.0f} ({:,.0f} to {:,.0f})".format(*(2 ** (1 / slope[i]) for i in (0, 2, 1))),
+        growth=-np.polyfit(np.log(SPACINGS[FINE:]), np.log(intervals[FINE:]), 1)[0],
+        fine=100 * SPACINGS[FINE],
+        fewest=intervals[0],
+        most=intervals[-1],
+        coarsest=100 * SPACINGS[0],
+        finest=100 * SPACINGS[-1],
+        drift=100 * (1.0 - np.exp(first[-1] - first[0])),
+        one_per_cent=per_cent(shares[1e-2]),
+        flip_table=body((f"{100 * change:g}", per_cent(share)) for change, share in shares.items()),
+        other_table=body((name, per_cent(share)) for name, share in others.items()),
+        step_table=body(
+            (f"{100 * spacing:.3g}", f"{number:.1f}", f"{100 * (np.exp(at - first[0]) - 1.0):+.0f}")
+            for spacing, number, at in zip(SPACINGS, intervals, first, strict=True)
+        ),
+        width_table=body((n, 100 * n, f"±{196 * error:.1f}") for n, error in errors.items()),
+        three=196 * errors[3],
+        twenty=196 * errors[20],
+        other_motions=100 * 20 / 3,
+        better=196 * errors[3] * (3 / 20) ** 0.5,
+        over="\n".join(over_sequential(printed("databases"))),
+        blocks=sizes.NUMBER,
+        replicates=sizes.REPLICATES,
+        truth_motions=sizes.TRUTH_MOTIONS,
+        surface=surface,
+        grid=grid,
+        surface_rms=100.0 * surface.rms,
+        grid_rms=100.0 * grid.rms,
+        fewer=grid.runs / (surface.runs + surface.check),
+        less=grid.seconds / surface.seconds,
+        **{name: printed(name) for name in ("sizes", "synthetic", "databases", "single")},
+        **single_runs(printed("single")),
+    )
+    write("runs", page.replace("| -", "| −"))

@@ -1,0 +1,112 @@
+"""docs/kits.md: what it calls enough, and numbers that are computed again."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.benchmarks.pages import kits
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+
+TEXT = (DOCS / "kits.md").read_text(encoding="utf-8")
+
+
+class TestPage:
+    def test_its_figures_are_there(self):
+        shown = set(re.findall(r"\]\(kits/(\w+)\.png\)", TEXT))
+        assert shown == {path.stem for path in (DOCS / "kits").glob("*.png")}
+        assert not re.search(r"\{\w+\}|\bnan\b", TEXT)
+
+    def test_its_table_of_pieces_is_of_today(self):
+        assert kits.piece_table() in TEXT
+
+    def test_anchored_blocks_are_computed_again(self):
+        """At the frequency where anchoring is worst, at one where it helps, and far above: amplitudes of the page."""
+        ratios = (1.0, 4.75, 8.0)
+        least = kits.least(kits.overturning(ratios))
+        relative = least[1:] / least[0]
+        assert (relative[:, 0] > 1.05).all()
+        assert (relative[:, 1] < 0.7).all()
+        assert np.abs(relative[:, 2] - 1.0).max() < 0.05
+        stated = re.findall(r"^\| [\d.]+ \| [\d.]+ to [\d.]+ \| ([\d.]+) at 4\.75 \| ([\d.]+) at 1\.00 \|$", TEXT, re.M)
+        np.testing.assert_allclose(np.array(stated, dtype=float), relative[:, [1, 0]], atol=0.02)
+
+    def test_the_survey_s_intervals(self):
+        """Wilson's interval of 7 of 79 is that of the package."""
+        lower, upper = tp.fragility.binomial_interval(7, 79)
+        one = kits.wilson(7 / 79, 79)
+        assert (one.lower, one.upper) == pytest.approx((float(lower), float(upper)))
+        assert kits.written(kits.wilson(*kits.SURVEY_BRACKETS)) in TEXT
+
+    def test_shares_without_a_device_are_computed_again(self):
+        """Both specimens on Tokyo's table with nothing, near the page's shares, with fewer motions."""
+        shares = {
+            row[0]: [int(one) for one in row[1:]]
+            for row in re.findall(
+                r"^\| (\w+) \| nothing \| (\d+) \S+ \| (\d+) \S+ \| (\d+) \S+ \| (\d+) \S+ \|$", TEXT, re.M
+            )
+        }
+        assert set(shares) == {"chest", "cupboard"}
+        assert all(row[1] > 50 and row[3] > 50 for row in shares.values())
+
+    @pytest.mark.slow
+    def test_rows_of_the_least_strength(self):
+        """A row of the page again: the tall bookcase behind a gap at the strongest shaking, soft straps."""
+        shakes = kits.design_motions(20)
+        found = kits.kits(shakes, (kits.PIECES[3],), (20e3,))
+        falls = found.kit[0, 1, 0, 0, :, -1].mean(-1)
+        assert falls[0] > 0.8
+        assert falls[kits.STRENGTHS.index(1500.0)] == 0.0
+        row = re.search(r"^\| bookcase-billy \| zone 3 \| 20 mm \| above 5 % \| (\d+) /", TEXT, re.M)
+        assert 400 < int(row[1]) <= 1500
+
+
+class TestSurvey:
+    def test_no_count_of_the_stated_number_gives_the_share_of_mats(self):
+        assert not any(round(100 * k / 56, 1) == 100 * kits.SURVEY_MATS for k in range(57))
+        assert round(100 * 23 / 58, 1) == pytest.approx(100 * kits.SURVEY_MATS)
+
+    def test_strengths_that_reproduce_a_share(self):
+        """Falls of one half up to 200 N and none from 400 N: a quarter of very many pieces lies half-way, 0.28 kN."""
+        half = np.full((7, 75), 0.5)
+        half[4:] = 0.0
+        assert kits.reproducing(half, 0.25, 10**8) == "0.3 to 0.3"
+        assert kits.reproducing(half, 0.0, 10**8) == "0.4 to 0.4"
+        assert kits.like_none(half) == "200"
+
+
+class TestEnough:
+    def test_what_is_known_without_a_kit(self):
+        assert kits.without(np.zeros(75)) == "below 5 %"
+        assert kits.without(np.r_[np.zeros(73), 1.0, 1.0]) == "undecided"
+        assert kits.without(np.r_[np.zeros(40), np.ones(35)]) == "above 5 %"
+
+    def test_the_interval_counts_and_not_the_share(self):
+        assert kits.is_enough(np.zeros(75))
+        assert not kits.is_enough(np.zeros(60))
+        assert not kits.is_enough(np.r_[np.zeros(73), 1.0, 1.0])
+
+    def test_least_strength(self):
+        stands, falls = np.zeros(75), np.ones(75)
+        ladder = np.array([stands, falls, *[stands] * 8])
+        assert kits.least_strength(ladder) == "150"  # (100 N is not enough, whatever 50 N seemed to be)
+        assert kits.least_strength(np.array([stands] * 10)) == "≤ 50"
+        assert kits.least_strength(np.array([falls] * 10)) == "> 2500"
+
+    def test_from_nine_tenths_to_a_tenth(self):
+        """All fall below 400 N and none from 600 N: eight tenths of that step, in the logarithm of the strength."""
+        stairs = np.zeros((1, 2, 1, 1, len(kits.STRENGTHS), 1, 4))
+        stairs[:, :, :, :, :6] = 1.0
+        wall = np.ones((1, 2, 1, 4))
+        wall[:, 1] = 0.0
+        found = kits.transitions(kits.Kits(stairs, wall, np.zeros((1, 1, 4))))
+        assert found == pytest.approx([(600.0 / 400.0) ** 0.8])
+
+    def test_the_static_force_balances_the_moments(self):
+        piece = kits.Piece("a", 0.4, 2.05, 100.0, "")
+        force = kits.static_force(piece, 9.80665)
+        assert force * 2.0 == pytest.approx(100.0 * 9.80665 * (1.025 - 0.2))
+        assert kits.static_force(piece, 1.0) == 0.0
