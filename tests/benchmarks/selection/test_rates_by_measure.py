@@ -9,8 +9,9 @@ from scipy.special import ndtr
 
 from toppling.benchmarks.selection import worlds
 from toppling.benchmarks.selection.coverage import LEAST_OF_ALL, RETURN_PERIODS
+from toppling.benchmarks.selection.rates import rates_by_measure
 from toppling.core.streams import stream
-from toppling.fragility import HazardCurve, rates_by_measure
+from toppling.fragility import HazardCurve
 from toppling.motions import Mixture, Target
 from toppling.motions.selection.choosing import Problem, choose
 
