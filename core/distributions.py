@@ -86,8 +86,6 @@ class Normal(Continuous):
     lower, upper : float
         Ends of its support.
 
-    Examples
-    --------
     >>> Normal(0.9, 0.03, upper=1.0).support
     (-inf, 1.0)
     """
@@ -129,8 +127,6 @@ class Lognormal(Continuous):
     lower, upper : float
         Ends of its support, 0 and infinity where not given.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> Lognormal(2.0, 0.4).quantile(np.array([0.5])).tolist()
     [2.0]
@@ -191,8 +187,6 @@ class Uniform(Continuous):
 class Beta(Continuous):
     """Beta law of shapes `a` and `b` (> 0), stretched to `lower` … `upper`.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> Beta(2.0, 2.0, 0.8, 1.0).quantile(np.array([0.5])).round(12).tolist()
     [0.9]
@@ -213,8 +207,6 @@ class Beta(Continuous):
     def from_moments(cls, mean: float, std: float) -> Beta:
         """Return the law on 0 to 1 with the given mean and standard deviation; ValueError if there is none.
 
-        Examples
-        --------
         >>> law = Beta.from_moments(0.9, 0.05)
         >>> round(law.a, 9), round(law.b, 9)
         (31.5, 3.5)
@@ -255,8 +247,6 @@ class Least(Continuous):
     P(least > x) is the product of P(part > x).  A quantile lies between the least quantiles of the parts at
     1 - (1 - p)^(1/n) and at p, and is found there by bisection to the last digits.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> kit = Least([Lognormal(900.0, 0.3), Lognormal(400.0, 0.3), Lognormal(600.0, 0.3)])
     >>> kit.quantile(np.array([0.5])).round(1).tolist()

@@ -13,8 +13,6 @@ import numpy as np
 def stream(seed: int, *key: int) -> np.random.Generator:
     """Return the random stream of the item `key` under `seed`, both >= 0; the stream depends on these two alone.
 
-    Examples
-    --------
     >>> bool(stream(1, 7).random() == stream(1, 7).random())
     True
     """
@@ -24,8 +22,6 @@ def stream(seed: int, *key: int) -> np.random.Generator:
 def key_of(label: str) -> tuple[int, ...]:
     """Return a key of four numbers for a label, by which an item draws the same whatever else there is.
 
-    Examples
-    --------
     >>> len(key_of("shelf"))
     4
     """

@@ -24,8 +24,6 @@ MOST_DIGITS = 6
 def three_digits(value: float) -> str:
     """A number to three digits with its closing zeros, so that the ends of an interval look equally precise.
 
-    Examples
-    --------
     >>> three_digits(0.35), three_digits(1234.5), three_digits(2.0e-7)
     ('0.350', '1,230', '2.00e-07')
     """
@@ -43,8 +41,6 @@ def three_digits(value: float) -> str:
 def short_digits(value: float) -> str:
     """A number to three digits without closing zeros, for numbers that stand alone.
 
-    Examples
-    --------
     >>> short_digits(0.35), short_digits(1234.5), short_digits(2.0e-7)
     ('0.35', '1,230', '2.00e-07')
     """
@@ -55,8 +51,6 @@ def short_digits(value: float) -> str:
 def two_digits(value: float) -> str:
     """A number to two digits, for tables that people decide by.
 
-    Examples
-    --------
     >>> two_digits(0.3456), two_digits(1234.5), two_digits(9.96)
     ('0.35', '1,200', '10')
     """
@@ -75,8 +69,6 @@ def _rounded(value: float, digits: int) -> str:
 def estimate_text(value: float, low: float, high: float) -> str:
     """A number with its interval in brackets to two digits, or three where two would give it the same text as an end.
 
-    Examples
-    --------
     >>> estimate_text(0.345, 0.328, 0.362), estimate_text(1.08, 1.04, 1.12), estimate_text(2.0, 1.6, 2.0)
     ('0.34 (0.33–0.36)', '1.08 (1.04–1.12)', '2.0 (1.6–2.0)')
     """
@@ -92,8 +84,6 @@ def ratio_text(value: float, low: float, high: float, digits: int = 2) -> str:
     An interval that lies above or below 1 is written with more than `digits` digits, up to six, where fewer would round
     an end of it to 1; without an interval (NaN) the ratio stands alone.
 
-    Examples
-    --------
     >>> ratio_text(0.95, 0.88, 1.2), ratio_text(0.946, 0.881, 0.996), ratio_text(1.06, 1.02, 1.11)
     ('0.95 (0.88–1.2)', '0.946 (0.881–0.996)', '1.06 (1.02–1.11)')
     >>> ratio_text(0.5, math.nan, math.nan)
@@ -110,8 +100,6 @@ def ratio_text(value: float, low: float, high: float, digits: int = 2) -> str:
 def given_number(value: float) -> str:
     """A number that a user gives, such as a price or a budget, with all of its digits.
 
-    Examples
-    --------
     >>> given_number(1234.0), given_number(0.35), given_number(1250000.5)
     ('1,234', '0.35', '1,250,000.5')
     """
@@ -121,8 +109,6 @@ def given_number(value: float) -> str:
 def one_digit(value: float) -> str:
     """Return a number with one significant digit, two where it begins with 1.
 
-    Examples
-    --------
     >>> one_digit(27.4), one_digit(473.0), one_digit(1234.0)
     ('30', '500', '1,200')
     """
@@ -136,8 +122,6 @@ def one_digit(value: float) -> str:
 def interval_text(low: float, high: float, write: Callable[[float], str] = three_digits) -> str:
     """The ends of an interval, each formatted by `write`; an interval with an open end is described in words.
 
-    Examples
-    --------
     >>> interval_text(2.1, 3.0), interval_text(2.1, math.inf), interval_text(math.nan, 3.0)
     ('2.10–3.00', 'above 2.10', 'no interval')
     >>> interval_text(math.inf, math.inf)
@@ -153,8 +137,6 @@ def interval_text(low: float, high: float, write: Callable[[float], str] = three
 def value_text(value: float, low: float, high: float) -> str:
     """A number with its interval in brackets.
 
-    Examples
-    --------
     >>> value_text(2.5, 2.1, 3.0)
     '2.50 (2.10–3.00)'
     """
@@ -169,8 +151,6 @@ def percent(share: float) -> str:
 def given_percent(share: float) -> str:
     """A share that a user gives (a confidence, a quantile) in per cent, with all of its digits.
 
-    Examples
-    --------
     >>> given_percent(0.95), given_percent(0.025)
     ('95 %', '2.5 %')
     """
@@ -180,8 +160,6 @@ def given_percent(share: float) -> str:
 def whole_percent(share: float, *, signed: bool = False) -> str:
     """A share in whole per cent; `signed` writes it as a relative change, with a plus or a minus sign.
 
-    Examples
-    --------
     >>> whole_percent(0.256), whole_percent(0.256, signed=True), whole_percent(-0.256, signed=True)
     ('26 %', '+26 %', '−26 %')
     >>> whole_percent(-0.001, signed=True)
@@ -196,8 +174,6 @@ def whole_percent(share: float, *, signed: bool = False) -> str:
 def two_digit_percent(share: float) -> str:
     """A share of runs in per cent to two digits, as notes and checks write it.
 
-    Examples
-    --------
     >>> two_digit_percent(0.00432), two_digit_percent(0.996)
     ('0.43 %', '100 %')
     """
@@ -207,8 +183,6 @@ def two_digit_percent(share: float) -> str:
 def about_percent(share: float) -> str:
     r"""A probability in per cent to two digits with closing zeros, for sentences in plain words; its space is no break.
 
-    Examples
-    --------
     >>> about_percent(0.0123), about_percent(0.04), about_percent(0.996), about_percent(2e-8)
     ('1.2\xa0%', '4.0\xa0%', '100\xa0%', 'below 0.0001\xa0%')
     """
@@ -225,8 +199,6 @@ def chance_text(share: float) -> str:
 def chances_between(low: float, high: float, write: Callable[[float], str] = chance_text) -> str:
     r"""The ends of a probability's interval in per cent.
 
-    Examples
-    --------
     >>> chances_between(0.0199, 0.0268)
     '1.99–2.68\xa0%'
     >>> chances_between(1e-8, 2e-7, about_percent), chances_between(1e-8, 0.02, about_percent)
@@ -251,8 +223,6 @@ def part_text(done: int, total: int) -> str:
 def in_years(rate: float) -> str:
     """The mean number of years between two events of an annual rate, to three digits.
 
-    Examples
-    --------
     >>> in_years(1.0 / 2137.0), in_years(0.3), in_years(0.0)
     ('2,140', '3.33', '∞')
     """
@@ -262,8 +232,6 @@ def in_years(rate: float) -> str:
 def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
     """The mean number of years between two events of an annual rate, as an approximate number.
 
-    Examples
-    --------
     >>> about_years(1.0 / 2137.0), about_years(0.0), about_years(1.0 / 2137.0, one_digit)
     ('2,100', '∞', '2,000')
     """
@@ -281,8 +249,6 @@ def years_between(often: float, seldom: float) -> str:
 def listed_name(name: str) -> str:
     """A name as it stands in a list: in quotation marks where it holds a comma or a semicolon itself.
 
-    Examples
-    --------
     >>> listed_name("rack"), listed_name("20 mm from the wall, with a kit")
     ('rack', '“20 mm from the wall, with a kit”')
     """
@@ -292,8 +258,6 @@ def listed_name(name: str) -> str:
 def counted(n: int, noun: str) -> str:
     """A number of things.
 
-    Examples
-    --------
     >>> counted(1, "block"), counted(12_000, "run")
     ('1 block', '12,000 runs')
     """
@@ -303,8 +267,6 @@ def counted(n: int, noun: str) -> str:
 def years_text(years: float) -> str:
     """A number of years.
 
-    Examples
-    --------
     >>> years_text(1.0), years_text(50.0)
     ('1 year', '50 years')
     """
@@ -314,8 +276,6 @@ def years_text(years: float) -> str:
 def with_article(noun: str) -> str:
     """A noun after its indefinite article; Sa(T) is spoken as a word that begins with a vowel.
 
-    Examples
-    --------
     >>> with_article("bench"), with_article("adhesive"), with_article("Sa(1 s)")
     ('a bench', 'an adhesive', 'an Sa(1 s)')
     """
