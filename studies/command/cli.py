@@ -115,10 +115,10 @@ def run(
     console = terminal()
     folder = out if out is not None else Path("results") / study.stem
     try:
-        too_little = 0 < memory_limit() < _least_limit()
+        least = _least_limit()  # (of the threads, which dask's configuration may give wrongly)
     except ValueError as error:
         raise StudyError(str(error)) from None
-    if too_little:
+    if 0 < memory_limit() < least:
         raise MemoryError
     plan = Study.from_toml(study, target)
     say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))

@@ -205,7 +205,7 @@ class TestPlausible:
             (tmp_path / f"{name}.AT2").write_text("\n".join([text[0], title, *text[2:]]), encoding="utf-8")
         with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")
-            mo.read_pairs([str(tmp_path / "*.AT2")])
+            files.read_pairs([str(tmp_path / "*.AT2")])
         assert [said in str(one.message) for one in found] == [True] * (said is not None)
         study = tmp_path / "study.toml"
         study.write_text(PAIRS, encoding="utf-8")
@@ -217,7 +217,7 @@ class TestPlausible:
         other = re.sub("(Station Code +)[A-Z0-9]+", r"\1ZZZ001", files.knet(np.roll(counts, 40), direction="N-S"))
         (tmp_path / "X.NS").write_text(other, encoding="utf-8")
         with pytest.warns(ImplausibleInput, match="headers name two recordings are joined .*ZZZ001"):
-            mo.read_pairs([str(tmp_path / "X.*")])
+            files.read_pairs([str(tmp_path / "X.*")])
 
 
 PAIRS = """title = "pairs"

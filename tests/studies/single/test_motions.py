@@ -1,6 +1,5 @@
-"""Tables and figures of motions, floors in study files, and the gallery."""
+"""Tables and figures of motions, and floors in study files."""
 
-import importlib.util
 import io
 import json
 import re
@@ -357,44 +356,3 @@ class TestLook:
 
 
 REST = CABINET + "[cloud]\n"
-
-
-@pytest.fixture(scope="module")
-def gallery():
-    specification = importlib.util.spec_from_file_location("gallery", ROOT / "docs" / "gallery.py")
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
-class TestGallery:
-    def test_every_generator_and_pulse_has_its_section_and_figure(self, gallery):
-        names = [one.name for one in gallery.SECTIONS]
-        assert names == [*tp.motions.GENERATORS, *tp.motions.PULSES, "floors"]
-        text = (ROOT / "docs" / "motions.md").read_text(encoding="utf-8")
-        for name in names:
-            assert f"## {name}\n" in text
-            assert f"(motions/{name}.png)" in text
-            picture = (ROOT / "docs" / "motions" / f"{name}.png").read_bytes()
-            assert picture[:8] == b"\x89PNG\r\n\x1a\n"
-            assert 5_000 < len(picture) < 120_000
-
-    def test_the_page_is_the_scripts(self, gallery):
-        assert (ROOT / "docs" / "motions.md").read_text(encoding="utf-8") == gallery.page(gallery.SECTIONS)
-
-    @pytest.mark.parametrize("name", ["clough-penzien", "mavroeidis-papageorgiou", "floors"])
-    def test_the_code_on_the_page_runs(self, gallery, name):
-        section = next(one for one in gallery.SECTIONS if one.name == name)
-        assert 3 <= len(section.code.splitlines()) <= 6
-        scope = {}
-        exec(section.code, scope)
-        xr.testing.assert_identical(scope["shaking"], section.make())
-
-    def test_a_page_is_made(self, gallery, tmp_path):
-        gallery.main(tmp_path, [one for one in gallery.SECTIONS if one.name == "ricker"])
-        assert (tmp_path / "motions" / "ricker.png").stat().st_size > 5_000
-        assert "## ricker" in (tmp_path / "motions.md").read_text(encoding="utf-8")
-
-    def test_scale_bars_are_round(self, gallery):
-        found = [gallery._round(one) for one in (0.9, 1.0, 1.9, 4.9, 7.0, 0.033)]
-        np.testing.assert_allclose(found, [0.5, 1.0, 1.0, 2.0, 5.0, 0.02])
