@@ -132,6 +132,8 @@ class TestFreeDecay:
 
     def test_peaks_that_are_not_there_count_as_the_edge(self):
         """Overdamped, the block comes to rest without another peak outside its zone."""
+        nothing = free_decay(BLOCK, [tp.DiscreteDamping(e=0.05)], [0.05])  # (below its zone at once, without a warning)
+        assert np.isnan([nothing[name].item() for name in ("decay_error", "period_error")]).all()
         found = free_decay(BLOCK, [tp.MakrisKonstantinidis(e=0.5, delta=0.01)], [0.925])
         assert found.sizes["half_cycle"] == 11
         assert np.isnan(found["decay_peak"].values[0, -1])
