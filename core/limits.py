@@ -10,8 +10,13 @@ import math
 import re
 import zipfile
 from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STUDY_BYTES = 2**20
 """Of a study file (TOML) and of each file that it includes."""
@@ -24,6 +29,8 @@ CURVE_BYTES = 32 * 2**20
 DECLARED_BYTES, DECLARED_RATIO = 2**28, 20
 """Of the arrays that a netCDF file declares: so much in any file, and so many times the bytes of larger ones; results
 are stored as they are, and compressed accelerations take half to a tenth."""
+SMALL_NETCDF = 2**25
+"""Of a netCDF file that is read into memory before it is opened."""
 STRING_BYTES = 64
 """Of a string of any length in memory."""
 CELLS = 1_000_000
@@ -83,19 +90,36 @@ def _column(letters: bytes) -> int:
     return number
 
 
-def netcdf_problem(path: Path) -> str | None:
-    """Return the reason why a netCDF file declares more than a file of its size holds; None for others.
+def small_netcdf(path: Path) -> bytes | None:
+    """Return the content of a small netCDF file, None for a larger one; OSError where it cannot be read.
 
-    OSError or RuntimeError for a file that cannot be opened.
+    The HDF5 library ends its process where a disk fails to close a file, so that it opens small files in memory.
+    """
+    with path.open("rb") as file:
+        return file.read() if path.stat().st_size <= SMALL_NETCDF else None
+
+
+def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
+    """Open a netCDF file whose arrays are read when they are used; OSError or RuntimeError where this fails.
+
+    A file that declares more than a file of its size holds would fill the memory: `refused` makes its error of the
+    reason.
     """
     import netCDF4  # noqa: PLC0415 - most commands read no such file
+    import xarray as xr  # noqa: PLC0415
+    from xarray.backends import NetCDF4DataStore  # noqa: PLC0415
     from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK  # noqa: PLC0415 - the library takes one thread at a time
 
-    with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
+    content = small_netcdf(path)
+    with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, memory=content) as file:
         declared = sum(
             math.prod(variable.shape) * (STRING_BYTES if variable.dtype is str else variable.dtype.itemsize)
             for variable in file.variables.values()
         )
-    if declared <= max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size):
-        return None
-    return f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds"
+    if declared > max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size):
+        raise refused(f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds")
+    if content is None:
+        return xr.open_dataset(path, engine="netcdf4")
+    with NETCDF4_PYTHON_LOCK:
+        small = netCDF4.Dataset(path, memory=content)
+    return xr.open_dataset(NetCDF4DataStore(small))  # type: ignore[no-untyped-call]

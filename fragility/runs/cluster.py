@@ -10,14 +10,16 @@ Therefore chunks are sent, and results fetched, several at a time, and data that
 
 from __future__ import annotations
 
+import hashlib
 import pickle
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import islice
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -115,13 +117,25 @@ class Cluster(Runner):
             finished = _finished(news, threads, len(running)) if running else []
 
 
+@cache
+def _sources() -> str:
+    """Return a hash of the sources that compute a chunk beside the engine."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
+
+
+def worker_identity() -> dict[str, str]:
+    """Return the identity of the engine and of the sources around it, which are the same on all machines of a study."""
+    return {**engine_identity(), "sources": _sources()}
+
+
 def check_workers(client: Client) -> None:
     """Wait for a worker; ClusterError where no worker connects, or where one has another engine than this process."""
     try:
         client.wait_for_workers(1, timeout=WORKERS_WITHIN)
     except TimeoutError:
         raise ClusterError(f"{_address(client)}: no worker within {WORKERS_WITHIN:.0f} s") from None
-    for address, theirs in sorted(client.run(engine_identity, on_error="return").items()):
+    for address, theirs in sorted(client.run(worker_identity, on_error="return").items()):
         if isinstance(theirs, ModuleNotFoundError):
             raise ClusterError(f"{_address(client)}: a worker does not have the package {theirs.name}")
         if isinstance(theirs, ImportError | AttributeError):
@@ -130,7 +144,7 @@ def check_workers(client: Client) -> None:
             continue
         if isinstance(theirs, BaseException):
             raise theirs
-        _check_engine(address, theirs, engine_identity())
+        _check_engine(address, theirs, worker_identity())
 
 
 class _SentWork:
@@ -158,7 +172,7 @@ class _SentWork:
         rows, sources, places = zip(*arguments, strict=True)
         tasks = [
             pickle.dumps(
-                (own, self._work.factors_of(chunk), self._work.skip, self._work.outputs, engine_identity()),
+                (own, self._work.factors_of(chunk), self._work.skip, self._work.outputs, worker_identity()),
                 pickle.HIGHEST_PROTOCOL,
             )
             for chunk, own in zip(chunks, places, strict=True)
@@ -204,7 +218,7 @@ _latest: dict[tuple[bytes, ...], list[Record]] = {}
 def _run_part(oscillators: Sequence[Specimen], sources: list[_MadeMotions | tuple[Record, ...]], task: bytes) -> bytes:
     """Compute a chunk on a worker."""
     places, factors, skip, outputs, engine = pickle.loads(task)
-    _check_engine("a worker", engine_identity(), engine)
+    _check_engine("a worker", worker_identity(), engine)
     motions = [
         one for source in sources for one in (_motions_of(source) if isinstance(source, _MadeMotions) else source)
     ]

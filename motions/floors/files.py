@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.limits import netcdf_problem
+from ...core.limits import open_netcdf
 from ..arrays import RECORDED, floor_array, records
 from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing
 from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, told, unit_factor, unit_of
@@ -68,10 +68,7 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
 
 def _read_netcdf(file: Path) -> xr.DataArray:
     try:
-        problem = netcdf_problem(file)
-        if problem is not None:
-            raise RecordError(f"{file}: {problem}")
-        with xr.open_dataset(file, engine="netcdf4") as stored:
+        with open_netcdf(file, lambda problem: RecordError(f"{file}: {problem}")) as stored:
             names = [str(name) for name in stored.data_vars]
             if "acceleration" not in names and len(names) != 1:
                 raise RecordError(f"{file}: has no variable 'acceleration', but {', '.join(names) or 'none'}")

@@ -18,7 +18,7 @@ from ...fragility.risk.modelling import MODELLING
 from ..plan.estimates import MEAN
 from ..report.results_file import refuse_newer
 from ..store.content import check_content
-from ..store.folder import UNREADABLE, damaged
+from ..store.folder import UNREADABLE, damaged, no_results
 from ..store.netcdf import opened
 from ..store.outputs import own_files
 from ..text.error import StudyError
@@ -69,8 +69,8 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
         raise StudyError(f"{path}: no such file") from None
     except RuntimeError:
         raise damaged(path) from None
-    except UNREADABLE:
-        raise StudyError(f"{path}: is no result file") from None
+    except UNREADABLE as error:
+        raise no_results(path, error) from None
     if kind == PERFORMANCE:
         raise StudyError(
             f"{path}: results of a performance study, which has no fragility curves: --format csv, xlsx or pelicun "

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...core.wording import part_text
-from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
+from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked, no_results
 from ..store.manifest import MOST_RUNS, REACHED, REFUSED, kept_runs, read_manifest
 from ..store.netcdf import load_small, opened, title_of
 from ..text.error import StudyError
@@ -86,8 +86,8 @@ def _title(path: Path, verify: bool) -> str:
         raise
     except RuntimeError:
         raise damaged(path) from None
-    except UNREADABLE:
-        raise StudyError(f"{path}: is no result file of this program") from None
+    except UNREADABLE as error:
+        raise no_results(path, error) from None
 
 
 def _verify(path: Path) -> None:

@@ -12,7 +12,7 @@ from ... import fragility
 from ...core.labelled import spare_dask
 from ...core.units import SCHEMA
 from ...core.wording import with_article
-from ..store.folder import UNREADABLE, damaged
+from ..store.folder import UNREADABLE, damaged, no_results
 from ..store.netcdf import opened
 from ..text.error import StudyError
 
@@ -35,8 +35,8 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
         raise
     except RuntimeError:  # (the netCDF library's error for checksums that do not fit)
         raise damaged(path) from None
-    except UNREADABLE:
-        raise StudyError(f"{path}: is no result file") from None
+    except UNREADABLE as error:
+        raise no_results(path, error) from None
     with stored:
         check_layout(path, stored)
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 from collections.abc import Iterator, Mapping
@@ -47,7 +46,8 @@ def folder_of_one(folder: Path) -> Iterator[None]:
     finally:
         with suppress(OSError):  # (removed while still locked: a process that waits for the removed file tries again)
             (folder / LOCK_NAME).unlink()
-        lock.release()
+        with suppress(OSError):  # (the system releases the lock of a process that ends)
+            lock.release()
         if made:
             with suppress(OSError):  # not empty, or another run's by now
                 folder.rmdir()
@@ -77,7 +77,7 @@ def _locked(folder: Path) -> FileLock:
             if not isinstance(error, FileNotFoundError | FileExistsError) or attempt == LOCK_ATTEMPTS - 1:
                 if folder.exists() and not os.access(folder, os.W_OK):
                     raise StudyError(f"{folder}: no permission to write") from None
-                raise StudyError(f"{folder}: cannot be locked ({system_reason(error)})") from None
+                raise StudyError(f"{folder / LOCK_NAME}: cannot be locked ({system_reason(error)})") from None
     raise AssertionError  # (the last attempt returns or raises)
 
 
@@ -138,9 +138,7 @@ def finished(target: Path, identity: str, study: Mapping[str, Any], other_machin
     except RuntimeError:
         raise damaged(target) from None
     except UNREADABLE as error:
-        if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
-            raise StudyError(f"{target}: the name is too long") from None
-        raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
+        raise no_results(target, error, "; move it away or use --fresh") from None
     if same_inputs(str(about.get("identity")), identity) and makes_motions(study):
         raise StudyError(
             f"{target}: holds the results of this study from another machine ({OTHER_MOTIONS}): "
@@ -149,6 +147,13 @@ def finished(target: Path, identity: str, study: Mapping[str, Any], other_machin
     raise StudyError(
         f"{target}: holds the results of another study{_other(about, study, identity)}; use another folder or --fresh"
     )
+
+
+def no_results(path: Path, error: BaseException, fix: str = "") -> StudyError:
+    """Return the error of a result file that the system refuses to read, or that is none."""
+    if isinstance(error, OSError) and (error.errno or 0) > 0:  # (the netCDF library's own numbers are negative)
+        return StudyError(f"{path}: cannot be read ({system_reason(error)})")
+    return StudyError(f"{path}: is no result file{fix}")
 
 
 def damaged(path: Path) -> StudyError:

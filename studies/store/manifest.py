@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from ...core.wording import system_reason
 from ..text.error import StudyError
 
 FOLDER = "shards"
@@ -35,8 +36,10 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         found = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, RecursionError) as error:
-        raise StudyError(f"{path}: cannot be read ({type(error).__name__}); use --fresh to start over") from None
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
+    except (ValueError, RecursionError):
+        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over") from None
     kinds = {
         "layout": int,
         "engine": dict,

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import netCDF4
 import numpy as np
 
-from ...core.limits import netcdf_problem
+from ...core.limits import open_netcdf, small_netcdf
 from ...core.wording import system_reason
 from ..text.error import StudyError
 
@@ -125,12 +125,9 @@ def opened(path: Path) -> xr.Dataset:
 
     A file that declares more than a file of its size holds would fill the memory: it is a StudyError.
     """
-    import xarray as xr  # noqa: PLC0415 - a title is read without labelled arrays
-
-    problem = netcdf_problem(path)
-    if problem is not None:
-        raise StudyError(f"{path}: {problem}: it is damaged, or no result file; run its study again")
-    return xr.open_dataset(path, engine="netcdf4")
+    return open_netcdf(
+        path, lambda problem: StudyError(f"{path}: {problem}: it is damaged, or no result file; run its study again")
+    )
 
 
 def load_small(stored: xr.Dataset) -> None:
@@ -146,7 +143,7 @@ def title_of(path: Path) -> str:
     All small variables are read, so that a damaged file is recognised: OSError or RuntimeError as of `load_small`, and
     AttributeError where the file has no title.
     """
-    with netCDF4.Dataset(path) as file:
+    with netCDF4.Dataset(path, memory=small_netcdf(path)) as file:
         file.set_auto_maskandscale(False)
         for one in file.variables.values():
             if one.size * getattr(one.dtype, "itemsize", 1) <= WHOLE_BYTES:

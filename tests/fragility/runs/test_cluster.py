@@ -15,7 +15,17 @@ from real_processes import MANY, begun, finish
 
 import toppling as tp
 from toppling.fragility import Work, plan_chunks
-from toppling.fragility.runs.cluster import Cluster, ClusterError, _MadeMotions, _motions_of, _SentWork, check_workers
+from toppling.fragility.runs.cluster import (
+    Cluster,
+    ClusterError,
+    _check_engine,
+    _MadeMotions,
+    _motions_of,
+    _run_part,
+    _SentWork,
+    check_workers,
+    worker_identity,
+)
 from toppling.fragility.runs.plan import number_of_chunks
 from toppling.motions import records
 from toppling.motions.arrays import Record, digest
@@ -183,6 +193,16 @@ def test_a_worker_of_another_version_is_refused(machines, study, tmp_path):
     assert "has toppling 0.0.1, this process" in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out" / "results.nc").exists()
+
+
+def test_a_worker_of_other_sources_is_refused():
+    """Equal versions and engines, and another function that computes chunks with them."""
+    theirs = {**worker_identity(), "sources": "0" * 12}
+    with pytest.raises(ClusterError, match="tcp://there has sources 000000000000, this process"):
+        _check_engine("tcp://there", theirs, worker_identity())
+    task = pickle.dumps(([], None, True, (), theirs))
+    with pytest.raises(ClusterError, match="a worker has sources"):
+        _run_part([], [], task)
 
 
 def test_no_worker(machines, monkeypatch):

@@ -64,7 +64,7 @@ class TestStudy:
             other.run(tmp_path / "out")
         other.run(tmp_path / "out", resume=False)
         (tmp_path / "out" / "results.nc").write_text("no netCDF")
-        with pytest.raises(StudyError, match="exists and is no result file"):
+        with pytest.raises(StudyError, match="is no result file; move it away"):
             other.run(tmp_path / "out")
 
     @pytest.mark.slow

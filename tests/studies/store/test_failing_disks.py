@@ -1,10 +1,12 @@
 """Whatever a disk answers: one sentence, finished chunks are kept, and nothing is left after the next run."""
 
+import errno
 import faulthandler
 import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from failing_calls import failing, library
@@ -61,6 +63,55 @@ def test_a_disk_that_fails_from_some_call_on(disk, quiet, tmp_path, call, number
     assert finish(study, out).returncode == 0
     assert litter(out) == []
     assert (out / "results.nc").read_bytes() == quiet
+
+
+class TestReading:
+    """What the system refuses is said, and that a result file is none is not."""
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("kind", ["status", "report", "export", "compare"])
+    def test_no_file_that_is_read_is_closed_by_the_library(self, disk, quiet, tmp_path, kind):
+        out = tmp_path / "out"
+        out.mkdir()
+        (out / "results.nc").write_bytes(quiet)
+        laws = ["--laws", "discrete", "housner", "--out", str(tmp_path / "compared")]
+        options = {"export": ["--format", "csv"], "compare": [str(out), *laws], "status": ["--verify"]}
+        for number in range(1, 7):
+            done = subprocess.run(
+                [sys.executable, "-m", "toppling", kind, str(out), *options.get(kind, [])],
+                env=failing(disk, out / "results.nc", "close", number, "EIO"),
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            assert done.returncode in (0, 2), (number, done.returncode, done.stderr)
+            assert len(done.stderr.splitlines()) == (done.returncode == 2)
+
+    @pytest.mark.parametrize(
+        ("name", "arguments"),
+        [
+            ("results.nc", ["status", "out"]),
+            ("results.nc", ["report", "out"]),
+            ("results.nc", ["export", "out", "--format", "csv"]),
+            ("results.nc", ["run", "study.toml", "--out", "out"]),
+            ("shards/manifest.json", ["status", "out"]),
+        ],
+    )
+    def test_what_the_system_refuses_to_read(self, tmp_path, monkeypatch, capsys, quiet, name, arguments):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "study.toml").write_text(FEW)
+        (tmp_path / "out/shards").mkdir(parents=True)
+        (tmp_path / "out" / name).write_bytes(quiet)
+        opened = Path.open
+
+        def refuse(path, *options, **more):
+            if path.name == Path(name).name:
+                raise OSError(errno.EIO, "Input/output error", str(path))
+            return opened(path, *options, **more)
+
+        monkeypatch.setattr(Path, "open", refuse)
+        assert main(arguments) == 2
+        assert capsys.readouterr().err == f"toppling: out/{name}: cannot be read (Input/output error)\n"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems write in the same process")
