@@ -129,15 +129,22 @@ def from_array(
     Raises
     ------
     ValueError
-        NaN or infinity, an empty array, a wrong shape, dt <= 0, labels of another number or not unique.
+        NaN or infinity, an empty array, a wrong shape, dt <= 0, labels of another number or not unique; a labelled
+        array in another unit than m s-2, or whose ``time`` has other steps than dt.
 
     Examples
     --------
     >>> from_array([0.0, 1.0, 0.0], dt=0.01).sizes["time"]
     3
     """
-    values = np.atleast_2d(checks.acceleration("acceleration", acceleration, ndim=(1, 2)))
     step = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
+    if isinstance(acceleration, xr.DataArray):
+        checks.acceleration_units("acceleration", acceleration.attrs.get("units"))
+        if "time" in acceleration.dims:
+            acceleration = acceleration.transpose(..., "time")
+        if "time" in acceleration.indexes and acceleration.sizes["time"] > 1:
+            checks.time_step("acceleration", acceleration["time"].values, step)
+    values = np.atleast_2d(checks.acceleration("acceleration", acceleration, ndim=(1, 2)))
     if values.shape[1] < 2:
         raise ValueError(f"acceleration must have at least 2 samples, got {values.shape[1]}")
     n = values.shape[0]

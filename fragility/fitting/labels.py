@@ -88,6 +88,8 @@ def label_curves(
             if name.endswith(suffix):
                 base, text = name.removesuffix(suffix), f"{words} of: "
         units, long_name = _OTHERS.get(name) or _PARAMETERS.get(base) or (DIMENSIONLESS, f"{base} of the fit")
+        if base in ("median", "dispersion") and "uplift_median" in names:  # (factors of the curve)
+            long_name = long_name.replace("the fitted curve", "the curve of what uplifted")
         dims = list(trials.dims)
         if name.endswith("_sample"):
             dims.append("replicate")

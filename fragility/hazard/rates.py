@@ -29,7 +29,7 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
     time = checks.number("years", years, above=0.0, unit="years")
     if np.any(np.asarray(rate) < 0.0):
         raise ValueError(f"rate must be >= 0 per year, got {np.min(np.asarray(rate)):g}")
-    least = np.min(np.asarray(rate), initial=np.inf)
+    least = np.min(np.asarray(rate, dtype=np.float64), initial=np.inf)
     if IMPOSSIBLY_OFTEN < least < np.inf:
         warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is it a return period, 1/rate?")])
     found: Any = -np.expm1(-rate * time)

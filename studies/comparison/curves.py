@@ -16,6 +16,7 @@ from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...core.wording import years_text
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
+from ...fragility.curves.curve import UPLIFT
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.ratios import ratio_of
@@ -190,7 +191,8 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
     name = _names(a.side, b.side, "block", at[0], to[0])
     laws = (str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]]))
     confidence = float(a.side.results.attrs["confidence"])
-    known = [one for one in (MEDIAN, DISPERSION) if same_measure(a.side, b.side) and _both(a, b, one)]
+    of_curves = same_measure(a.side, b.side) and not _of_uplift(a.side, b.side)
+    known = [name for name in (MEDIAN, DISPERSION) if of_curves and _both(a, b, name)]
     known += [RATE] if _both(a, b, RATE) else []
     found = []
     for quantity in known:
@@ -247,9 +249,16 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> list[str]:
     if not same_measure(a, b):
         measures = [str(axis_of(one.results).attrs.get("long_name", measure_of(one))) for one in (a, b)]
         said.append(f"medians are not compared: they are of {measures[0]} in A and of {measures[1]} in B")
+    if _of_uplift(a, b):
+        said.append(f"medians and dispersions are not compared: those of the form {UPLIFT} are of what uplifted")
     if any("epistemic_rate" in one.results for one in (a, b)):
         said.append("rates are of the first law, motions and hazard curve; those over all branches are in the reports")
     return said
+
+
+def _of_uplift(a: Side, b: Side) -> bool:
+    """Return whether medians of a side are of the second factor of its curves, and not where half overturn."""
+    return any("uplift_median" in side.results for side in (a, b))
 
 
 def _too_many(number: int) -> str:

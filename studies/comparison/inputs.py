@@ -115,12 +115,16 @@ def _numbers(a: Side, b: Side, found: Matched, laws: Matched, dim: str) -> Itera
                 if more.any():
                     yield f"anchored only in {side}: {_listed([labels[i] for i in np.flatnonzero(more)])}"
             continue
-        apart = [i for i in range(len(labels)) if not _equal(one[i], other[i])]
+        units = [
+            str(side.results[name].attrs.get("units", "1")) for side in (a, b)
+        ]  # (money has that of its inventory)
+        other_units = units[0] != units[1]
+        # (equal numbers of two currencies are apart, unless they are not known: NaN)
+        apart = [i for i in range(len(labels)) if not _equal(one[i], other[i]) or (other_units and one[i] == one[i])]
         if apart:
-            units = str(a.results[name].attrs.get("units", "1"))
-            unit = "" if units == "1" else f" {units}"
+            before, after = ("" if unit == "1" else f" {unit}" for unit in units)
             shown = [(labels[i], *_values(one[i], other[i])) for i in apart[:MOST_SAID]]
-            each = [f"{label} {old}{unit} in A, {new}{unit} in B" for label, old, new in shown]
+            each = [f"{label} {old}{before} in A, {new}{after} in B" for label, old, new in shown]
             yield f"{name.replace('_', ' ')}: {'; '.join(each)}{_more(len(apart))}"
 
 

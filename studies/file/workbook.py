@@ -36,6 +36,13 @@ _MULTIPLE = re.compile(
 """What formats write beside numbers that are a multiple of what is shown, in lower case."""
 _SCALED = re.compile(r"[0#?],+(?![0#?])")
 """Mark of a format that shows a number divided by thousands: then the number itself is whole."""
+CURRENCIES = {
+    "€": {"EUR"},
+    "$": {"USD", "CAD", "AUD", "NZD", "MXN", "CLP"},
+    "£": {"GBP"},
+    "¥": {"JPY", "CNY"},
+}
+"""Currencies that a sign in a number format may stand for."""
 _LITERAL = re.compile(r'"([^"]*)"|\\(.)|\[\$([^\]-]*)[^\]]*\]')
 _OLD = b"\xd0\xcf\x11\xe0"
 
@@ -59,9 +66,10 @@ class Unreadable(str):
 
 
 class Numeric(str):
-    """The text of a cell that is a number, and the unit in which its format shows it, '' where it shows none."""
+    """The text of a cell that is a number, and the unit and the sign of money that its format shows, '' for none."""
 
-    __slots__ = ("unit",)
+    __slots__ = ("money", "unit")
+    money: str
     unit: str
 
     @classmethod
@@ -72,6 +80,9 @@ class Numeric(str):
         shown = "".join(map("".join, _LITERAL.findall(code))).strip().lower()
         multiple = _MULTIPLE.fullmatch(shown) and not _SCALED.search(_LITERAL.sub("", code))
         made.unit = shown if multiple or shown in _UNITS else ""
+        # (a format without a sign has none beside its brackets and quotes either: "$" begins a bracket)
+        signs = shown + _LITERAL.sub("", code)
+        made.money = next((sign for sign in CURRENCIES if sign in signs), "")
         return made
 
 

@@ -18,6 +18,7 @@ from ..codes.check import CLASSES
 from ..file.blocks import block_of_line, placed_of_line, planned_of_line
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
 from ..file.table import shown
+from ..file.workbook import CURRENCIES, Numeric
 from ..plan.slides import Slides
 from ..text.error import StudyError
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
@@ -212,7 +213,7 @@ def read_inventory(
     if "catalogue" not in table.columns and not {"width_m", "height_m"} <= set(table.columns):
         raise InventoryError(f"{table.where}: columns must name catalogue, or width_m and height_m")
     found: list[tuple[CsvLine, Contents]] = []
-    currency = ""
+    currency = sign_above = ""
     for line in table:
         found.append((line, _contents(line, kits or {}, sliding, stands or {})))
         if floors is not None and str(found[-1][1].floor) not in floors:
@@ -221,6 +222,11 @@ def read_inventory(
         if stated and currency and stated != currency:
             line.refuse("currency", f"must be {currency!r} as in the {table.word}s above, got {stated!r}")
         currency = currency or stated
+        for column, cell in line.cells.items():
+            sign, wanted = cell.money if isinstance(cell, Numeric) else "", currency or sign_above
+            if sign and wanted and wanted not in {sign, *CURRENCIES[sign]}:
+                line.refuse(column, f"must be in {wanted} as the others are, got {cell} shown in {sign}")
+            sign_above = sign or sign_above
     if not found:
         raise InventoryError(f"{file}: has a header but no items")
     try:

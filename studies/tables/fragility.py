@@ -77,7 +77,8 @@ def fragility_table(results: xr.Dataset) -> Table:
     fall = infinitive_of(verb_of(state))
     table = Table(
         title=f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half of the runs {fall}, and "
-        f"dispersion β of the fitted curve, with {percent} intervals"
+        f"dispersion β of {'what uplifted' if 'uplift_median' in results else 'the fitted curve'}, with {percent} "
+        f"intervals"
         f"{_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,

@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad
 
 import toppling as tp
@@ -193,6 +194,15 @@ def test_floors_are_stacked():
     plain = mo.records(floors)
     assert [r.label for r in plain] == [f"{m} floor {f}" for m in "ab" for f in ("1", "2", "roof")]
     np.testing.assert_array_equal(np.stack([r.acceleration for r in plain]), values.reshape(6, 4))
+
+
+def test_labelled_arrays_say_their_units_axes_and_steps():
+    values = xr.DataArray(np.arange(12.0).reshape(4, 3), dims=("time", "motion"), coords={"time": 0.02 * np.arange(4)})
+    np.testing.assert_array_equal(mo.from_array(values, 0.02).values, values.values.T)
+    with pytest.raises(ValueError, match="acceleration must be in m s-2, got units 'g'"):
+        mo.from_array(values.assign_attrs(units="g"), 0.02)
+    with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
+        mo.from_array(values, 0.01)
 
 
 @pytest.mark.parametrize(("name", "units"), [("time", "min"), ("time", "ms"), ("dt", "ms"), ("dt", "Hz")])

@@ -136,3 +136,5 @@ def test_losses_in_two_currencies(folder, tmp_path):
     assert "note: losses are not compared: one side has none, or another currency" in found.tail
     assert not any(row[0].startswith("Expected loss") for rows in found.tables for row in rows.rows)
     assert any(row[0].startswith("Expected downtime") for rows in found.tables for row in rows.rows)
+    assert any("rack 9000 EUR in A, 9000 USD in B" in line for line in found.head)
+    assert not any("nan" in line for line in found.head)

@@ -9,6 +9,7 @@ from study_texts import CABINET, IDA, motions
 
 import toppling as tp
 from toppling.studies.command.cli import main
+from toppling.studies.comparison.compare import compare
 from toppling.studies.store.manifest import FOLDER, LAYOUT, MANIFEST
 
 STUDY = f'title = "Base"\n{CABINET}{motions(6)}'
@@ -24,6 +25,7 @@ FILES = {
         "width_m = 0.4", "width_m = 0.5"
     )
     + IDA,
+    "factors": STUDY + IDA + '[fit]\nform = "uplift-lognormal"\n',
     "surer": STUDY + IDA + "[fit]\nconfidence = 0.9\n",
     "sensitivity": f'title = "Delta"\n[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[[models]]\nlaw = "discrete"\n'
     f'{motions(6)}{IDA}[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\nreplicates = 100\n',
@@ -178,3 +180,15 @@ class TestStudyFiles:
     def test_two_laws_of_one(self, place, capsys):
         assert main(["compare", "base.toml", "--laws", "housner", "housner", "--out", "out"]) == 2
         assert "name two laws" in capsys.readouterr().err
+
+
+def test_medians_of_what_uplifted_are_not_compared(folder, tmp_path):
+    """Of one study under two forms: the medians differ, though both curves pass a half at the same level."""
+    found = compare(folder / "base", folder / "factors", tmp_path)
+    assert (
+        "note: medians and dispersions are not compared: those of the form uplift-lognormal are of what"
+        in "\n".join(found.tail)
+    )
+    assert not found.tables or not any("median" in str(row[0]) for rows in found.tables for row in rows.rows)
+    with xr.open_dataset(folder / "factors/results.nc") as results:
+        assert results["median"].attrs["long_name"].startswith("median of the curve of what uplifted")

@@ -610,6 +610,35 @@ class TestWorkbooks:
         with pytest.warns(ImplausibleInput, match=r"^i\.xlsx: hidden sheet 'inventory' is read, too$"):
             assert read_inventory(path).pieces == 1
 
+    @pytest.mark.parametrize(
+        ("currency", "codes", "message"),
+        [
+            (
+                "",
+                ("#,##0 [$€-407]", "[$$-409]#,##0"),
+                "column 'value': must be in € as the others are, got 26000 shown in",
+            ),
+            ("EUR", ("0", '"$"0'), "column 'value': must be in EUR as the others are, got 26000 shown in"),
+            ("JPY", ("0", '"£"0'), "must be in JPY"),
+            ("JPY", ("[$¥-411]#,##0", '"¥"0'), ""),
+            ("USD", ("[$$-409]#,##0", "0"), ""),
+        ],
+    )
+    def test_signs_of_money(self, tmp_path, currency, codes, message):
+        """A person sees euros above dollars."""
+        head = ["catalogue", "floor", "value", "currency"]
+        rows = [head, *(["bookcase-5-shelf", floor, value, currency] for floor, value in ((1, 350), (2, 26000)))]
+        path = book_of(rows, tmp_path / "i.xlsx")
+        book = openpyxl.load_workbook(path)
+        for cell, code in zip(("C2", "C3"), codes, strict=True):
+            book.active[cell].number_format = code
+        book.save(path)
+        if not message:
+            assert read_inventory(path).pieces == 2
+            return
+        with pytest.raises(InventoryError, match=message):
+            read_inventory(path)
+
     @pytest.mark.parametrize("code", ['0.0" cm"', '0" mm"', '0.00\\ "ft"', '0.0" CM";-0.0" CM"'])
     def test_units_of_number_formats(self, tmp_path, code):
         """A person sees 45 cm below width_m."""
