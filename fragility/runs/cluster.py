@@ -138,7 +138,8 @@ def check_workers(client: Client) -> None:
     for address, theirs in sorted(client.run(worker_identity, on_error="return").items()):
         if isinstance(theirs, ModuleNotFoundError):
             raise ClusterError(f"{_address(client)}: a worker does not have the package {theirs.name}")
-        if isinstance(theirs, ImportError | AttributeError):
+        # (what a worker of before lacks comes as a plain exception)
+        if isinstance(theirs, ImportError | AttributeError) or type(theirs) is Exception:
             raise ClusterError(f"{_address(client)}: a worker has another version of the package ({theirs})")
         if isinstance(theirs, OSError):  # (a worker that was lost as it was asked: its chunks go to the others)
             continue
