@@ -91,12 +91,13 @@ def _column(letters: bytes) -> int:
 
 
 def small_netcdf(path: Path) -> bytes | None:
-    """Return the content of a small netCDF file, None for a larger one; OSError where it cannot be read.
+    """Return the content of a small file of HDF5, None for a larger or a classic one; OSError where it cannot be read.
 
     The HDF5 library ends its process where a disk fails to close a file, so that it opens small files in memory.
     """
     with path.open("rb") as file:
-        return file.read() if path.stat().st_size <= SMALL_NETCDF else None
+        content = file.read(SMALL_NETCDF + 1)
+    return content if content.startswith(b"\x89HDF") and len(content) <= SMALL_NETCDF else None
 
 
 def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:

@@ -188,7 +188,7 @@ def test_paths_that_the_system_refuses_are_named(tmp_path, monkeypatch, capsys):
         (lambda out: shutil.rmtree(out / "shards"), "was removed while the study ran"),
         (shutil.rmtree, "was removed while the study ran"),
         (lambda out: (out / "shards/manifest.json").unlink(), "manifest.json: was removed while the study ran"),
-        (lambda out: (out / "shards/manifest.json").write_text("{"), "manifest.json: cannot be read"),
+        (lambda out: (out / "shards/manifest.json").write_text("{"), "manifest.json: is no manifest of a study"),
     ],
     ids=["shards", "folder", "manifest", "broken manifest"],
 )
