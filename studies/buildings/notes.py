@@ -69,8 +69,8 @@ def notes(assessment: xr.Dataset) -> list[str]:
     if number_of_motions(assessment) < ENOUGH_MOTIONS:
         found.append(
             "95 % intervals of totals held the true total in 86 to 98 % of simulated studies with 10 motions, in 89 to "
-            "97 % with 20, and in 93 % or more with 80; intervals of savings in 80 to 97 % with 10, and in 87 to 97 % with "
-            "20 or 80"
+            "97 % with 20, and in 93 % or more with 80; intervals of savings in 80 to 97 % with 10, and in 87 to 97 % "
+            "with 20 or 80"
         )
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
         found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
