@@ -15,7 +15,7 @@ AT = motions.Scenario(6.5, 20e3, 760.0)
 def simulated():
     generators = {
         "kanai_tajimi": motions.KanaiTajimi(**SHORT, omega_g_dispersion=0.2),
-        "clough_penzien": motions.CloughPenzien(**SHORT, envelope=motions.Gamma()),
+        "clough_penzien": motions.CloughPenzien(**SHORT),
         "evolutionary_kanai_tajimi": motions.EvolutionaryKanaiTajimi(**SHORT),
         "evolutionary_clough_penzien": motions.EvolutionaryCloughPenzien(**SHORT),
         "site_based": motions.SiteBased(d5_95=3.0, t_mid=2.0, dt=0.02),
