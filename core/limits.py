@@ -112,15 +112,17 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
     from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK  # noqa: PLC0415 - the library takes one thread at a time
 
     content = small_netcdf(path)
-    with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, memory=content) as file:
+    with NETCDF4_PYTHON_LOCK:
+        file = netCDF4.Dataset(path, memory=content)
         declared = sum(
             math.prod(variable.shape) * (STRING_BYTES if variable.dtype is str else variable.dtype.itemsize)
             for variable in file.variables.values()
         )
-    if declared > max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size):
+        too_large = declared > max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size)
+        if too_large or content is None:
+            file.close()
+    if too_large:
         raise refused(f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds")
     if content is None:
         return xr.open_dataset(path, engine="netcdf4")
-    with NETCDF4_PYTHON_LOCK:
-        small = netCDF4.Dataset(path, memory=content)
-    return xr.open_dataset(NetCDF4DataStore(small))  # type: ignore[no-untyped-call]
+    return xr.open_dataset(NetCDF4DataStore(file))  # type: ignore[no-untyped-call]

@@ -327,7 +327,7 @@ def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
     K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
     databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
     number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
-    the name.
+    the name, except in the second line of AT2 files: a warning says if it differs.
 
     Raises
     ------

@@ -123,7 +123,7 @@ def evidence_of(results: xr.Dataset) -> Evidence:
 
 
 def claims(results: xr.Dataset) -> list[Claim]:
-    """Judge every claim that the laws of a study allow to judge, those of the paper first; results of `evidence`."""
+    """Return each claim that a study's laws can decide, with its verdict; `evidence` gives the results."""
     evidence = evidence_of(results)
     if not evidence.inside.any():
         return []

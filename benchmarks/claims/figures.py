@@ -25,7 +25,7 @@ SHOWN = 5
 
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures of `evidence` with their names; free rocking is that of the first block."""
+    """Yield the figures of `evidence` with their names, free rocking of the first block."""
     yield "decay_error", column(results, decay_panel, f"released at {RELEASE:g} α, mean of ten half cycles")
     yield "free_rocking", free_rocking_figure(results, str(results["block"].values[0]))
     if "pulse_error" in results:
@@ -33,7 +33,7 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def decay_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
-    """Draw the mean peaks of free rocking over those of the rigid block, over the values of the parameter."""
+    """Draw the mean ratio of free-rocking peaks to the rigid block's, against the parameter."""
     here = selection.one(results, block=block)
     if ax is None:
         ax = axes.new(WIDTH, HEIGHT)

@@ -22,9 +22,9 @@ scale, and ends here at 7.0, which few records reach (judgement)."""
 def jma_intensity(acceleration: Array, dt: float) -> float:
     """Return JMA's instrumental intensity of one component (time,), m/s²: I = 2 log10(a0) + 0.94.
 
-    a0 is the acceleration in gal that the filtered motion exceeds for 0.3 s in all. The filter is that of the period's
-    effect, with a high-cut and a low-cut filter. The agency takes the vector sum of three components; the intensity of
-    one component is lower. Japan Meteorological Agency (1996). Notice on the instrumental seismic intensity (read in
+    a0 is the acceleration in gal that the filtered motion exceeds for a total of 0.3 s. The filter combines the
+    period's effect, a high cut and a low cut. The agency takes the vector sum of three components; the intensity of one
+    component is lower. Japan Meteorological Agency (1996). Notice on the instrumental seismic intensity (read in
     translation).
     """
     size = 2 * acceleration.size

@@ -1,7 +1,6 @@
 """The validation from end to end: predictions first and from tests alone, then outcomes, scores and files.
 
-Predictions that were made blind, and kept in a file, are taken as they were; those with measured inputs stand beside
-them.
+Blind predictions are kept in a file and never made again; predictions with measured inputs stand beside them.
 """
 
 from __future__ import annotations
@@ -66,8 +65,8 @@ def validate(
 
     Writes predictions, those with measured or fitted inputs, and the calibration figure into a folder.
     granite_folder: of the granite rocks' runs and table motions.  pulses: the file of the pulse trials.  blind: an
-    earlier ``predictions.csv``, whose rows are taken as they are, but for those without a value that have one now or
-    another reason.  Raises ExperimentError for tables and files that cannot be read.
+    earlier ``predictions.csv``, whose rows are kept, except rows that had no value and have one now, or another
+    reason.  Raises ExperimentError for tables and files that cannot be read.
     """
     rows = read_experiments(path)
     sets = [] if pulses is None else read_pulses(pulses)
@@ -106,7 +105,7 @@ def validate(
 def second_prediction(row: Row, replays: Replays | None, rocks: list[Granite], sets: list[Pulses]) -> Prediction | None:
     """Predict a row with inputs that were measured, or fitted on other records; None where it has none.
 
-    It takes no outcome of the row; fits take those of the other half of a set's records alone.
+    No outcome of the row is used; fits use only the other half of a set's records.
     """
     if row.measured is not None:
         return predict_measured(row.test, row.measured)

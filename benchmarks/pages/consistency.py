@@ -315,7 +315,7 @@ def contents(candidates: tp.motions.Candidates) -> tuple[str, str]:
         others = np.nanquantile(samples[1][:, i] / samples[0][:, i], (0.025, 0.975))
         cells = (whole(Interval(over[i], *ends)), whole(Interval(scaled_over[i], *others)))
         rows.append((item.label, f"{published[i]:.2f}", f"{medians[0][i]:.2f}", *cells))
-    said = f"{to(over)} times the published ones, and {to(1.0 / scaled_over)} times those of the scaled motions"
+    said = f"{to(over)} times the published medians, and {to(1.0 / scaled_over)} times the medians of scaled motions"
     return body(rows), f"{said} ({len(levels)} of {len(VELOCITIES)} stripes agree and are used)"
 
 

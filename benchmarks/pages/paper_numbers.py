@@ -1,7 +1,8 @@
 """The numbers of the page docs/paper.md, from the package and from closed forms.
 
 The paper is Liu, Huang and Qu (2024), A discretely damped SDOF model for the rocking response of freestanding blocks.
-tests/docs/test_paper.py holds the main ones, and the page's sentences, to closed forms and to independent integrations.
+tests/benchmarks/pages/test_paper.py compares the main ones, and the page's sentences, with closed forms and independent
+integrations.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 import inspect
 import json
 import re
+from itertools import product
 
 import numpy as np
 import pytest
@@ -421,14 +422,18 @@ class TestNothingSelected:
         if options.get("intervals"):
             assert curves["median_sample"].sizes["replicate"] == 10
 
-    @pytest.mark.parametrize("dim", ["block", "model", "level", "motion"])
-    @pytest.mark.parametrize("name", ["screen", "rank_measures", "undecided_outcomes", "notes", "fit_fragility"])
+    @pytest.mark.parametrize(
+        ("name", "dim"),
+        [
+            *product(("screen", "rank_measures", "undecided_outcomes", "notes"), ("block", "model", "level", "motion")),
+            ("fit_fragility", "level"),
+            ("fit_fragility", "motion"),
+        ],
+    )
     def test_other_answers_need_runs(self, runs, name, dim):
-        """One sentence, of what is missing; curves of no block or law are empty."""
+        """One sentence, of what is missing; curves of no block or law are empty (`test_curves_and_rates`)."""
         function = getattr(fragility, name)
         arguments = () if name in ("notes", "fit_fragility") else (SHAKES,)
-        if name == "fit_fragility" and dim in ("block", "model"):
-            pytest.skip("empty: test_curves_and_rates")
         with pytest.raises(ValueError, match=rf" must hold at least one {dim}, got none$"):
             function(runs.isel({dim: []}), *arguments)
 

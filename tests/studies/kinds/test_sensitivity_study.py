@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from sensitivity_cases import BLOCK, STUDY, of_law, study_of
 
 import toppling as tp
 from toppling.fragility.fitting.bootstrap import draw_motions
@@ -20,40 +21,6 @@ from toppling.studies.plots.sensitivity import (
 )
 from toppling.studies.sensitivity.comparisons import Curves, excess, flipped, swing, trend
 
-BLOCK = tp.Block.from_slenderness(math.atan(0.2), 0.38)
-STUDY = """
-title = "small"
-[[blocks]]
-alpha_rad = 0.2
-R_m = 0.38
-[[blocks]]
-catalogue = "server-rack-42u"
-[[models]]
-law = "discrete"
-[[models]]
-law = "giannini-masiani"
-[[models]]
-law = "makris-konstantinidis"
-[[models]]
-law = "vassiliou"
-[[models]]
-law = "discrete"
-rest = "rigid"
-[[models]]
-law = "energy-consistent"
-[[models]]
-law = "housner"
-geometry = "bilinear"
-[motions]
-generator = "clough-penzien"
-number = 12
-seed = 1
-duration_s = 10
-dt_s = 0.01
-[ida]
-im = "pga"
-levels = { from = 0.1, to = 3.0, number = 8, spacing = "log", unit = "g" }
-"""
 DELTA = """
 [sensitivity]
 parameter = "delta"
@@ -72,12 +39,6 @@ replicates = 100
 """
 
 
-def study_of(folder, *parts):
-    path = folder / "study.toml"
-    path.write_text("".join(parts), encoding="utf-8")
-    return tp.Study.from_toml(path)
-
-
 @pytest.fixture(scope="module")
 def over_delta(tmp_path_factory):
     return study_of(tmp_path_factory.mktemp("delta"), STUDY, DELTA).run()
@@ -86,14 +47,6 @@ def over_delta(tmp_path_factory):
 @pytest.fixture(scope="module")
 def over_e(tmp_path_factory):
     return study_of(tmp_path_factory.mktemp("e"), STUDY, E).run()
-
-
-def of_law(results, law, rest=None):
-    """The part of one law."""
-    at = results["law"].values == law
-    if rest is not None:
-        at &= results["rest"].values == rest
-    return results.isel(model=int(np.flatnonzero(at)[0]))
 
 
 @pytest.fixture(scope="module")
