@@ -119,7 +119,13 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
 
 
 def multiple(samples: Array, other: Array) -> float:
-    """Return the factor by which samples are those of another motion within rounding, NaN where they are not."""
+    """Return the factor by which samples are those of another motion within rounding, NaN where they are not.
+
+    Their peaks are laid on each other, so that another lead-in or zeros at the end change nothing.
+    """
+    first, second = (int(np.abs(values).argmax()) for values in (samples, other))
+    before, after = min(first, second), min(samples.size - first, other.size - second)
+    samples, other = samples[first - before : first + after], other[second - before : second + after]
     product, square = float(samples @ other), float(other @ other)
     return product / square if product**2 > SAME * square * float(samples @ samples) else math.nan
 
@@ -181,7 +187,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
 
 def _copies(records: Iterable[Record]) -> list[str]:
     """Return the records that are multiples of others; of floor histories, which levels scale, times 1 or -1."""
-    known: dict[tuple[float, int], list[tuple[float, Record, Array]]] = {}
+    known: dict[float, list[tuple[float, Record, Array]]] = {}
     found = []
     for record in records:
         if not record.recorded or record.reverse_of:
@@ -190,7 +196,7 @@ def _copies(records: Iterable[Record]) -> list[str]:
             samples = part.acceleration
             if not samples.any():
                 continue
-            group = known.setdefault((record.dt, samples.size), [])
+            group = known.setdefault(record.dt, [])
             # (multiples share the ratio of two norms: few of equal ratio are multiplied with each other)
             shape = float(np.abs(samples).sum() / math.sqrt(samples @ samples))
             low, high = (bisect_left(group, shape * (1.0 + end * ALIKE), key=itemgetter(0)) for end in (-1.0, 1.0))

@@ -33,7 +33,7 @@ SLIPS = (
 
 
 class _Bounds(NamedTuple):
-    """Levels in SI: the weakest that damages, the highest of any site in 475 years, and the highest that can be meant.
+    """Levels in SI: the weakest that damages, the highest peak of any ground in 475 years, the highest that can be meant.
 
     weakest: a curve that ends below it says nothing of damage.
     """
@@ -45,8 +45,8 @@ class _Bounds(NamedTuple):
 
 
 _BOUNDS = {
-    ACCELERATION: _Bounds(*(level * STANDARD_GRAVITY for level in (0.1, 5.0, 50.0, 0.01))),
-    VELOCITY: _Bounds(0.1, 10.0, 100.0, 0.01),
+    ACCELERATION: _Bounds(*(level * STANDARD_GRAVITY for level in (0.1, 2.0, 50.0, 0.01))),
+    VELOCITY: _Bounds(0.1, 4.0, 100.0, 0.01),
 }
 
 
@@ -64,11 +64,12 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
         found.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
     damaging = bounds.damaging if hazard.of_formula else max(bounds.damaging, hazard.levels[0])
     often = float(hazard.rate_at(damaging, above=NONE))
+    peak = base in ("pga", "pgv") and hazard.at == "ground" and not hazard.of_formula
+    amplified = 1.0 if peak else AMPLIFIED
     if hazard.of_formula:
         most = MOST_OFTEN_OF_LAW
     else:  # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
-        peak = base in ("pga", "pgv") and hazard.at == "ground"
-        most = MOST_OFTEN * (1.0 if peak else AMPLIFIED) * max(bounds.damaging / damaging, 0.2)
+        most = MOST_OFTEN * amplified * max(bounds.damaging / damaging, 0.2)
     if often > most:
         found.append(
             Doubt(
@@ -78,11 +79,12 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
                 often > IMPOSSIBLY_OFTEN,
             )
         )
-    if hazard.rate_at(bounds.highest, above=NONE) > 1.0 / RETURN_PERIOD:
+    highest = amplified * bounds.highest
+    if hazard.rate_at(highest, above=NONE) > 1.0 / RETURN_PERIOD:
         found.append(
             Doubt(
                 KIND,
-                f"{name}: {written_level(hazard.measure, bounds.highest)} is exceeded more than once in "
+                f"{name}: {written_level(hazard.measure, highest)} is exceeded more than once in "
                 f"{RETURN_PERIOD:g} years, which no site is known for: per cent or another unit of the levels?",
                 bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIOD),
             )

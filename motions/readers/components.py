@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
+from ...core.doubts import Doubt, warn
 from ..arrays import from_array
 from .lines import RecordError, plain
 from .units import PEAK_TOLERANCE, unit_factor
@@ -72,23 +73,25 @@ _STATED = re.compile(
 _NOT_THEIRS = re.compile(
     r"original|scaled|raw|uncorrected|before|target|event|hazard|sensor|range|full|limit|bedrock", re.IGNORECASE
 )
-UNIT_APART = 5.0
-"""Ratio of the samples' peak to the peak that words state, from which it is another unit, not another component."""
+UNIT_APART, SCALED = 5.0, 1.5
+"""Ratios of the samples' peak to the peak that words state, from which it is another unit, and is doubted."""
 
 
 def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerations: Sequence[Array]) -> None:
-    """Raise RecordError where a numbered line of words states a peak of another unit than that of all components."""
+    """Raise RecordError where a numbered line of words states a peak of another unit; warn of another scale."""
     peaks = [float(np.abs(samples).max()) for samples in accelerations]
     for line, text in header:
         for match in _STATED.finditer(text):
             factor = unit_factor(match["unit"] or (match["after"] or "").rstrip(".:"))
             peak = abs(float(match["number"])) * (factor or 0.0)
-            if (
-                peak
-                and not _NOT_THEIRS.search(text)
-                and all(not 1 / UNIT_APART < own / peak < UNIT_APART for own in peaks)
-            ):
+            if not peak or _NOT_THEIRS.search(text):
+                continue
+            apart = min(max(own / peak, peak / own) if own else math.inf for own in peaks)
+            if apart >= UNIT_APART:
                 refuse_other_peak(file, accelerations[0], match["number"], factor or 0.0, f"line {line}")
+            elif apart > SCALED:
+                what = f"{file}: line {line} says {match[0].strip()!r}, its samples reach {peaks[0]:.4g} m/s²"
+                warn([Doubt("table", f"{what}: scaled, or the peak of another component?")])
 
 
 def refuse_gaps(file: Path, values: Array) -> None:

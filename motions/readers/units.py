@@ -81,7 +81,8 @@ _ONCE = re.compile(r"\b(?:original(?:ly)?|before|raw units?|converted from)\b[^,
 _THEN = re.compile(r"[\s.)\]]*[(\[]?\s*(?:original|before|prior)", re.IGNORECASE)
 _FACTOR = re.compile(
     r"(?<!full.)\b(?:(?:scal(?:e|ing)|amplification|calibration|conversion|gain)(?:[ _-]?factor)?|factor|"
-    r"multipl(?:y|ier))\s*(?:by|of|is|[:=])?\s*(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|[a-z]))",
+    r"multipl(?:y|ier)|(?:to|must|should) be (?:multipli|scal)ed)\s*(?:by|of|is|[:=])?\s*"
+    r"(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|(?!(?:is |was )?not\b)[a-z]))",
     re.IGNORECASE,
 )
 RELATIVE = re.compile(

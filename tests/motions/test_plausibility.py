@@ -81,7 +81,9 @@ class TestRecords:
             (np.round(0.3 * NOISE["a"], 4), NOISE["d"], "second: those of first times 0.3"),
             (NOISE["c"], 1.5 * NOISE["b"], "second, other component: those of first times 1.5"),
             (NOISE["b"], NOISE["a"], "second: those of first"),  # (h1 and h2 exchanged)
-            (np.append(NOISE["a"], 0.0)[1:], NOISE["d"], ""),  # (later: another window of it is not looked for)
+            (np.pad(NOISE["a"], (500, 200)), np.pad(NOISE["d"], (500, 200)), "second: those of first"),
+            (np.append(NOISE["a"], 0.0)[1:], NOISE["d"], "second: those of first"),
+            (NOISE["a"][900:], NOISE["d"][900:], ""),  # (a part of it is not looked for)
         ],
     )
     def test_multiples(self, h1, h2, said):

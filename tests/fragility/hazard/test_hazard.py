@@ -574,9 +574,10 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         ),
         ([0.05, 0.1, 0.2], [0.9, 0.45, 0.1], "RotD50(pgv)", "m/s", "is exceeded 0.45 times per year", False),
         # levels in per cent of g, in cm/s2, in cm/s
-        ([5.0, 20.0, 80.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once in 475 years", False),
-        ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "5 g is exceeded more than once", True),
-        ([5.0, 20.0, 80.0], [2e-2, 3e-3, 2e-5], "pgv", "m/s", "1000 cm/s is exceeded more than once", False),
+        ([5.0, 20.0, 80.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "2 g is exceeded more than once in 475 years", False),
+        ([0.5, 2.5, 10.0], [2e-2, 2.2e-3, 2e-5], "pga", "g", "2 g is exceeded more than once in 475 years", False),
+        ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "2 g is exceeded more than once", True),
+        ([5.0, 20.0, 80.0], [2e-2, 3e-3, 2e-5], "pgv", "m/s", "400 cm/s is exceeded more than once", False),
         ([0.05, 0.8], [2e-2, 2e-5], "pga", "cm/s2", "ends at 0.0008158 g", False),
     ],
 )

@@ -440,6 +440,8 @@ def test_tables_that_are_no_motion_or_contradict_themselves(tmp_path, text, mess
         ("# amplification factor: 3", "amplification factor: 3"),
         ("# please multiply by 2", "multiply by 2"),
         ("# calibration factor = .25", "calibration factor = .25"),
+        ("# SCALE FACTOR 2.5 NOT APPLIED", "SCALE FACTOR 2.5"),
+        ("# to be multiplied by 1.5", "to be multiplied by 1.5"),
         ("# scale factor: 1.0", None),
         ("# full scale 4 g, length scale 1:2", None),
         ("# scaled by a factor of 1.4", None),
@@ -457,6 +459,15 @@ def test_factors_that_are_not_applied_are_doubted(tmp_path, line, said, kind):
     assert [f"line 1 says {said!r}, which is not applied" in str(one.message) for one in told] == [True] * (
         said is not None
     )
+
+
+@pytest.mark.parametrize(("stated", "doubted"), [(0.06, True), (0.12, True), (0.18, False), (0.6, True), (0.0, False)])
+def test_a_peak_of_another_scale_is_doubted(tmp_path, stated, doubted):
+    """Samples that reach 0.2 g; a fifth of it would be another unit, and is refused."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        read(tmp_path, at2(f"PEER\nPGA = {stated} g\nACCELERATION IN G\n{NPTS}"))
+    assert [f"line 2 says 'PGA = {stated} g', its samples reach" in str(one.message) for one in told] == [True] * doubted
 
 
 def test_times_in_milliseconds(tmp_path):
