@@ -33,7 +33,7 @@ SLIPS = (
 
 
 class _Bounds(NamedTuple):
-    """Levels in SI: the weakest that damages, the highest peak of any ground in 475 years, the highest that can be meant.
+    """Levels in SI: the weakest that damages, the highest of any ground in 475 years, and the highest that can be meant.
 
     weakest: a curve that ends below it says nothing of damage.
     """
@@ -66,10 +66,9 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     often = float(hazard.rate_at(damaging, above=NONE))
     peak = base in ("pga", "pgv") and hazard.at == "ground" and not hazard.of_formula
     amplified = 1.0 if peak else AMPLIFIED
-    if hazard.of_formula:
-        most = MOST_OFTEN_OF_LAW
-    else:  # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
-        most = MOST_OFTEN * amplified * max(bounds.damaging / damaging, 0.2)
+    # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
+    most = MOST_OFTEN * amplified * max(bounds.damaging / damaging, 0.2)
+    most = MOST_OFTEN_OF_LAW if hazard.of_formula else most
     if often > most:
         found.append(
             Doubt(
