@@ -33,7 +33,7 @@ SLIPS = (
 
 
 class _Bounds(NamedTuple):
-    """Levels in SI: the weakest that damages, the highest of any ground in 475 years, and the highest that can be meant.
+    """Levels in SI: the weakest that damages, the highest of any ground in 475 years, the highest that can be meant.
 
     weakest: a curve that ends below it says nothing of damage.
     """
