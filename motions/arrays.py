@@ -139,7 +139,7 @@ def from_array(
     """
     step = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
     if isinstance(acceleration, xr.DataArray):
-        checks.acceleration_units("acceleration", acceleration.attrs.get("units"))
+        checks.acceleration_units("acceleration", acceleration.attrs.get("units", acceleration.attrs.get("unit")))
         if "time" in acceleration.dims:
             acceleration = acceleration.transpose(..., "time")
         if "time" in acceleration.indexes and acceleration.sizes["time"] > 1:

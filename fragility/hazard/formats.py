@@ -65,6 +65,8 @@ _WRITTEN = {
     "probability": "probabilities with their time, as 'probability in 50 yr' or 'probability in 50 yr (%)'",
     "rate": "rates in 1/yr, as 'rate (1/yr)'",
 }
+_FRACTILES = re.compile(r"(?<![\d.])(?P<percent>\d{1,2})(?:st|nd|rd|th) (?:percentile|fractile)", re.IGNORECASE)
+_SPREAD = re.compile(r"standard deviations?|(?<![a-z])std(?![a-z])", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """What comments on probabilities say where the numbers are rates all the same."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
@@ -122,6 +124,12 @@ def read_plain(
         if kinds[0][0].kind == "rate" and _KINDS[kind].search(comment.lower()) and not _RATES.search(comment):
             raise HazardError(f"{lines.file}: line {lines.number} names rates, a comment {plural}: correct one of them")
     _refuse_other_comments(lines, comment, label, units if unit is None else unit)
+    _refuse_other_time(lines, comment, kinds[0][0])
+    fractile = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
+    if _SPREAD.search(comment):
+        raise HazardError(f"{lines.file}: a comment names a standard deviation: give the mean, or correct it")
+    if (match := _FRACTILES.search(comment)) is not None and int(match["percent"]) > 0:
+        fractile = int(match["percent"]) / 100.0
     table: list[list[float]] = []
     unsure: list[tuple[int, str, str]] = []
     periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]
@@ -159,7 +167,22 @@ def read_plain(
         for column, (quantity, _) in zip(values[1:], kinds, strict=True)
     )
     text = f"table ({LOW_PERCENT})" if low else "table"
-    return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text)
+    return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text, fractile)
+
+
+def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity) -> None:
+    """Raise HazardError where comments speak of probabilities in another time than the heading, or of rates."""
+    time = stated(lines, comment, "investigation_time")
+    words = comment.lower()
+    if time is None and _ANNUAL.search(words) and _KINDS["probability"].search(words) and not _RATES.search(words):
+        time = "1"
+    if time is None:
+        return
+    years = lines.value(time, "investigation_time", above=0.0, at=max(lines.number - 1, 1))
+    if quantity.kind != "probability" or quantity.years != years:
+        held = f"probabilities in {quantity.years:g} yr" if quantity.kind == "probability" else f"{quantity.kind}s"
+        other = f"a comment probabilities in {years:g} yr"
+        raise HazardError(f"{lines.file}: line {lines.number} names {held}, {other}: correct one of them")
 
 
 def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None) -> None:
@@ -297,18 +320,23 @@ def read_openquake(
     if units is not None:
         raise HazardError(f"{lines.file}: OpenQuake's units are known, so units must not be given, got {units!r:.40}")
     name = _curve_kind(lines, comment)
-    quantile = re.fullmatch(r"quantile-(0?\.\d{1,9})", name)
-    if not (quantile or re.fullmatch(r"|mean|rlz-\d{1,9}", name)):
-        what = "standard deviations of a hazard curve" if name.startswith("std") else "no mean, quantile or realisation"
-        raise HazardError(f"{lines.file}: holds {what} (kind {name[:40]!r}): give the mean")
+    fractile = _fractile(lines, name)
     heading = lines.number
     columns = [at for at, one in enumerate(names) if one.startswith("poe-")]
     levels = [lines.value(names[at][4:], "a level", at=heading) for at in columns]
     row = _selected_site(lines, _sites(lines, names, columns), site)
     rates = [rate_of_word(lines, word, "poe", Quantity("probability", period), row.line) for word in row.words]
-    fractile = float(quantile[1]) if quantile and float(quantile[1]) > 0.0 else None
     text = f"OpenQuake{f' {name}' if name else ''}{unnamed}, {_site_text(row)}"
     return curve_of(lines.file, label, unit_of_program(label), levels, [rates], None, text, fractile)
+
+
+def _fractile(lines: Lines, name: str) -> float | None:
+    """Return the fractile of OpenQuake's kind of a curve, None for a mean or a realisation; HazardError for others."""
+    quantile = re.fullmatch(r"quantile-(0?\.\d{1,9})", name)
+    if not (quantile or re.fullmatch(r"|mean|rlz-\d{1,9}", name)):
+        what = "standard deviations of a hazard curve" if name.startswith("std") else "no mean, quantile or realisation"
+        raise HazardError(f"{lines.file}: holds {what} (kind {name[:40]!r}): give the mean")
+    return float(quantile[1]) if quantile and float(quantile[1]) > 0.0 else None
 
 
 def stated(lines: Lines, comment: str, key: str) -> str | None:

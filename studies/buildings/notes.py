@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -126,13 +127,18 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injuries",))
     >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), False)[0]
     "the consequence 'injuries' is not among the safety consequences: did you mean 'injury'?"
+    >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injury and release",))
+    >>> inventory_notes(Inventory((shelf,)), ("injury", "release"), False)[0]
+    "the consequence 'injury and release' is not among the safety consequences: did you mean 'injury; release'?"
     """
     found = []
     words = [word for word in inventory.consequences if word not in safety]
     for word in words:
-        near = difflib.get_close_matches(word, safety, n=1, cutoff=NEAR)
+        parts = set(re.split(r"[^\w-]+", word.lower()))
+        near = [known for known in safety if known in parts] or difflib.get_close_matches(word, safety, 1, NEAR)
         if near:
-            found.append(f"the consequence {word!r} is not among the safety consequences: did you mean {near[0]!r}?")
+            meant = f"did you mean {'; '.join(near)!r}?"
+            found.append(f"the consequence {word!r} is not among the safety consequences: {meant}")
     if words and len(words) == len(inventory.consequences):
         found.append(
             f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "

@@ -40,7 +40,7 @@ class Eurocode8(Code):
 
     @property
     def site(self) -> str:
-        return f"a_g = {self.ag:g} g, S = {self.soil:g}"
+        return f"a_g = {self.ag:g} g, S = {self.soil:g}, T_a = {self.period:g} s"
 
     @property
     def held_down(self) -> float:

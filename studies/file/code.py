@@ -39,7 +39,7 @@ class CodeTable(Table):
     standard: Annotated[
         str, one_of(STANDARDS), Field(description="The code: ASCE/SEI 7-22, chapter 13, or EN 1998-1, 4.3.5.")
     ]
-    sds_g: Annotated[float | None, Field(gt=0.0, le=10.0, description="S_DS, in g.")] = None
+    sds_g: Annotated[float | None, Field(gt=0.0, le=4.0, description="S_DS, in g.")] = None
     design_category: Annotated[str | None, one_of(CATEGORIES), Field(description="Seismic design category.")] = None
     factors: Annotated[
         dict[str, FactorsTable] | None,
@@ -50,11 +50,11 @@ class CodeTable(Table):
         ),
     ] = None
     r_mu: Annotated[float | None, KeyInfo(1.3), Field(ge=1.3, le=10.0, description="R_μ of the building.")] = None
-    ag_g: Annotated[float | None, Field(gt=0.0, le=10.0, description="a_g = γ_I a_gR, in g.")] = None
+    ag_g: Annotated[float | None, Field(gt=0.0, le=1.5, description="a_g = γ_I a_gR, in g.")] = None
     soil_factor: Annotated[float | None, Field(ge=0.5, le=5.0, description="Soil factor S.")] = None
     component_period_s: Annotated[
         float | None,
-        Field(ge=0.0, le=100.0, description="Period T_a of the anchored pieces, s; 0: rigid and rigidly held."),
+        Field(ge=0.0, le=5.0, description="Period T_a of the anchored pieces, s; 0: rigid and rigidly held."),
     ] = None
     q_a: Annotated[
         float | None,

@@ -201,6 +201,8 @@ def test_labelled_arrays_say_their_units_axes_and_steps():
     np.testing.assert_array_equal(mo.from_array(values, 0.02).values, values.values.T)
     with pytest.raises(ValueError, match="acceleration must be in m s-2, got units 'g'"):
         mo.from_array(values.assign_attrs(units="g"), 0.02)
+    with pytest.raises(ValueError, match="acceleration must be in m s-2, got units 'g'"):
+        mo.from_array(values.assign_attrs(unit="g"), 0.02)
     with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
         mo.from_array(values, 0.01)
 

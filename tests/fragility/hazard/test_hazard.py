@@ -673,6 +673,22 @@ def test_a_curve_describes_its_realisations():
         ),
         ("# PoE in 50 yr\nPGA (g),rate (1/yr)\n0.1,0.3\n0.4,0.02\n", "line 2 names rates"),
         ("# rates, from probabilities in 50 years\nPGA (g),rate\n0.1,0.03\n0.4,0.002\n", ""),
+        *(
+            (f"#,,\"generated_by='OpenQuake', {said}, imt='PGA'\"\npga (g),{heading}\n0.1,0.03\n0.4,0.002\n", message)
+            for said, heading, message in (
+                ("investigation_time=1.0", "probability in 50 yr", "in 50 yr, a comment probabilities in 1 yr"),
+                ("investigation_time=50.0", "annual probability", "in 1 yr, a comment probabilities in 50 yr"),
+                ("investigation_time=50.0", "rate (1/yr)", "names rates, a comment probabilities in 50 yr"),
+                ("investigation_time=50.0", "probability in 50 yr", ""),
+                ("kind='std'", "rate (1/yr)", "holds standard deviations of a hazard curve"),
+            )
+        ),
+        (
+            "# annual probabilities\npga (g),probability in 50 yr\n0.1,0.03\n0.4,0.002\n",
+            "a comment probabilities in 1 yr",
+        ),
+        ("# annual probabilities, converted\npga (g),probability in 50 yr\n0.1,0.03\n0.4,0.002\n", ""),
+        ("# standard deviation of rates\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names a standard deviation"),
     ],
 )
 def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
@@ -682,6 +698,14 @@ def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
         return
     with pytest.raises(HazardError, match=re.escape(refused)):
         read_hazard(path)
+
+
+@pytest.mark.parametrize(
+    ("comment", "fractile"),
+    [("kind='quantile-0.84'", 0.84), ("kind='mean'", None), ("84th percentile curve", 0.84), ("16th fractile", 0.16)],
+)
+def test_the_fractile_of_a_comment(tmp_path, comment, fractile):
+    assert read_hazard(saved(tmp_path, f"# {comment}\npga (g),rate (1/yr)\n0.1,0.03\n0.4,0.002\n")).fractile == fractile
 
 
 @pytest.mark.parametrize(

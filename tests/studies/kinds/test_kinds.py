@@ -275,7 +275,7 @@ class TestPerformance:
         np.testing.assert_allclose(found["code_ratio"].values, [0.3 / 2.0 * 9.80665, np.nan])
         assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
         out = capsys.readouterr().out
-        assert "Code requirements (EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2; forces on one piece" in out
+        assert "Code requirements (EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2, T_a = 0 s; forces on one piece" in out
         (sentence,) = (one for one in next_steps(found, []) if one.startswith("Strengthen"))
         assert "“shelf”" in sentence
         (sentence,) = (one for one in next_steps(found, []) if one.startswith("With a budget of 100 EUR"))
@@ -339,6 +339,16 @@ class TestPerformance:
             (
                 (PERFORMANCE + 'code = { standard = "ec8", ag_g = 0.2 }\n',),
                 "performance.code: standard 'ec8' needs component_period_s and soil_factor",
+            ),
+            *(
+                (
+                    (
+                        f'{PERFORMANCE}code = {{ standard = "ec8", ag_g = {ag}, soil_factor = 1, '
+                        f"component_period_s = {period} }}\n",
+                    ),
+                    f"performance.code.{key}: must be",
+                )
+                for ag, period, key in ((0.2, 20, "component_period_s"), (1.96, 0, "ag_g"))
             ),
             (
                 (PERFORMANCE + 'code = { standard = "asce7-22", sds_g = 1, design_category = "D", ag_g = 0.2 }\n',),
