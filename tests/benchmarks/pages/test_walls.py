@@ -1,4 +1,4 @@
-"""docs/walls.md: its independent integration, its intervals, and numbers that are computed again."""
+"""docs/walls.md: its intervals, and numbers that are computed again."""
 
 import math
 import re
@@ -9,9 +9,7 @@ import pytest
 from page_tables import table_below
 
 import toppling as tp
-from toppling.benchmarks.kernels import drifting_wall
 from toppling.benchmarks.pages import shares, walls
-from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.polarity import both_polarities
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
@@ -22,65 +20,6 @@ TEXT = (DOCS / "walls.md").read_text(encoding="utf-8")
 def rows(heading):
     """The first table below a text of the page, as lists of cells."""
     return table_below(TEXT, heading)
-
-
-class TestDriftingWall:
-    block = tp.Block(0.30, 1.80)
-    rebound = 1.5 * math.cos(block.alpha) ** 2 - 1.0
-
-    def fall(self, record, dt, parts, gap, u, du, scale=1.0, rebound=None):
-        one = self.block
-        return drifting_wall.fall(
-            record, dt, 1.0, parts, one.alpha, one.p**2, STANDARD_GRAVITY, one.restitution,
-            rebound or self.rebound, gap, 1.8, u, du, scale,
-        )  # fmt: skip
-
-    @pytest.mark.slow
-    @pytest.mark.parametrize("sign", [1.0, -1.0])
-    @pytest.mark.parametrize("gap", [0.0, 0.005, 0.05])
-    def test_without_drift_it_is_the_engine(self, gap, sign):
-        """One cycle of a sine: the same sides, and peaks that converge to the engine's with shorter steps."""
-        time = np.arange(0.0, 8.0, 0.005)
-        pulse = sign * np.where(time <= 1.0, np.sin(2.0 * np.pi * time), 0.0)
-        still = np.zeros(time.size)
-        piece = tp.Block(0.30, 1.80, wall=tp.Wall(gap))
-        amplitudes = np.array([1.9, 2.2, 2.6, 3.6])
-        found = tp.ida(
-            piece, tp.HousnerImpact(), tp.motions.from_array(pulse[None], 0.005), amplitudes / np.abs(pulse).max(),
-            im="scale", outputs=("direction", "peak_front"), screen=False,
-        )  # fmt: skip
-        sides, peaks = found["direction"].values.ravel(), found["peak_front"].values.ravel()
-        errors = []
-        for parts in (2, 64):
-            ours = [self.fall(one * pulse, 0.005, parts, gap, still, still) for one in amplitudes]
-            assert [one[0] for one in ours] == sides.tolist()
-            stands = sides == 0
-            difference = np.abs(np.array([one[1] for one in ours]) - peaks)[stands]
-            errors.append(difference.max() / self.block.alpha)
-        assert errors[0] < 1e-4
-        assert errors[1] < 1e-7
-
-    def test_a_wall_that_leans_takes_the_block_with_it(self):
-        """Without shaking and rebound a touching block follows the wall: asin(u/H), here slowly out and back."""
-        time = np.arange(0.0, 4.0, 0.01)
-        u, du = 0.009 * (1.0 - np.cos(0.5 * np.pi * time)), 0.009 * 0.5 * np.pi * np.sin(0.5 * np.pi * time)
-        side, peak = self.fall(np.zeros(time.size), 0.01, 4, 0.0, u, du, rebound=1e-12)
-        assert side == 0
-        assert peak == pytest.approx(math.asin(0.018 / 1.8), rel=1e-3)
-        # behind a wider gap it never meets the wall
-        assert self.fall(np.zeros(time.size), 0.01, 4, 0.02, u, du) == (0, 0.0)
-
-    def test_the_drift_is_the_response_of_an_oscillator(self):
-        """Against a free decay after a step, and the static displacement under it."""
-        dt, period, damping = 0.005, 0.5, 0.05
-        omega = 2.0 * math.pi / period
-        u, du = drifting_wall.drift(np.full(4000, 1.0), dt, period, damping)
-        time = np.arange(4000) * dt
-        root = omega * math.sqrt(1.0 - damping**2)
-        decay = np.exp(-damping * omega * time)
-        exact = -(1.0 - decay * (np.cos(root * time) + damping * omega / root * np.sin(root * time))) / omega**2
-        np.testing.assert_allclose(u, exact, atol=1e-12)
-        assert abs(du[-1]) < 1e-4
 
 
 class TestIntervals:
