@@ -1,4 +1,4 @@
-"""The page docs/directions.md and its figures: the second direction, the vertical component and friction.
+"""The page docs/directions.md and its figure: the second direction, the vertical component and friction.
 
 Finished runs are kept in results/directions, so that it can be interrupted.
 """
@@ -18,10 +18,9 @@ from .directions_runs import (
     BENCH,
     EDGE,
     FLOORS,
-    HAZARD,
     ITEMS,
     LEVELS,
-    NUDGES,
+    NUDGE,
     NUMBER,
     P58,
     ROCKING,
@@ -33,7 +32,7 @@ from .directions_runs import (
     coefficients,
     compute,
 )
-from .figures import DPI, bare, curve, log_ticks, looks, new, shares_axis, whiskers
+from .figures import DPI, looks, new, whiskers
 from .page import folder, save, template, write
 from .shares import REPLICATES, change, draws, flips, holm, interval, medians, share, sign_test
 from .tables import Interval, body, span
@@ -46,14 +45,12 @@ FIRST = 60
 
 
 def main() -> None:
-    """Write the page, its figures and the numbers of falls."""
+    """Write the page, its figure and the numbers of falls."""
     runs = compute()
-    yearly = {item.name: rates_of(item, runs) for item in ROCKING}
     with looks("xtick.labelsize", "ytick.labelsize"):
-        drawn = {"changes": changes_figure(runs), "file": file_figure(runs), "rates": rates_figure(yearly)}
-        save("directions", drawn, DPI)
+        save("directions", {"changes": changes_figure(runs)}, DPI)
     (folder("directions") / "falls.csv").write_text(falls_csv(runs), encoding="utf-8")
-    write("directions", page(runs, yearly))
+    write("directions", page(runs))
 
 
 def falls_csv(runs: Runs) -> str:
@@ -100,17 +97,16 @@ CHANGES = {
     "own": "both directions, own plan",
     "two thirds": "vertical component, V/H 2/3",
     "full": "vertical component, V/H 1",
-    "nudged": f"the component times {NUDGES[1]:g}",
-    "nudged down": f"the component times {NUDGES[0]:g}",
+    "nudged": f"the component times {NUDGE:g}",
     "other": "the other component in place of the first",
 }
-"""Changes compared with one component, in words; the last three are controls."""
+"""Changes compared with one component, in words; the last two are controls."""
 ACROSS = {"square": "other", "own": "deep"}
 """The case of the other axis that a change with both directions adds."""
 VERTICAL = ("two thirds", "full")
-MOST_AIRBORNE, MOST_POOLED, MOST_LEFT_OUT = 0.02, 0.2, 0.5
-"""Share of the motions that leave the piece in the air up to which ratios of medians are given, up to which a piece is
-in means over pieces, and up to which a change is given at all."""
+MOST_POOLED, MOST_LEFT_OUT = 0.2, 0.5
+"""Share of the motions that leave the piece in the air up to which a piece is in means over pieces, and up to which a
+change is given at all."""
 
 
 def level_of(part: float, falls: Falls) -> int:
@@ -143,13 +139,6 @@ def medians_over(falls: Falls, name: str) -> np.ndarray:
     """Return replicates (replicate,) of the median under one component over the median with a change."""
     one, two = (medians(draws(flags), np.array(LEVELS)) for flags in (falls["one"], changed(falls, name)))
     return np.asarray(one / two)
-
-
-def ratio_of_medians(falls: Falls, name: str) -> str:
-    """Return that ratio with its interval; a dash where the vertical component leaves too many pieces in the air."""
-    if airborne_share(falls, name) > MOST_AIRBORNE:
-        return "–"
-    return f"{interval(medians_over(falls, name)):.3f}"
 
 
 class Pooled(NamedTuple):
@@ -213,38 +202,6 @@ def over_edge(item: Item, contact: str, slips: Mapping[str, np.ndarray], level: 
     return np.asarray(0.5 * (forward + backward))
 
 
-def rates(chances: np.ndarray) -> np.ndarray:
-    """Return annual rates (...) from probabilities (..., level): the mean of two levels counts for those between."""
-    exceeded = np.asarray(HAZARD.rate_at(np.array(LEVELS)))
-    ends = np.concatenate([0.5 * (chances[..., :-1] + chances[..., 1:]), chances[..., -1:]], axis=-1)
-    # (weights of a bootstrap draw sum up to 1 but for rounding)
-    return np.asarray(np.minimum(ends, 1.0) @ (exceeded - np.append(exceeded[1:], 0.0)))
-
-
-def rates_of(item: Item, runs: Runs) -> Falls:
-    """Return replicates (replicate,) of the annual rates of a piece; in the air it does as without vertical shaking.
-
-    One component; both directions of a square and of the own plan; with vertical shaking; own plan and vertical
-    shaking, also where all that are in the air fall; all of it on vinyl; slips beyond 10 cm on vinyl.
-    """
-    falls, slips = runs.falls[item.name], runs.slips[VINYL]
-    one, gone = falls["one"], falls["airborne two thirds"]
-    own = changed(falls, "own")
-    every = np.where(gone, own, falls["two thirds"] | falls["deep two thirds"])
-    upward = slips["both, lifted"]
-    flags = {
-        "one": one,
-        "square": changed(falls, "square"),
-        "own": own,
-        "vertical": np.where(gone, one, falls["two thirds"]),
-        "all": every,
-        "at most": every | gone,
-        "friction": (1.0 - slides(item, VINYL)) * every,
-        "slip": slipped(item, VINYL, np.where(np.isfinite(upward), upward, slips["both"]), SLIPS[1]),
-    }
-    return {name: rates(draws(values)) for name, values in flags.items()}
-
-
 # Tables --------------------------------------------------------------------------------------------------------------
 
 
@@ -275,7 +232,7 @@ def direction_rows(runs: Runs) -> Rows:
         square, own = (case(falls, name, level) for name in ACROSS)
         plan = f"{(item.block.depth or 0.0) / item.block.width:.2f}"
         one = f"{100 * square.before.mean():.0f}"
-        ratios = [ratio_of_medians(falls, name) for name in ACROSS]
+        ratios = [f"{interval(medians_over(falls, name)):.3f}" for name in ACROSS]
         yield item.name, pgv, one, square, ratios[0], plan, own, ratios[1]
 
 
@@ -290,14 +247,6 @@ def vertical_rows(runs: Runs) -> Rows:
         yield item.name, pgv, *cells, nudged, nudged.flipped
 
 
-def median_rows(runs: Runs) -> Rows:
-    """Yield the median with the vertical component over the median without, where few motions are airborne."""
-    for name, falls in runs.falls.items():
-        cells = [ratio_of_medians(falls, change) for change in VERTICAL]
-        if set(cells) != {"–"}:
-            yield name, *cells
-
-
 def friction_rows(runs: Runs) -> Rows:
     """Yield how likely a piece slides in place of rocking, and falls all the same, at the level of half."""
     for item, falls, level, pgv in at_half(runs):
@@ -306,16 +255,6 @@ def friction_rows(runs: Runs) -> Rows:
         chances = [f"{chance:.3f}" for chance in own]
         left = [share((1.0 - chance) * one) for chance in own]
         yield item.name, f"{item.limit:.2f}", *chances, f"{undecided(item, VINYL):.2f}", pgv, share(one), *left
-
-
-SLIDES = [*((VINYL, beyond) for beyond in SLIPS), *((contact, SLIPS[1]) for contact in FLOORS[1:])]
-
-
-def slip_rows(runs: Runs) -> Rows:
-    """Yield how far pieces slide at the level at which one component overturns them in half of the motions."""
-    for item, _, level, pgv in at_half(runs):
-        slips = {contact: runs.slips[contact]["slide_peak"][:, level] for contact in FLOORS}
-        yield item.name, pgv, *(share(slipped(item, contact, slips[contact], beyond)) for contact, beyond in SLIDES)
 
 
 def slide_change_rows(runs: Runs) -> Rows:
@@ -343,17 +282,6 @@ def bench_rows(runs: Runs) -> Rows:
             yield item.name, f"{LEVELS[level]:g}", *cells
 
 
-def rate_rows(yearly: dict[str, Falls]) -> Rows:
-    """Yield annual rates of all pieces, as ratios to that of one component."""
-    for name, own in yearly.items():
-        one = own["one"]
-        ratios = [f"{interval(own[case] / one):.2f}" for case in ("square", "own", "vertical", "all")]
-        most = own["at most"][0] / one[0]
-        air = f"{most:.2f}" if most < 10.0 else f"{most:.0f}"
-        ends = f"{interval(own['friction'] / one):.3f}", f"{interval(1e3 * own['slip']):.2f}"
-        yield name, f"{interval(1e3 * one):.2f}", *ratios, air, *ends
-
-
 def item_rows() -> Rows:
     """Yield the pieces."""
     for item in ITEMS:
@@ -377,7 +305,7 @@ def changes_figure(runs: Runs) -> Figure:
     figure, panels = new(8.6, 1, 2, sharey=True, sharex=True)
     shown = (
         {"square": "square plan", "own": "own plan"},
-        {"two thirds": "V/H 2/3", "full": "V/H 1", "nudged": f"times {NUDGES[1]:g}"},
+        {"two thirds": "V/H 2/3", "full": "V/H 1", "nudged": f"times {NUDGE:g}"},
     )
     for ax, words, first in zip(panels, shown, (0, 2), strict=True):
         ax.axvline(0.0, color="0.3", lw=1.0)
@@ -388,80 +316,34 @@ def changes_figure(runs: Runs) -> Figure:
     return figure
 
 
-def file_figure(runs: Runs) -> Figure:
-    """Draw the two-drawer file: chances of falling over the level, and of slips on vinyl."""
-    figure, panels = new(6.4, 2, 1, sharex=True, sharey=True)
-    file = next(item for item in ITEMS if item.name == TWO_DRAWER)
-    one = runs.falls[TWO_DRAWER]["one"].astype(float)
-    gates = {"cannot slide": 0.0, **{contact: slides(file, contact) for contact in FLOORS}}
-    slips = runs.slips[VINYL]["slide_peak"]
-    falls = {f"falls: {name}": (1.0 - chance) * one for name, chance in gates.items()}
-    far = {f"slips more than {100 * beyond:g} cm": slipped(file, VINYL, slips, beyond) for beyond in SLIPS}
-    for ax, found, first in zip(panels, (falls, far), (0, 3), strict=True):
-        for k, (name, chances) in enumerate(found.items()):
-            curve(ax, LEVELS, [share(row) for row in chances], k + first, marker=k, lw=1.6, label=name)
-        bare(ax)
-        log_ticks(ax, (0.25, 0.5, 1.0, 2.0, 4.0))
-        ax.set_xlim(0.2, 4.0)
-        shares_axis(ax)
-        ax.legend(loc="upper left", frameon=False, handlelength=1.6)
-    figure.supxlabel("peak velocity, RotD50 (m/s)", fontsize=10.5)
-    return figure
-
-
-def rates_figure(yearly: dict[str, Falls]) -> Figure:
-    """Draw annual rates over that of one component, of every piece."""
-    figure, ax = new(8.2)
-    ax.axvline(1.0, color="0.3", lw=1.0)
-    words = {
-        "square": "both directions, square plan",
-        "own": "both directions, own plan",
-        "vertical": "vertical component, V/H 2/3",
-        "friction": "both directions, own plan, V/H 2/3, and friction on vinyl",
-    }
-    found = {text: [interval(own[case] / own["one"]) for own in yearly.values()] for case, text in words.items()}
-    whiskers(ax, [*yearly], found)
-    ax.set_xlabel("annual rate over that of one component (–)")
-    figure.legend(loc="outside upper left", frameon=False, handlelength=1.2)
-    return figure
-
-
 # The page ------------------------------------------------------------------------------------------------------------
 
 
-def page(runs: Runs, yearly: dict[str, Falls]) -> str:
+def page(runs: Runs) -> str:
     """Return the page: its template with every number from the results."""
     tables: dict[str, Callable[[Runs], Rows]] = {
         "summary": summary_rows,
         "direction": direction_rows,
         "vertical": vertical_rows,
-        "median": median_rows,
         "friction": friction_rows,
-        "slip": slip_rows,
         "slide_change": slide_change_rows,
         "bench": bench_rows,
     }
     chances = {item.name: slides(item, VINYL) for item in ROCKING}
     return template("directions").format(
         **{f"{name}_table": body(rows(runs)) for name, rows in tables.items()},
-        rate_table=body(rate_rows(yearly)),
         item_table=body(item_rows()),
         motions=NUMBER,
         rocking=len(ROCKING),
-        nudge=NUDGES[1],
+        nudge=NUDGE,
         levels=len(LEVELS),
         least_level=LEVELS[0],
         top_level=LEVELS[-1],
         replicates=REPLICATES,
-        hazard_level=HAZARD.levels[1],
         means=2 * len(CHANGES),
         slides_slender=chances["bookcase-6-shelf"],
         slides_short=chances["bookcase-2-shelf"],
         slides_file=chances[TWO_DRAWER],
-        rate_square=span([own["square"][0] / own["one"][0] for own in yearly.values()]),
-        rate_vertical=span(
-            [end for own in yearly.values() for end in interval(own["vertical"] / own["one"])[1:]], ".2f", " and "
-        ),
         **direction_answers(runs),
         **vertical_answers(runs),
         **slide_answers(runs),
