@@ -17,7 +17,7 @@ import toppling as tp
 
 from ...motions import Scenario
 from ...motions.selection.target import Target
-from ...studies.plots import axes
+from .figures import DPI, log_ticks, looks, new, whiskers
 from .page import save, some, template, write
 from .tables import Interval, body, span, table
 
@@ -292,29 +292,16 @@ def rates_table(found: dict[str, Rates], base: str) -> str:
 
 def choices_figure(found: dict[str, dict[str, Rates]]) -> Figure:
     """Draw the ratios of the rates by choice to those of selected motions, a panel for each site."""
-    figure = Figure(figsize=(4.8, 8.4))
-    panels = figure.subplots(len(found), 1, sharex=True)
-    styles = dict(zip(CHOICES, (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^")), strict=True))
+    figure, panels = new(8.4, len(found), 1, sharex=True)
+    names = [f"{piece.label} ({piece.h / piece.b:.1f})" for piece in PIECES]
     for ax, (site, rates) in zip(panels, found.items(), strict=True):
-        for k, (name, (colour, marker)) in enumerate(styles.items()):
-            for i in range(len(PIECES)):
-                ratio = rates[name].interval(rates["selected"], i)
-                if not np.isfinite(ratio.value):
-                    continue
-                y = -i + 0.22 * (1 - k)
-                ax.plot([ratio.lower, ratio.upper], [y, y], color=colour, lw=1.2)
-                ax.plot(ratio.value, y, marker, color=colour, ms=5, mew=0, label=name if i == 0 else None)
+        ratios = {name: [rates[name].interval(rates["selected"], i) for i in range(len(PIECES))] for name in CHOICES}
         ax.axvline(1.0, color="0.3", lw=1.0)
-        ax.set_xscale("log")
-        ax.set_xticks([0.25, 0.5, 1, 2, 4, 8], ["¼", "½", "1", "2", "4", "8"])
-        ax.minorticks_off()
-        ax.set_title(site, fontsize=10)
-        names = [f"{piece.label} ({piece.h / piece.b:.1f})" for piece in PIECES]
-        ax.set_yticks([-i for i in range(len(PIECES))], names, fontsize=9)
-        axes.grid(ax)
+        whiskers(ax, names, ratios)
+        log_ticks(ax, (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
+        ax.set_title(site)
     panels[-1].set_xlabel("annual rate over that of selected motions")
-    panels[-1].legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.22), ncols=3)
-    figure.tight_layout()
+    figure.legend(*panels[-1].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
     return figure
 
 
@@ -329,7 +316,8 @@ def main() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         values, by_site = computed()
-        save("consistency", {"choices": choices_figure(by_site)}, 120, bbox_inches="tight")
+    with looks("ytick.labelsize"):
+        save("consistency", {"choices": choices_figure(by_site)}, DPI)
     write("consistency", template("consistency").format(**values))
 
 

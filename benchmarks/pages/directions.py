@@ -188,9 +188,9 @@ def undecided(item: Item, contact: str) -> float:
 
 
 def slipped(item: Item, contact: str, slips: np.ndarray, beyond: float) -> np.ndarray:
-    """Return the probability over friction (…, motion) that a piece slides farther than a distance, m."""
+    """Return the probability over friction (motion,) that a piece slides farther than a distance, m."""
     gated = coefficients(contact) < item.limit
-    return np.asarray(((slips > beyond) & gated.reshape(-1, *[1] * (slips.ndim - 1))).mean(0))
+    return np.asarray(((slips > beyond) & gated[:, None]).mean(0))
 
 
 def over_edge(item: Item, contact: str, slips: Mapping[str, np.ndarray], level: int) -> np.ndarray:
@@ -367,28 +367,28 @@ def direction_answers(runs: Runs) -> dict[str, str]:
 def vertical_answers(runs: Runs) -> dict[str, str]:
     """Return what the text states of the vertical component: means over pieces, and shares of outcomes that change."""
     found: dict[str, str] = {}
-    for change_name in VERTICAL:
-        name = change_name.replace(" ", "_")
-        half, tenth = (pooled(runs, change_name, part) for part in (0.5, 0.1))
-        found |= {
-            f"{name}_half": change(half.mean),
-            f"{name}_tenth": change(tenth.mean),
-            f"{name}_pieces": str(half.number),
-            f"{name}_more": str(half.signs.count(1)),
-            f"{name}_cases": str(len(half.cases)),
-            f"{name}_flips": span([100.0 * (one.difference != 0.0).mean() for one in half.cases.values()], ".0f")
-            + " %",
-            f"{name}_gone": f"{100 * airborne_share(runs.falls[TWO_DRAWER], change_name):.0f} %",
-        }
+    for name in VERTICAL:
+        half, tenth = (pooled(runs, name, part) for part in (0.5, 0.1))
+        means = {"half": change(half.mean), "tenth": change(tenth.mean), "pieces": str(half.number)}
+        found |= {f"{name.replace(' ', '_')}_{key}": text for key, text in means.items()}
     two_thirds = pooled(runs, "two thirds", 0.5)
-    nudged = [case(falls, "nudged", level_of(0.5, falls)) for falls in (runs.falls[name] for name in two_thirds.cases)]
-    moved = zip(nudged, two_thirds.cases.values(), strict=True)
-    found["nudge_share"] = span([np.abs(one.difference).mean() / np.abs(two.difference).mean() for one, two in moved])
+    flipped = {name: np.abs(own.difference).mean() for name, own in two_thirds.cases.items()}
+    nudged = {
+        name: np.abs(case(falls, "nudged", level_of(0.5, falls)).difference).mean()
+        for name, falls in runs.falls.items()
+        if name in flipped
+    }
     more = [name for name, sign in zip(two_thirds.cases, two_thirds.signs, strict=True) if sign > 0]
-    found["two_thirds_who"] = ", ".join(more)
-    left_out = (airborne_share(runs.falls[name], "two thirds") for name in more)
-    found["two_thirds_left_out"] = ", ".join(f"{100 * part:.0f} %" for part in left_out)
-    return found
+    gone = {name: f"{100 * airborne_share(falls, 'two thirds'):.0f} %" for name, falls in runs.falls.items()}
+    return found | {
+        "two_thirds_more": str(two_thirds.signs.count(1)),
+        "two_thirds_cases": str(len(two_thirds.cases)),
+        "two_thirds_flips": span([100.0 * share for share in flipped.values()], ".0f") + " %",
+        "two_thirds_gone": gone[TWO_DRAWER],
+        "nudge_share": span([nudged[name] / flipped[name] for name in flipped]),
+        "two_thirds_who": ", ".join(more),
+        "two_thirds_left_out": ", ".join(gone[name] for name in more),
+    }
 
 
 def slide_answers(runs: Runs) -> dict[str, str]:

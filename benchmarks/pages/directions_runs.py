@@ -6,7 +6,7 @@ import hashlib
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -203,22 +203,22 @@ def compute() -> Runs:
     folder.mkdir(parents=True, exist_ok=True)
     rocking = {item.name: partial(of_item, item) for item in ROCKING}
     sliding = {contact: partial(of_contact, contact) for contact in FLOORS}
-    paths = {what: folder / f"{what.replace(' ', '-')}.npz" for what in rocking | sliding}
-    missing = {what: make for what, make in (rocking | sliding).items() if not paths[what].is_file()}
-    if missing:
-        shakes = shakes_of()
+    making = rocking | sliding
+    paths = {what: folder / f"{what.replace(' ', '-')}.npz" for what in making}
+    shakes = cache(shakes_of)
+    if not all(path.is_file() for path in paths.values()):
+        shakes()  # (once, before several threads ask for it)
 
-        def keep(what: str) -> None:
-            part = paths[what].with_suffix(".part")
+    def kept(what: str) -> dict[str, np.ndarray]:
+        path = paths[what]
+        if not path.is_file():
+            part = path.with_suffix(".part")
             with part.open("wb") as file:
-                np.savez_compressed(file, **missing[what](shakes))  # type: ignore[arg-type]
-            part.replace(paths[what])
+                np.savez_compressed(file, **making[what](shakes()))  # type: ignore[arg-type]
+            part.replace(path)
+        with np.load(path) as stored:
+            return dict(stored)
 
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(keep, missing))
-
-    def read(what: str) -> dict[str, np.ndarray]:
-        with np.load(paths[what]) as stored:
-            return {name: stored[name] for name in stored.files}
-
-    return Runs({what: read(what) for what in rocking}, {what: read(what) for what in sliding})
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        found = dict(zip(making, pool.map(kept, making), strict=True))
+    return Runs({what: found[what] for what in rocking}, {what: found[what] for what in sliding})

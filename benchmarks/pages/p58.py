@@ -26,7 +26,7 @@ from ...fragility import (
 )
 from ...fragility.curves import published
 from ...studies.plots.axes import COLOURS, MARKERS
-from .figures import bare
+from .figures import bare, log_ticks
 from .page import results, save, some, study, template, write
 from .tables import body, span, table
 
@@ -64,7 +64,7 @@ def size_regression(curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndar
     Each (floor,), of the curves of one law.
     """
     terms = np.stack([np.ones(curves.sizes["block"]), np.log(curves["width"]), np.log(curves["height"])], axis=1)
-    logs = np.log(curves["median"]).transpose("block", "floor").values
+    logs = np.log(curves["median"].transpose("block", "floor").values)
     coefficients = np.linalg.pinv(terms) @ logs
     scatter = np.sqrt(((logs - terms @ coefficients) ** 2).mean(axis=0))
     return coefficients[1], coefficients[2], scatter
@@ -118,10 +118,7 @@ def medians_figure(curves: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) 
         ax.plot([], [], marker, ms=5.0, color=colour, label=floor)
     ax.set_yticks(range(len(blocks)), blocks)
     ax.set_ylim(len(blocks) - 0.5, -0.5)
-    ax.set_xscale("log")
-    ticks = [0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0]
-    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    ax.minorticks_off()
+    log_ticks(ax, (0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0))
     ax.set_xlabel("median peak floor velocity (m/s)")
     ax.set_title("Overturning medians, Housner's block in exact geometry, with 95 % intervals", fontsize=11)
     bare(ax, "x")

@@ -134,8 +134,10 @@ def by_workers(folder: Path) -> Workers:
             # (the first warms the workers up)
             every = [timed(plan, folder / f"workers-{n}-{i}", client)[0] for i in range(1 + REPEATS)]
             processes[n] = every[1:]
-    times = ({n: statistics.median(values) for n, values in found.items()} for found in (threads, processes))
-    return Workers(*times, statistics.median(overhead), statistics.median(storing))
+    by_threads, by_processes = (
+        {n: statistics.median(values) for n, values in times.items()} for times in (threads, processes)
+    )
+    return Workers(by_threads, by_processes, statistics.median(overhead), statistics.median(storing))
 
 
 def timed(plan: tp.Study, out: Path, client: Any) -> tuple[float, Watch]:

@@ -193,7 +193,6 @@ def page(gaps: Gaps, rebounds: np.ndarray) -> str:
         even_table=body(even_rows(gaps, rebounds)),
         none_even=none_even(gaps, rebounds),
         pieces=len(PIECES),
-        kinds=len(KINDS),
         **answers(gaps),
     )
 
