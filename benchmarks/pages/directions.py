@@ -33,7 +33,7 @@ from .directions_runs import (
     compute,
 )
 from .figures import DPI, looks, new, whiskers
-from .page import folder, save, template, write
+from .page import save, template, write, write_csv
 from .shares import REPLICATES, change, draws, flips, holm, interval, medians, share, sign_test
 from .tables import Interval, body, span
 
@@ -49,18 +49,9 @@ def main() -> None:
     runs = compute()
     with looks("xtick.labelsize", "ytick.labelsize"):
         save("directions", {"changes": changes_figure(runs)}, DPI)
-    (folder("directions") / "falls.csv").write_text(falls_csv(runs), encoding="utf-8")
+    for table, (headings, rows) in TABLES.items():
+        write_csv("directions", table, headings, rows(runs))
     write("directions", page(runs))
-
-
-def falls_csv(runs: Runs) -> str:
-    """Return numbers of falls of every piece, case and level, of all motions and of the first of them."""
-    lines = ["piece,case,rotd50_pgv_m_s,motions,falls,falls_of_first_60"]
-    for name, falls in runs.falls.items():
-        for label, flags in falls.items():
-            for level, row in zip(LEVELS, flags, strict=True):
-                lines.append(f"{name},{label},{level:g},{row.size},{row.sum()},{row[:FIRST].sum()}")
-    return "\n".join(lines) + "\n"
 
 
 # Comparisons ---------------------------------------------------------------------------------------------------------
@@ -205,6 +196,14 @@ def over_edge(item: Item, contact: str, slips: Mapping[str, np.ndarray], level: 
 # Tables --------------------------------------------------------------------------------------------------------------
 
 
+def falls_rows(runs: Runs) -> Rows:
+    """Yield numbers of falls of every piece, case and level, of all motions and of the first of them."""
+    for name, falls in runs.falls.items():
+        for label, flags in falls.items():
+            for level, row in zip(LEVELS, flags, strict=True):
+                yield name, label, f"{level:g}", row.size, row.sum(), row[:FIRST].sum()
+
+
 def summary_rows(runs: Runs) -> Rows:
     """Yield every change in the mean of the pieces, at two intensities, and in how many pieces it is decided."""
     for name, words in CHANGES.items():
@@ -290,6 +289,40 @@ def item_rows() -> Rows:
         yield item.name, plan, f"{one.h:.3g}", f"{item.limit:.2f}", f"{one.inertia:.2f}", item.source
 
 
+ADDED = "V/H {}: airborne (%)", "V/H {}: change (points)", "V/H {}: flips + / − (%)"
+ON_BENCH = "{}: slides", "{}: overturns (%)", "{}: over the edge (%)"
+SLIDING = tuple(f"slides: {contact}" for contact in FLOORS)
+FALLING = tuple(f"falls: {contact} (%)" for contact in FLOORS)
+TABLES: dict[str, tuple[tuple[str, ...], Callable[[Runs], Rows]]] = {
+    "falls": (("piece", "case", "rotd50_pgv_m_s", "motions", "falls", f"falls_of_first_{FIRST}"), falls_rows),
+    "second_direction": (
+        ("piece", "PGV (m/s)", "one component (%)", "square plan: change (points)", "square plan: ratio of medians",
+         "own plan: depth/width", "own plan: change (points)", "own plan: ratio of medians"),
+        direction_rows,
+    ),
+    "vertical": (
+        ("piece", "PGV (m/s)", *(head.format(ratio) for ratio in ("2/3", "1") for head in ADDED),
+         f"times {NUDGE:g}: change (points)", f"times {NUDGE:g}: flips + / − (%)"),
+        vertical_rows,
+    ),
+    "friction": (
+        ("piece", "b/h", *SLIDING, f"undecided: {VINYL}", "PGV (m/s)", "falls, cannot slide (%)", *FALLING),
+        friction_rows,
+    ),
+    "slips": (
+        ("PGV (m/s)", "slip > (cm)", "one component (%)", "both directions: change (points)",
+         "V/H 2/3: change (points)", "airborne (%)"),
+        slide_change_rows,
+    ),
+    "bench": (
+        ("piece", "PGV (m/s)", "overturns, cannot slide (%)",
+         *(head.format(contact) for contact in FLOORS[:2] for head in ON_BENCH)),
+        bench_rows,
+    ),
+}  # fmt: skip
+"""Files of the page, with their headings."""
+
+
 # Figures -------------------------------------------------------------------------------------------------------------
 
 
@@ -321,17 +354,9 @@ def changes_figure(runs: Runs) -> Figure:
 
 def page(runs: Runs) -> str:
     """Return the page: its template with every number from the results."""
-    tables: dict[str, Callable[[Runs], Rows]] = {
-        "summary": summary_rows,
-        "direction": direction_rows,
-        "vertical": vertical_rows,
-        "friction": friction_rows,
-        "slide_change": slide_change_rows,
-        "bench": bench_rows,
-    }
     chances = {item.name: slides(item, VINYL) for item in ROCKING}
     return template("directions").format(
-        **{f"{name}_table": body(rows(runs)) for name, rows in tables.items()},
+        summary_table=body(summary_rows(runs)),
         item_table=body(item_rows()),
         motions=NUMBER,
         rocking=len(ROCKING),

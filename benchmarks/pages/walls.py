@@ -20,7 +20,7 @@ from ...motions import Generator, KanaiTajimi, NearFault, SiteBasedScenario
 from ...motions.polarity import both_polarities
 from ...studies.plots.axes import COLOURS
 from .figures import DPI, looks, new
-from .page import save, some, template, write
+from .page import save, some, template, write, write_csv
 from .shares import change, clustered, crossing, decidable, decided, share, share_of_free
 from .tables import Interval, body, span
 
@@ -46,6 +46,8 @@ KINDS: dict[str, Generator] = {
 }
 VARIED = ("broadband", "near-fault")
 """Kinds of motions under which the rebound is varied."""
+OFTEN = ("half", "nine in ten")
+"""Runs in which the free piece falls at the levels compared."""
 NEAR = list(KINDS).index("near-fault")
 EXACT = tp.HousnerImpact(geometry="exact")
 
@@ -137,6 +139,11 @@ def main() -> None:
     rebounds = over_rebounds(shakes, gaps)
     with looks("xtick.labelsize", "ytick.labelsize"):
         save("walls", {"map": map_figure(gaps)}, DPI)
+    names = [gap_name(gap) for gap in GAPS]
+    write_csv("walls", "intensities", ("motions", "piece", "free falls in half at (m/s)", *names), crossing_rows(gaps))
+    heads = ("motions", "piece", "free falls in", "PGV (m/s)", "free: falls either way (%)", "free (%)")
+    rows = (row for often in (False, True) for row in gap_rows(gaps, often))
+    write_csv("walls", "falls", (*heads, *(f"{name} (%)" for name in names)), rows)
     write("walls", page(gaps, rebounds))
 
 
@@ -187,9 +194,6 @@ def page(gaps: Gaps, rebounds: np.ndarray) -> str:
         strongest=per_cent(strongest),
         top_level=LEVELS[-1],
         piece_table=piece_table(),
-        crossing_table=body(crossing_rows(gaps)),
-        half_table=body(gap_rows(gaps, often=False)),
-        often_table=body(gap_rows(gaps, often=True)),
         even_table=body(even_rows(gaps, rebounds)),
         none_even=none_even(gaps, rebounds),
         pieces=len(PIECES),
@@ -255,18 +259,17 @@ def crossing_rows(gaps: Gaps) -> Iterator[tuple[str, ...]]:
             yield kind, piece, f"{median:.2f}", *(f"{of_gap[i].times(unit):.2f}" for of_gap in ends)
 
 
-def gap_row(gaps: Gaps, k: int, i: int, n: int, piece: str, kind: str, level: float) -> tuple[object, ...]:
-    """Return the velocity, falls of the free piece either way, and into the room free and at every gap, in per cent."""
+def gap_row(gaps: Gaps, k: int, i: int, n: int) -> tuple[object, ...]:
+    """Return falls of the free piece either way, and into the room free and at every gap, in per cent."""
     walls = [share(gaps.front[k, i, 1 + j, n]) for j in range(len(GAPS))]
-    free = share_of_free(gaps.front[k, i, 0, n])
-    return kind, piece, f"{level * velocity(piece):.2f}", share(gaps.either[k, i, n]), free, *walls
+    return share(gaps.either[k, i, n]), share_of_free(gaps.front[k, i, 0, n]), *walls
 
 
 def gap_rows(gaps: Gaps, often: bool) -> Iterator[tuple[object, ...]]:
     """Yield all kinds and pieces at the level where the free piece falls in half the runs, or in nine of ten."""
     for (k, kind), (i, piece) in product(enumerate(KINDS), enumerate(PIECES)):
         n = gaps.level(kind, piece, often)
-        yield gap_row(gaps, k, i, n, piece, kind, LEVELS[n])
+        yield kind, piece, OFTEN[often], f"{LEVELS[n] * velocity(piece):.2f}", *gap_row(gaps, k, i, n)
 
 
 def even(front: np.ndarray, free: np.ndarray) -> str:
@@ -282,9 +285,6 @@ def even(front: np.ndarray, free: np.ndarray) -> str:
     if (excess.mean(-1) > 0.0).all():
         return f"none: {change(excess[0], 0)}"
     return f"{Interval(*(end - 1.0 for end in crossing(excess, 1.0 + np.array(REBOUNDS)[known]))):.2f}"
-
-
-OFTEN = ("half", "nine in ten")
 
 
 def even_rows(gaps: Gaps, rebounds: np.ndarray) -> Iterator[tuple[str, ...]]:

@@ -1,5 +1,6 @@
 """docs/walls.md: its intervals, and numbers that are computed again."""
 
+import csv
 import math
 import re
 from pathlib import Path
@@ -17,9 +18,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 TEXT = (DOCS / "walls.md").read_text(encoding="utf-8")
 
 
-def rows(heading):
-    """The first table below a text of the page, as lists of cells."""
-    return table_below(TEXT, heading)
+FALLS = [*csv.reader((DOCS / "walls/falls.csv").read_text(encoding="utf-8").splitlines())][1:]
 
 
 class TestIntervals:
@@ -86,18 +85,17 @@ class TestPage:
     def test_a_row_is_computed_again(self):
         """Free and at every gap, one piece under all motions of a kind: shares within one run of the page's."""
         kind, piece = "broadband", "museum-pedestal-slender"
-        stated = next(row for row in rows("and at the least level at which") if row[:2] == [kind, piece])
-        n = int(np.argmin([abs(one * walls.velocity(piece) - float(stated[2])) for one in walls.LEVELS]))
+        stated = next(row for row in FALLS if row[:3] == [kind, piece, "nine in ten"])
+        n = int(np.argmin([abs(level * walls.velocity(piece) - float(stated[3])) for level in walls.LEVELS]))
         shakes = {kind: both_polarities(walls.KINDS[kind].sample(walls.NUMBER, seed=walls.SEED))}
         found = walls.over_gaps(shakes, (walls.LEVELS[n],), (piece,))
-        ours = walls.gap_row(found, 0, 0, 0, piece, kind, walls.LEVELS[n])
-        numbers = [[int(str(row[i]).split()[0]) for i in range(3, 9)] for row in (stated, ours)]
+        ours = walls.gap_row(found, 0, 0, 0)
+        numbers = [[int(str(cell).split()[0]) for cell in row] for row in (stated[4:], ours)]
         np.testing.assert_allclose(numbers[1], numbers[0], atol=1)
 
     def test_what_the_page_concludes(self):
         """Its sentences follow from its tables."""
-        half = rows("at the level of the grid where the free piece falls in about half")
-        often = rows("and at the least level at which")
+        half, often = ([row for row in FALLS if row[2] == part] for part in walls.OFTEN)
         assert len(half) == len(often) == 18
 
         def value(cell):
@@ -105,15 +103,15 @@ class TestPage:
 
         for row in (*half, *often):
             # a wider gap: as many falls or more
-            assert sorted(map(value, row[5:])) == list(map(value, row[5:]))
+            assert sorted(map(value, row[6:])) == list(map(value, row[6:]))
         # where the free piece falls in half of the runs, a touching wall reduces falls; a close one does everywhere
-        assert all(value(row[5]) < value(row[4]) and value(row[6]) < value(row[4]) for row in half)
+        assert all(value(row[6]) < value(row[5]) and value(row[7]) < value(row[5]) for row in half)
         # under near-fault motions the wall at 50 mm does not reduce them by much even there
         near = [row for row in half if row[0] == "near-fault"]
-        assert all(value(row[8]) > value(row[4]) - 3.0 for row in near)
+        assert all(value(row[9]) > value(row[5]) - 3.0 for row in near)
         # beyond, the kind of motions decides
-        assert all(value(row[5]) < value(row[4]) for row in often if row[0] != "near-fault")
-        assert sum(value(row[5]) > value(row[4]) for row in often if row[0] == "near-fault") >= 4
-        rebound = rows('"above": it is a reduction')
+        assert all(value(row[6]) < value(row[5]) for row in often if row[0] != "near-fault")
+        assert sum(value(row[6]) > value(row[5]) for row in often if row[0] == "near-fault") >= 4
+        rebound = table_below(TEXT, '"above": it is a reduction')
         assert all(row[3].startswith("above") for row in rebound if row[1] == "half")
         assert "no increase of the total was detected: 0 decided increases among 792 cells" in TEXT
