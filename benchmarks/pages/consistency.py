@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,11 +15,9 @@ from scipy.special import ndtr
 
 import toppling as tp
 
-from ...fragility.curves.published import fema_p58
 from ...motions import Scenario
 from ...motions.selection.target import Target
-from ...studies.plots import axes
-from ..selection.rates import rates_by_measure
+from .figures import DPI, log_ticks, looks, new, whiskers
 from .page import save, some, template, write
 from .tables import Interval, body, span, table
 
@@ -52,27 +50,7 @@ A_CANDIDATE = 3
 """Motions of each simulated earthquake where all candidates are scaled."""
 LEAST_FALLS = 10
 """Falls in the runs below which their number is given in place of a ratio."""
-MOST_ABOVE = 0.5
-"""Share of a rate from above the stripes beyond which its ratio is in brackets."""
-LEAST_STRIPES = 4
-"""Stripes that agree below which a measure is left out at a site."""
-STRONG = tp.motions.SiteBasedScenario(magnitude=7.2, distance=8e3, vs30=VS30, dt=0.01)
-"""The earthquake of the page on FEMA P-58's contents."""
-VELOCITIES = (0.25, 0.4, 0.55, 0.7, 0.9, 1.1, 1.4, 1.8)
-"""Levels of peak velocity at which that is done, m/s."""
-MILLIONTH = 1e-6
-MANY = some(400)
-"""Motions of one earthquake that are selected from by themselves."""
 OTHER_SEEDS = (5, 6, 7)
-COMPARED = ("pga", "pgv", "Sa(0.2)", "Sa(2.0)", "d5_95")
-"""Measures of scaled motions that are held against the hazard's."""
-RARE = 7
-"""The stripe at which that is done: 2475 years."""
-OTHERS: dict[str, str | tp.motions.Measure] = {
-    "PGV": "pgv",
-    "average Sa": tp.motions.AvgSa([0.3, 0.5, 0.75, 1.0, 1.5, 2.0]),
-}
-"""Further measures that the motions are selected at levels of."""
 ONE = POOL[7]
 """The single earthquake whose motions are scaled to all levels in the usual way."""
 
@@ -106,19 +84,13 @@ FURTHER = SITES[1]
 """The site at which floors and supports are compared."""
 
 
-def _curve_of(site: Site, given: str | tp.motions.Measure) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the medians of a measure in a site's earthquakes, and its standard deviations of the logarithm."""
-    on = [tp.motions.expected_target(one, given, [*SPECTRUM, "pgv"]) for one in site.scenarios]
+def _curve_of(site: Site) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the medians of GIVEN in a site's earthquakes, and its standard deviations of the logarithm."""
+    on = [tp.motions.expected_target(scenario, GIVEN, [*SPECTRUM, "pgv"]) for scenario in site.scenarios]
     # (epsilon is linear in the logarithm of the level)
-    at_one, at_e = (np.array([one.at(level).epsilon for one in on]) for level in (1.0, math.e))
+    at_one, at_e = (np.array([target.at(level).epsilon for target in on]) for level in (1.0, math.e))
     sigmas = 1.0 / (at_e - at_one)
     return np.exp(-at_one * sigmas), sigmas
-
-
-def _density(site: Site, level: float, given: str | tp.motions.Measure = GIVEN) -> NDArray[np.float64]:
-    """Return the weight of each earthquake of a site where a measure has a level."""
-    medians, sigmas = _curve_of(site, given)
-    return np.asarray(np.exp(-0.5 * (np.log(level / medians) / sigmas) ** 2) / sigmas * site.rates)
 
 
 class Hazard(NamedTuple):
@@ -130,34 +102,27 @@ class Hazard(NamedTuple):
     spectral: list[Target | tp.motions.Mixture]
 
 
-def hazard_of(site: Site, given: str | tp.motions.Measure = GIVEN) -> Hazard:
-    """Return the hazard of a site by a measure: lognormal motions of every earthquake."""
-    medians, sigmas = _curve_of(site, given)
+def hazard_of(site: Site) -> Hazard:
+    """Return the hazard of a site: lognormal motions of every earthquake."""
+    medians, sigmas = _curve_of(site)
 
     def exceeded(levels: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(ndtr(np.log(medians / levels[:, None]) / sigmas) @ site.rates)
 
     grid = np.geomspace(1e-3, 100.0, 240)
     levels = np.exp(np.interp(np.log(PERIODS), -np.log(exceeded(grid)), np.log(grid)))
-    densities = [_density(site, level, given) for level in levels.tolist()]
+    # the weight of each earthquake at each level
+    densities = np.exp(-0.5 * (np.log(levels[:, None] / medians) / sigmas) ** 2) / sigmas * site.rates
     wide, spectral = (
-        [tp.motions.expected_target(site.scenarios, given, measures, weights=density) for density in densities]
+        [tp.motions.expected_target(site.scenarios, GIVEN, measures, weights=density) for density in densities]
         for measures in ([*SPECTRUM, "pgv", "d5_95"], SPECTRUM)
     )
-    return Hazard(tp.HazardCurve(grid.tolist(), exceeded(grid).tolist(), given), levels, wide, spectral)
+    return Hazard(tp.HazardCurve(grid.tolist(), exceeded(grid).tolist(), GIVEN), levels, wide, spectral)
 
 
 def pool() -> tp.motions.Candidates:
     """Return all candidates."""
-    return tp.motions.Candidates([one.sample(EACH, seed=SEED + i) for i, one in enumerate(POOL)])
-
-
-def scaled(
-    selection: tp.motions.Selection, level: float, given: str | tp.motions.Measure = GIVEN
-) -> list[xr.DataArray]:
-    """Return the motions of a selection at its level."""
-    arrays = selection.motions if isinstance(selection.motions, list) else [selection.motions]
-    return [tp.motions.scale_to(one, level, given) for one in arrays]
+    return tp.motions.Candidates([generator.sample(EACH, seed=SEED + i) for i, generator in enumerate(POOL)])
 
 
 def chosen(
@@ -218,11 +183,15 @@ def holding_one(found: Sequence[tuple[Rates, Rates]]) -> str:
     return f"{sum(one.lower <= 1.0 <= one.upper for one in known)} of {len(known)}"
 
 
-def at_levels(
-    selections: Sequence[tp.motions.Selection], levels: Sequence[float], given: str | tp.motions.Measure = GIVEN
-) -> list[list[xr.DataArray]]:
+def at_levels(selections: Sequence[tp.motions.Selection], hazard: Hazard) -> list[list[xr.DataArray]]:
     """Return the motions of selections at their levels."""
-    return [scaled(selection, level, given) for selection, level in zip(selections, levels, strict=True)]
+    sets = [
+        selection.motions if isinstance(selection.motions, list) else [selection.motions] for selection in selections
+    ]
+    return [
+        [tp.motions.scale_to(motions, level, GIVEN) for motions in arrays]
+        for arrays, level in zip(sets, hazard.levels.tolist(), strict=True)
+    ]
 
 
 def choices(candidates: tp.motions.Candidates, hazard: Hazard) -> dict[str, Rates]:
@@ -235,8 +204,8 @@ def choices(candidates: tp.motions.Candidates, hazard: Hazard) -> dict[str, Rate
     ]
     levels = hazard.levels.tolist()
     found = {
-        "selected": at_levels(chosen(candidates, hazard), levels),
-        "spectra alone": at_levels(chosen(candidates, hazard, True), levels),
+        "selected": at_levels(chosen(candidates, hazard), hazard),
+        "spectra alone": at_levels(chosen(candidates, hazard, True), hazard),
         "one earthquake": [[tp.motions.scale_to(own, level, GIVEN)] for level in levels],
         "all candidates": [[tp.motions.scale_to(motions, level, GIVEN) for motions in three] for level in levels],
     }
@@ -245,142 +214,13 @@ def choices(candidates: tp.motions.Candidates, hazard: Hazard) -> dict[str, Rate
 
 def seeds(candidates: tp.motions.Candidates, hazard: Hazard, base: Rates) -> str:
     """Return the ratios of the rates under other seeds of the selection to those of the page's, in words."""
-    sets = (at_levels(chosen(candidates, hazard, seed=seed), hazard.levels.tolist()) for seed in OTHER_SEEDS)
+    sets = (at_levels(chosen(candidates, hazard, seed=seed), hazard) for seed in OTHER_SEEDS)
     return to(np.array([rates_of(motions, hazard).over(base) for motions in sets]))
-
-
-def rounding(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard, base: Rates) -> str:
-    """Return the ratios of the rates under motions that are stronger by a millionth to a base's, in words."""
-    moved = [[motions.copy(data=motions.values * (1.0 + MILLIONTH)) for motions in level] for level in sets]
-    return to(rates_of(moved, hazard).over(base))
 
 
 def to(values: NDArray[np.float64]) -> str:
     """Return the least and the greatest of some ratios, in words."""
     return span(values, ".2f", " to ")
-
-
-def one_earthquake(hazard: Hazard) -> str:
-    """Return at which levels motions of one earthquake alone can be selected to agree with a hazard, in words."""
-    alone = tp.motions.Candidates([ONE.sample(MANY, seed=SEED)])
-    medians, sigmas = _curve_of(Site("one", ((6.5, 15e3, 1.0),)), GIVEN)
-    agreeing = []
-    for target, level in zip(hazard.wide, hazard.levels.tolist(), strict=True):
-        try:
-            found = tp.motions.select(alone, target, NUMBER, level=level, weights=WEIGHTS, seed=SEED)
-        except ValueError:  # (too few of them reach the level)
-            continue
-        if found.consistent:
-            agreeing.append((np.log(level) - np.log(medians[0])) / sigmas[0])
-    if not agreeing:
-        return f"none of {len(PERIODS)} stripes"
-    return (
-        f"{len(agreeing)} of {len(PERIODS)} stripes, the highest {max(agreeing):.1f} standard deviations above the "
-        "median of that earthquake"
-    )
-
-
-def contents(candidates: tp.motions.Candidates) -> tuple[str, str]:
-    """Return medians (PGV) of FEMA P-58's contents from selected motions and from those of one earthquake, scaled."""
-    measures = [*SPECTRUM, "pgv", "d5_95"]
-    target = tp.motions.expected_target(Scenario(STRONG.magnitude, STRONG.distance, VS30), "pgv", measures)
-    found = {
-        level: tp.motions.select(candidates, target, NUMBER, level=level, weights=WEIGHTS, seed=SEED)
-        for level in VELOCITIES
-    }
-    agree = {level: selection for level, selection in found.items() if selection.consistent}
-    levels = [*agree]
-    own = STRONG.sample(NUMBER, seed=99)
-    known = fema_p58()
-    items = [tp.catalogue[name] for name in known["block"].values.tolist()]
-    medians, samples = [], []
-    for sets in (
-        at_levels([*agree.values()], levels, "pgv"),
-        [[tp.motions.scale_to(own, level, "pgv")] for level in levels],
-    ):
-        runs = tp.stripes(items, LAW, sets, levels, "pgv", ("overturned",), scale=False, screen=False)
-        curves = tp.fit_fragility(runs, intervals="bootstrap", replicates=REPLICATES, keep_replicates=True)
-        medians.append(curves["median"].values.ravel())
-        samples.append(curves["median_sample"].isel(model=0).transpose("replicate", "block").values)
-    published = known["median"].values
-    reached = medians[0] <= levels[-1]
-    over = np.where(reached, medians[0] / published, np.nan)
-    scaled_over = np.where(reached, medians[1] / medians[0], np.nan)
-    rows: list[tuple[str, ...]] = []
-    for i, item in enumerate(items):
-        if not reached[i]:  # (NaN, too)
-            rows.append((item.label, f"{published[i]:.2f}", f"above {levels[-1]:g}", "–", "–"))
-            continue
-        ends = over[i] * np.nanquantile(samples[0][:, i], (0.025, 0.975)) / medians[0][i]
-        others = np.nanquantile(samples[1][:, i] / samples[0][:, i], (0.025, 0.975))
-        cells = (whole(Interval(over[i], *ends)), whole(Interval(scaled_over[i], *others)))
-        rows.append((item.label, f"{published[i]:.2f}", f"{medians[0][i]:.2f}", *cells))
-    said = f"{to(over)} times the published medians, and {to(1.0 / scaled_over)} times the medians of scaled motions"
-    return body(rows), f"{said} ({len(levels)} of {len(VELOCITIES)} stripes agree and are used)"
-
-
-def excess(hazard: Hazard) -> Iterator[tuple[str, ...]]:
-    """Yield measures of one earthquake's and all candidates' motions at a rare level, over the hazard's medians."""
-    level = float(hazard.levels[RARE])
-    target = tp.motions.expected_target(FURTHER.scenarios, GIVEN, list(COMPARED), weights=_density(FURTHER, level))
-    given = target.at(level)
-    wanted = dict(zip((measure.label for measure in given.measures), given.medians, strict=True))
-    own = tp.motions.scale_to(ONE.sample(NUMBER, seed=99), level, GIVEN)
-    every = [tp.motions.scale_to(one.sample(A_CANDIDATE, seed=SEED + i), level, GIVEN) for i, one in enumerate(POOL)]
-    for name, arrays in (("one earthquake", [own]), ("all candidates", every)):
-        values = (
-            np.concatenate([tp.motions.measures(motions, measure)[measure].values for motions in arrays])
-            for measure in COMPARED
-        )
-        middles = (math.exp(np.log(of_measure).mean()) for of_measure in values)
-        yield name, *(f"{middle / wanted[measure]:.2f}" for middle, measure in zip(middles, COMPARED, strict=True))
-
-
-def by_measure(site: Site, candidates: tp.motions.Candidates) -> xr.Dataset:
-    """Return the rates of a site from stripes at levels of each measure; `stripes`: how many agree and are used.
-
-    Measures of which fewer than LEAST_STRIPES agree are named in the attribute `left_out`.
-    """
-    runs, curves, kept, left = [], [], {}, []
-    for name, given in [(GIVEN, GIVEN), *OTHERS.items()]:
-        hazard = hazard_of(site, given)
-        selections = dict(zip(hazard.levels.tolist(), chosen(candidates, hazard), strict=True))
-        agree = {level: selection for level, selection in selections.items() if selection.consistent}
-        if len(agree) < LEAST_STRIPES:
-            left.append(f"{name} {len(agree)}")
-            continue
-        levels = [*agree]
-        sets = at_levels([*agree.values()], levels, given)
-        runs.append(tp.stripes(list(PIECES), LAW, sets, levels, given, ("overturned",), scale=False, screen=False))
-        curves.append(hazard.curve)
-        kept[name] = len(agree)
-    found = rates_by_measure(runs, curves, replicates=REPLICATES).squeeze("model", drop=True)
-    return found.assign(stripes=("measure", [*kept.values()]), name=("measure", [*kept])).assign_attrs(
-        left_out=", ".join(left)
-    )
-
-
-def measures_table(found: xr.Dataset) -> str:
-    """Return the table of a site: the rate by levels of GIVEN, and the ratios of those by other measures to it."""
-    names = found["name"].values.tolist()
-    rows = []
-    for i, piece in enumerate(PIECES):
-        own = found.isel(block=i)
-
-        def of(what: str, k: int, own: xr.Dataset = own) -> Interval:
-            return Interval(*(float(own[f"{what}{end}"][k]) for end in ("", "_lower", "_upper")))
-
-        cells = [whole(of("rate", 0).times(1e3), ".3g", ".2g")]
-        for k in range(1, len(names)):
-            ratio = of("ratio", k)
-            text = whole(ratio) if np.isfinite(ratio.value) else "*no fall*"
-            beyond = np.isfinite(ratio.value) and float(own["share_above"][k]) > MOST_ABOVE
-            cells.append(f"[{text}]" if beyond else text)
-        rows.append((piece.label, *cells))
-    kept = ", ".join(f"{name} {n}" for name, n in zip(names, found["stripes"].values, strict=True))
-    left = f" Too few agree: {found.attrs['left_out']}." if found.attrs["left_out"] else ""
-    head = ("piece", f"{GIVEN}: per 1,000 years", *names[1:])
-    return f"{table(head, rows)}\n\nStripes that agree with the hazard and are used: {kept}.{left}"
 
 
 STOREYS, PERIOD = 5, 0.8
@@ -412,17 +252,13 @@ def moved_by(
     return [[motions_on(motions) for motions in level] for level in sets]
 
 
-def on_roof(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard) -> tuple[dict[str, Rates], list[tuple[str, str]]]:
-    """Return the rates on the roof of each building, and the ductilities of the strongest and the middle level."""
-    found, ductility = {}, []
+def on_roof(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard) -> dict[str, Rates]:
+    """Return the rates on the roof of each building."""
+    found = {}
     for name, building in buildings().items():
         moved = moved_by(sets, lambda motions, on=building: on.floor_motions(motions, floors=[STOREYS]))  # type: ignore[misc]
         found[name] = rates_of(moved, hazard, sets)
-        if name != "elastic":
-            medians = [np.median(np.concatenate([one["ductility"].values for one in level])) for level in moved]
-            fallen = np.concatenate([one["collapsed"].values for one in moved[-1]]).astype(bool).mean()
-            ductility.append((name, f"{medians[len(medians) // 2]:.1f}, {medians[-1]:.1f}; {100 * fallen:.0f}"))
-    return found, ductility
+    return found
 
 
 def on_supports(
@@ -456,29 +292,16 @@ def rates_table(found: dict[str, Rates], base: str) -> str:
 
 def choices_figure(found: dict[str, dict[str, Rates]]) -> Figure:
     """Draw the ratios of the rates by choice to those of selected motions, a panel for each site."""
-    figure = Figure(figsize=(4.8, 8.4))
-    panels = figure.subplots(len(found), 1, sharex=True)
-    styles = dict(zip(CHOICES, (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^")), strict=True))
+    figure, panels = new(8.4, len(found), 1, sharex=True)
+    names = [f"{piece.label} ({piece.h / piece.b:.1f})" for piece in PIECES]
     for ax, (site, rates) in zip(panels, found.items(), strict=True):
-        for k, (name, (colour, marker)) in enumerate(styles.items()):
-            for i in range(len(PIECES)):
-                ratio = rates[name].interval(rates["selected"], i)
-                if not np.isfinite(ratio.value):
-                    continue
-                y = -i + 0.22 * (1 - k)
-                ax.plot([ratio.lower, ratio.upper], [y, y], color=colour, lw=1.2)
-                ax.plot(ratio.value, y, marker, color=colour, ms=5, mew=0, label=name if i == 0 else None)
+        ratios = {name: [rates[name].interval(rates["selected"], i) for i in range(len(PIECES))] for name in CHOICES}
         ax.axvline(1.0, color="0.3", lw=1.0)
-        ax.set_xscale("log")
-        ax.set_xticks([0.25, 0.5, 1, 2, 4, 8], ["¼", "½", "1", "2", "4", "8"])
-        ax.minorticks_off()
-        ax.set_title(site, fontsize=10)
-        names = [f"{piece.label} ({piece.h / piece.b:.1f})" for piece in PIECES]
-        ax.set_yticks([-i for i in range(len(PIECES))], names, fontsize=9)
-        axes.grid(ax)
+        whiskers(ax, names, ratios)
+        log_ticks(ax, (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
+        ax.set_title(site)
     panels[-1].set_xlabel("annual rate over that of selected motions")
-    panels[-1].legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.22), ncols=3)
-    figure.tight_layout()
+    figure.legend(*panels[-1].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
     return figure
 
 
@@ -493,32 +316,25 @@ def main() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         values, by_site = computed()
-        save("consistency", {"choices": choices_figure(by_site)}, 120, bbox_inches="tight")
+    with looks("ytick.labelsize"):
+        save("consistency", {"choices": choices_figure(by_site)}, DPI)
     write("consistency", template("consistency").format(**values))
 
 
 def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
     """Return every value of the page, and the rates of each site by the choice of motions."""
     candidates = pool()
-    by_site, agrees, measures = {}, [], {}
+    by_site, agrees = {}, []
     for site in SITES:
         hazard = hazard_of(site)
         selections = chosen(candidates, hazard)
         agrees.append(f"- *{site.name}*: {agreement(selections)} agree.")
         by_site[site.name] = choices(candidates, hazard)
-        measures[site.name] = by_measure(site, candidates)
         if site is FURTHER:
-            further, sets, base = hazard, at_levels(selections, hazard.levels.tolist()), by_site[site.name]["selected"]
-    roof, ductility = on_roof(sets, further)
+            further, sets, base = hazard, at_levels(selections, hazard), by_site[site.name]["selected"]
+    roof = on_roof(sets, further)
     tops, ways = on_supports(sets, further)
-    contents_table, contents_said = contents(candidates)
     choice = {name: [(rates[name], rates["selected"]) for rates in by_site.values()] for name in CHOICES}
-    pairs = [rates.isel(measure=slice(1, None)) for rates in measures.values()]
-    said = [(np.isfinite(one["ratio"].values) & (one["share_above"].values <= MOST_ABOVE)) for one in pairs]
-    lower, upper = (
-        np.concatenate([one[f"ratio_{end}"].values[which] for one, which in zip(pairs, said, strict=True)])
-        for end in ("lower", "upper")
-    )
     strong, weak = ((roof[f"C_y = {strength:g}"], roof["elastic"]) for strength in STRENGTHS)
     bench, *isolated = ((tops[name], tops["ground"]) for name in TOPS)
     over_ground = np.array([rates.over(base) for rates, base in isolated])
@@ -534,15 +350,8 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
         ),
         "agrees": "\n".join(agrees),
         "tables": "\n\n".join(f"**{name}**\n\n{rates_table(rates, 'selected')}" for name, rates in by_site.items()),
-        "measures": "\n\n".join(f"**{name}**\n\n{measures_table(rates)}" for name, rates in measures.items()),
         "alone_one": holding_one(choice["spectra alone"]),
-        "known": lower.size,
-        "agree": ((lower <= 1.0) & (upper >= 1.0)).sum(),
-        "over": body(excess(further)),
         "seeds": seeds(candidates, further, base),
-        "moved": rounding(sets, further, base),
-        "low": np.median(lower),
-        "high": np.median(upper),
         "pieces": body(
             (one.label, f"{one.width:.3g} × {one.height:.3g}", f"{one.h / one.b:.1f}", f"{one.R:.2f}") for one in PIECES
         ),
@@ -550,7 +359,6 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
         "strong_one": holding_one([strong]),
         "weak": to(weak[0].over(weak[1])),
         "roof_table": rates_table(roof, "elastic"),
-        "ductilities": body(ductility),
         "top_table": rates_table(tops, "ground"),
         "ways": body(ways),
         "bench": to(bench[0].over(bench[1])),
@@ -558,10 +366,6 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
         "isolators": to(over_ground),
         "unknown": np.isnan(over_ground).sum(),
         "few": max(int(rates.falls[np.isnan(rates.over(ground))].max(initial=0)) for rates, ground in isolated),
-        "many": MANY,
-        "alone_agrees": one_earthquake(further),
-        "contents": contents_table,
-        "contents_said": contents_said,
         "isolated": over_ground.size,
         "runs": NUMBER * len(PERIODS),
         "least": LEAST_FALLS,

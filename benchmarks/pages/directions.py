@@ -1,4 +1,4 @@
-"""The page docs/directions.md and its figures: the second direction, the vertical component and friction.
+"""The page docs/directions.md and its figure: the second direction, the vertical component and friction.
 
 Finished runs are kept in results/directions, so that it can be interrupted.
 """
@@ -18,10 +18,9 @@ from .directions_runs import (
     BENCH,
     EDGE,
     FLOORS,
-    HAZARD,
     ITEMS,
     LEVELS,
-    NUDGES,
+    NUDGE,
     NUMBER,
     P58,
     ROCKING,
@@ -33,8 +32,8 @@ from .directions_runs import (
     coefficients,
     compute,
 )
-from .figures import DPI, bare, curve, log_ticks, looks, new, shares_axis, whiskers
-from .page import folder, save, template, write
+from .figures import DPI, looks, new, whiskers
+from .page import save, template, write, write_csv
 from .shares import REPLICATES, change, draws, flips, holm, interval, medians, share, sign_test
 from .tables import Interval, body, span
 
@@ -46,24 +45,13 @@ FIRST = 60
 
 
 def main() -> None:
-    """Write the page, its figures and the numbers of falls."""
+    """Write the page, its figure and the numbers of falls."""
     runs = compute()
-    yearly = {item.name: rates_of(item, runs) for item in ROCKING}
     with looks("xtick.labelsize", "ytick.labelsize"):
-        drawn = {"changes": changes_figure(runs), "file": file_figure(runs), "rates": rates_figure(yearly)}
-        save("directions", drawn, DPI)
-    (folder("directions") / "falls.csv").write_text(falls_csv(runs), encoding="utf-8")
-    write("directions", page(runs, yearly))
-
-
-def falls_csv(runs: Runs) -> str:
-    """Return numbers of falls of every piece, case and level, of all motions and of the first of them."""
-    lines = ["piece,case,rotd50_pgv_m_s,motions,falls,falls_of_first_60"]
-    for name, falls in runs.falls.items():
-        for label, flags in falls.items():
-            for level, row in zip(LEVELS, flags, strict=True):
-                lines.append(f"{name},{label},{level:g},{row.size},{row.sum()},{row[:FIRST].sum()}")
-    return "\n".join(lines) + "\n"
+        save("directions", {"changes": changes_figure(runs)}, DPI)
+    for table, (headings, rows) in TABLES.items():
+        write_csv("directions", table, headings, rows(runs))
+    write("directions", page(runs))
 
 
 # Comparisons ---------------------------------------------------------------------------------------------------------
@@ -100,17 +88,16 @@ CHANGES = {
     "own": "both directions, own plan",
     "two thirds": "vertical component, V/H 2/3",
     "full": "vertical component, V/H 1",
-    "nudged": f"the component times {NUDGES[1]:g}",
-    "nudged down": f"the component times {NUDGES[0]:g}",
+    "nudged": f"the component times {NUDGE:g}",
     "other": "the other component in place of the first",
 }
-"""Changes compared with one component, in words; the last three are controls."""
+"""Changes compared with one component, in words; the last two are controls."""
 ACROSS = {"square": "other", "own": "deep"}
 """The case of the other axis that a change with both directions adds."""
 VERTICAL = ("two thirds", "full")
-MOST_AIRBORNE, MOST_POOLED, MOST_LEFT_OUT = 0.02, 0.2, 0.5
-"""Share of the motions that leave the piece in the air up to which ratios of medians are given, up to which a piece is
-in means over pieces, and up to which a change is given at all."""
+MOST_POOLED, MOST_LEFT_OUT = 0.2, 0.5
+"""Share of the motions that leave the piece in the air up to which a piece is in means over pieces, and up to which a
+change is given at all."""
 
 
 def level_of(part: float, falls: Falls) -> int:
@@ -143,13 +130,6 @@ def medians_over(falls: Falls, name: str) -> np.ndarray:
     """Return replicates (replicate,) of the median under one component over the median with a change."""
     one, two = (medians(draws(flags), np.array(LEVELS)) for flags in (falls["one"], changed(falls, name)))
     return np.asarray(one / two)
-
-
-def ratio_of_medians(falls: Falls, name: str) -> str:
-    """Return that ratio with its interval; a dash where the vertical component leaves too many pieces in the air."""
-    if airborne_share(falls, name) > MOST_AIRBORNE:
-        return "–"
-    return f"{interval(medians_over(falls, name)):.3f}"
 
 
 class Pooled(NamedTuple):
@@ -199,9 +179,9 @@ def undecided(item: Item, contact: str) -> float:
 
 
 def slipped(item: Item, contact: str, slips: np.ndarray, beyond: float) -> np.ndarray:
-    """Return the probability over friction (…, motion) that a piece slides farther than a distance, m."""
+    """Return the probability over friction (motion,) that a piece slides farther than a distance, m."""
     gated = coefficients(contact) < item.limit
-    return np.asarray(((slips > beyond) & gated.reshape(-1, *[1] * (slips.ndim - 1))).mean(0))
+    return np.asarray(((slips > beyond) & gated[:, None]).mean(0))
 
 
 def over_edge(item: Item, contact: str, slips: Mapping[str, np.ndarray], level: int) -> np.ndarray:
@@ -213,39 +193,15 @@ def over_edge(item: Item, contact: str, slips: Mapping[str, np.ndarray], level: 
     return np.asarray(0.5 * (forward + backward))
 
 
-def rates(chances: np.ndarray) -> np.ndarray:
-    """Return annual rates (...) from probabilities (..., level): the mean of two levels counts for those between."""
-    exceeded = np.asarray(HAZARD.rate_at(np.array(LEVELS)))
-    ends = np.concatenate([0.5 * (chances[..., :-1] + chances[..., 1:]), chances[..., -1:]], axis=-1)
-    # (weights of a bootstrap draw sum up to 1 but for rounding)
-    return np.asarray(np.minimum(ends, 1.0) @ (exceeded - np.append(exceeded[1:], 0.0)))
-
-
-def rates_of(item: Item, runs: Runs) -> Falls:
-    """Return replicates (replicate,) of the annual rates of a piece; in the air it does as without vertical shaking.
-
-    One component; both directions of a square and of the own plan; with vertical shaking; own plan and vertical
-    shaking, also where all that are in the air fall; all of it on vinyl; slips beyond 10 cm on vinyl.
-    """
-    falls, slips = runs.falls[item.name], runs.slips[VINYL]
-    one, gone = falls["one"], falls["airborne two thirds"]
-    own = changed(falls, "own")
-    every = np.where(gone, own, falls["two thirds"] | falls["deep two thirds"])
-    upward = slips["both, lifted"]
-    flags = {
-        "one": one,
-        "square": changed(falls, "square"),
-        "own": own,
-        "vertical": np.where(gone, one, falls["two thirds"]),
-        "all": every,
-        "at most": every | gone,
-        "friction": (1.0 - slides(item, VINYL)) * every,
-        "slip": slipped(item, VINYL, np.where(np.isfinite(upward), upward, slips["both"]), SLIPS[1]),
-    }
-    return {name: rates(draws(values)) for name, values in flags.items()}
-
-
 # Tables --------------------------------------------------------------------------------------------------------------
+
+
+def falls_rows(runs: Runs) -> Rows:
+    """Yield numbers of falls of every piece, case and level, of all motions and of the first of them."""
+    for name, falls in runs.falls.items():
+        for label, flags in falls.items():
+            for level, row in zip(LEVELS, flags, strict=True):
+                yield name, label, f"{level:g}", row.size, row.sum(), row[:FIRST].sum()
 
 
 def summary_rows(runs: Runs) -> Rows:
@@ -275,7 +231,7 @@ def direction_rows(runs: Runs) -> Rows:
         square, own = (case(falls, name, level) for name in ACROSS)
         plan = f"{(item.block.depth or 0.0) / item.block.width:.2f}"
         one = f"{100 * square.before.mean():.0f}"
-        ratios = [ratio_of_medians(falls, name) for name in ACROSS]
+        ratios = [f"{interval(medians_over(falls, name)):.3f}" for name in ACROSS]
         yield item.name, pgv, one, square, ratios[0], plan, own, ratios[1]
 
 
@@ -290,14 +246,6 @@ def vertical_rows(runs: Runs) -> Rows:
         yield item.name, pgv, *cells, nudged, nudged.flipped
 
 
-def median_rows(runs: Runs) -> Rows:
-    """Yield the median with the vertical component over the median without, where few motions are airborne."""
-    for name, falls in runs.falls.items():
-        cells = [ratio_of_medians(falls, change) for change in VERTICAL]
-        if set(cells) != {"–"}:
-            yield name, *cells
-
-
 def friction_rows(runs: Runs) -> Rows:
     """Yield how likely a piece slides in place of rocking, and falls all the same, at the level of half."""
     for item, falls, level, pgv in at_half(runs):
@@ -306,16 +254,6 @@ def friction_rows(runs: Runs) -> Rows:
         chances = [f"{chance:.3f}" for chance in own]
         left = [share((1.0 - chance) * one) for chance in own]
         yield item.name, f"{item.limit:.2f}", *chances, f"{undecided(item, VINYL):.2f}", pgv, share(one), *left
-
-
-SLIDES = [*((VINYL, beyond) for beyond in SLIPS), *((contact, SLIPS[1]) for contact in FLOORS[1:])]
-
-
-def slip_rows(runs: Runs) -> Rows:
-    """Yield how far pieces slide at the level at which one component overturns them in half of the motions."""
-    for item, _, level, pgv in at_half(runs):
-        slips = {contact: runs.slips[contact]["slide_peak"][:, level] for contact in FLOORS}
-        yield item.name, pgv, *(share(slipped(item, contact, slips[contact], beyond)) for contact, beyond in SLIDES)
 
 
 def slide_change_rows(runs: Runs) -> Rows:
@@ -343,23 +281,46 @@ def bench_rows(runs: Runs) -> Rows:
             yield item.name, f"{LEVELS[level]:g}", *cells
 
 
-def rate_rows(yearly: dict[str, Falls]) -> Rows:
-    """Yield annual rates of all pieces, as ratios to that of one component."""
-    for name, own in yearly.items():
-        one = own["one"]
-        ratios = [f"{interval(own[case] / one):.2f}" for case in ("square", "own", "vertical", "all")]
-        most = own["at most"][0] / one[0]
-        air = f"{most:.2f}" if most < 10.0 else f"{most:.0f}"
-        ends = f"{interval(own['friction'] / one):.3f}", f"{interval(1e3 * own['slip']):.2f}"
-        yield name, f"{interval(1e3 * one):.2f}", *ratios, air, *ends
-
-
 def item_rows() -> Rows:
     """Yield the pieces."""
     for item in ITEMS:
         one = item.block
         plan = f"⌀ {one.width:g}" if one.round else f"{one.width:.3g} × {one.depth:.3g}"
         yield item.name, plan, f"{one.h:.3g}", f"{item.limit:.2f}", f"{one.inertia:.2f}", item.source
+
+
+ADDED = "V/H {}: airborne (%)", "V/H {}: change (points)", "V/H {}: flips + / − (%)"
+ON_BENCH = "{}: slides", "{}: overturns (%)", "{}: over the edge (%)"
+SLIDING = tuple(f"slides: {contact}" for contact in FLOORS)
+FALLING = tuple(f"falls: {contact} (%)" for contact in FLOORS)
+TABLES: dict[str, tuple[tuple[str, ...], Callable[[Runs], Rows]]] = {
+    "falls": (("piece", "case", "rotd50_pgv_m_s", "motions", "falls", f"falls_of_first_{FIRST}"), falls_rows),
+    "second_direction": (
+        ("piece", "PGV (m/s)", "one component (%)", "square plan: change (points)", "square plan: ratio of medians",
+         "own plan: depth/width", "own plan: change (points)", "own plan: ratio of medians"),
+        direction_rows,
+    ),
+    "vertical": (
+        ("piece", "PGV (m/s)", *(head.format(ratio) for ratio in ("2/3", "1") for head in ADDED),
+         f"times {NUDGE:g}: change (points)", f"times {NUDGE:g}: flips + / − (%)"),
+        vertical_rows,
+    ),
+    "friction": (
+        ("piece", "b/h", *SLIDING, f"undecided: {VINYL}", "PGV (m/s)", "falls, cannot slide (%)", *FALLING),
+        friction_rows,
+    ),
+    "slips": (
+        ("PGV (m/s)", "slip > (cm)", "one component (%)", "both directions: change (points)",
+         "V/H 2/3: change (points)", "airborne (%)"),
+        slide_change_rows,
+    ),
+    "bench": (
+        ("piece", "PGV (m/s)", "overturns, cannot slide (%)",
+         *(head.format(contact) for contact in FLOORS[:2] for head in ON_BENCH)),
+        bench_rows,
+    ),
+}  # fmt: skip
+"""Files of the page, with their headings."""
 
 
 # Figures -------------------------------------------------------------------------------------------------------------
@@ -377,7 +338,7 @@ def changes_figure(runs: Runs) -> Figure:
     figure, panels = new(8.6, 1, 2, sharey=True, sharex=True)
     shown = (
         {"square": "square plan", "own": "own plan"},
-        {"two thirds": "V/H 2/3", "full": "V/H 1", "nudged": f"times {NUDGES[1]:g}"},
+        {"two thirds": "V/H 2/3", "full": "V/H 1", "nudged": f"times {NUDGE:g}"},
     )
     for ax, words, first in zip(panels, shown, (0, 2), strict=True):
         ax.axvline(0.0, color="0.3", lw=1.0)
@@ -388,80 +349,26 @@ def changes_figure(runs: Runs) -> Figure:
     return figure
 
 
-def file_figure(runs: Runs) -> Figure:
-    """Draw the two-drawer file: chances of falling over the level, and of slips on vinyl."""
-    figure, panels = new(6.4, 2, 1, sharex=True, sharey=True)
-    file = next(item for item in ITEMS if item.name == TWO_DRAWER)
-    one = runs.falls[TWO_DRAWER]["one"].astype(float)
-    gates = {"cannot slide": 0.0, **{contact: slides(file, contact) for contact in FLOORS}}
-    slips = runs.slips[VINYL]["slide_peak"]
-    falls = {f"falls: {name}": (1.0 - chance) * one for name, chance in gates.items()}
-    far = {f"slips more than {100 * beyond:g} cm": slipped(file, VINYL, slips, beyond) for beyond in SLIPS}
-    for ax, found, first in zip(panels, (falls, far), (0, 3), strict=True):
-        for k, (name, chances) in enumerate(found.items()):
-            curve(ax, LEVELS, [share(row) for row in chances], k + first, marker=k, lw=1.6, label=name)
-        bare(ax)
-        log_ticks(ax, (0.25, 0.5, 1.0, 2.0, 4.0))
-        ax.set_xlim(0.2, 4.0)
-        shares_axis(ax)
-        ax.legend(loc="upper left", frameon=False, handlelength=1.6)
-    figure.supxlabel("peak velocity, RotD50 (m/s)", fontsize=10.5)
-    return figure
-
-
-def rates_figure(yearly: dict[str, Falls]) -> Figure:
-    """Draw annual rates over that of one component, of every piece."""
-    figure, ax = new(8.2)
-    ax.axvline(1.0, color="0.3", lw=1.0)
-    words = {
-        "square": "both directions, square plan",
-        "own": "both directions, own plan",
-        "vertical": "vertical component, V/H 2/3",
-        "friction": "both directions, own plan, V/H 2/3, and friction on vinyl",
-    }
-    found = {text: [interval(own[case] / own["one"]) for own in yearly.values()] for case, text in words.items()}
-    whiskers(ax, [*yearly], found)
-    ax.set_xlabel("annual rate over that of one component (–)")
-    figure.legend(loc="outside upper left", frameon=False, handlelength=1.2)
-    return figure
-
-
 # The page ------------------------------------------------------------------------------------------------------------
 
 
-def page(runs: Runs, yearly: dict[str, Falls]) -> str:
+def page(runs: Runs) -> str:
     """Return the page: its template with every number from the results."""
-    tables: dict[str, Callable[[Runs], Rows]] = {
-        "summary": summary_rows,
-        "direction": direction_rows,
-        "vertical": vertical_rows,
-        "median": median_rows,
-        "friction": friction_rows,
-        "slip": slip_rows,
-        "slide_change": slide_change_rows,
-        "bench": bench_rows,
-    }
     chances = {item.name: slides(item, VINYL) for item in ROCKING}
     return template("directions").format(
-        **{f"{name}_table": body(rows(runs)) for name, rows in tables.items()},
-        rate_table=body(rate_rows(yearly)),
+        summary_table=body(summary_rows(runs)),
         item_table=body(item_rows()),
         motions=NUMBER,
         rocking=len(ROCKING),
-        nudge=NUDGES[1],
+        nudge=NUDGE,
         levels=len(LEVELS),
         least_level=LEVELS[0],
         top_level=LEVELS[-1],
         replicates=REPLICATES,
-        hazard_level=HAZARD.levels[1],
         means=2 * len(CHANGES),
         slides_slender=chances["bookcase-6-shelf"],
         slides_short=chances["bookcase-2-shelf"],
         slides_file=chances[TWO_DRAWER],
-        rate_square=span([own["square"][0] / own["one"][0] for own in yearly.values()]),
-        rate_vertical=span(
-            [end for own in yearly.values() for end in interval(own["vertical"] / own["one"])[1:]], ".2f", " and "
-        ),
         **direction_answers(runs),
         **vertical_answers(runs),
         **slide_answers(runs),
@@ -485,28 +392,28 @@ def direction_answers(runs: Runs) -> dict[str, str]:
 def vertical_answers(runs: Runs) -> dict[str, str]:
     """Return what the text states of the vertical component: means over pieces, and shares of outcomes that change."""
     found: dict[str, str] = {}
-    for change_name in VERTICAL:
-        name = change_name.replace(" ", "_")
-        half, tenth = (pooled(runs, change_name, part) for part in (0.5, 0.1))
-        found |= {
-            f"{name}_half": change(half.mean),
-            f"{name}_tenth": change(tenth.mean),
-            f"{name}_pieces": str(half.number),
-            f"{name}_more": str(half.signs.count(1)),
-            f"{name}_cases": str(len(half.cases)),
-            f"{name}_flips": span([100.0 * (one.difference != 0.0).mean() for one in half.cases.values()], ".0f")
-            + " %",
-            f"{name}_gone": f"{100 * airborne_share(runs.falls[TWO_DRAWER], change_name):.0f} %",
-        }
+    for name in VERTICAL:
+        half, tenth = (pooled(runs, name, part) for part in (0.5, 0.1))
+        means = {"half": change(half.mean), "tenth": change(tenth.mean), "pieces": str(half.number)}
+        found |= {f"{name.replace(' ', '_')}_{key}": text for key, text in means.items()}
     two_thirds = pooled(runs, "two thirds", 0.5)
-    nudged = [case(falls, "nudged", level_of(0.5, falls)) for falls in (runs.falls[name] for name in two_thirds.cases)]
-    moved = zip(nudged, two_thirds.cases.values(), strict=True)
-    found["nudge_share"] = span([np.abs(one.difference).mean() / np.abs(two.difference).mean() for one, two in moved])
+    flipped = {name: np.abs(own.difference).mean() for name, own in two_thirds.cases.items()}
+    nudged = {
+        name: np.abs(case(falls, "nudged", level_of(0.5, falls)).difference).mean()
+        for name, falls in runs.falls.items()
+        if name in flipped
+    }
     more = [name for name, sign in zip(two_thirds.cases, two_thirds.signs, strict=True) if sign > 0]
-    found["two_thirds_who"] = ", ".join(more)
-    left_out = (airborne_share(runs.falls[name], "two thirds") for name in more)
-    found["two_thirds_left_out"] = ", ".join(f"{100 * part:.0f} %" for part in left_out)
-    return found
+    gone = {name: f"{100 * airborne_share(falls, 'two thirds'):.0f} %" for name, falls in runs.falls.items()}
+    return found | {
+        "two_thirds_more": str(two_thirds.signs.count(1)),
+        "two_thirds_cases": str(len(two_thirds.cases)),
+        "two_thirds_flips": span([100.0 * share for share in flipped.values()], ".0f") + " %",
+        "two_thirds_gone": gone[TWO_DRAWER],
+        "nudge_share": span([nudged[name] / flipped[name] for name in flipped]),
+        "two_thirds_who": ", ".join(more),
+        "two_thirds_left_out": ", ".join(gone[name] for name in more),
+    }
 
 
 def slide_answers(runs: Runs) -> dict[str, str]:

@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator, PercentFormatter
@@ -74,7 +75,7 @@ def whiskers(ax: Axes, names: Sequence[str], found: Mapping[str, Sequence[Interv
     for k, (name, values) in enumerate(found.items()):
         label: str | None = name
         for i, value in enumerate(values):
-            if value is not None:
+            if value is not None and np.isfinite(value.value):
                 ax.errorbar(
                     value.value, i + step * (k - 0.5 * (len(found) - 1)),
                     xerr=[[value.value - value.lower], [value.upper - value.value]],

@@ -1,9 +1,8 @@
-"""The page docs/kits.md and its figures: which anti-tip kit is enough?"""
+"""The page docs/kits.md and its figure: which anti-tip kit is enough?"""
 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 from itertools import pairwise, product
 from typing import NamedTuple
@@ -12,20 +11,16 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, NullLocator
 
 import toppling as tp
 
-from ...core.streams import stream
 from ...core.units import STANDARD_GRAVITY
-from ...motions import KanaiTajimi, NearFault, SpectrumCompatible, TargetSpectrum
-from ...motions.arrays import records
+from ...motions import SpectrumCompatible, TargetSpectrum
 from ...motions.polarity import both_polarities
 from ...studies.plots.axes import COLOURS, MARKERS
-from ..experiments.jma import jma_intensity
 from .figures import DASHED, DOTTED, DPI, bare, curve, log_ticks, looks, new, shares_axis
 from .page import save, some, template, write
-from .shares import REPLICATES, Share, clustered, decidable, decided, share, share_of_free
+from .shares import clustered, decidable, decided, share, share_of_free
 from .tables import body, span
 from .walls import gap_name, sides
 
@@ -57,7 +52,7 @@ SOIL, CORNERS = 1.35, (0.2, 0.8, 2.0)
 STRENGTHS = (50.0, 100.0, 150.0, 200.0, 267.0, 400.0, 600.0, 1000.0, 1500.0, 2500.0)  # N
 SLACKS = (0.0, 0.005, 0.01, 0.02)  # m
 STIFFNESSES = (20e3, 100e3, 500e3)  # N/m
-GAPS, GAP, BELOW_TOP = (0.0, 0.02), 0.02, 0.05  # m: touching, or behind a skirting board; the strap below the top
+GAPS, BELOW_TOP = (0.0, 0.02), 0.05  # m: touching, or behind a skirting board; the strap below the top
 ENOUGH = 0.05
 """Probability of a fall into the room below which a kit is enough, with the upper end of its 95 % interval."""
 NUMBER, SEED = some(75, 8), 1
@@ -81,16 +76,13 @@ def design_motions(number: int = NUMBER) -> xr.DataArray:
     return found
 
 
-def block(piece: Piece, restraint: tp.Restraint | None = None, gap: float | None = GAP, lean: float = 0.0) -> tp.Block:
+def block(piece: Piece, restraint: tp.Restraint | None = None, gap: float | None = None) -> tp.Block:
     """A piece before its wall (or free), with or without a restraint."""
     wall = None if gap is None else tp.Wall(gap)
-    held = (
-        "" if restraint is None else f"{restraint.kind}, {restraint.strength}, {restraint.slack}, {restraint.stiffness}"
-    )
-    name = f"{piece.name}, {gap}, {lean}, {held}"
+    held = "" if restraint is None else f"{restraint.strength}, {restraint.slack}, {restraint.stiffness}"
     return tp.Block(
-        piece.width, piece.height, name=name, mass=piece.mass, lean=lean, wall=wall, restraint=restraint
-    )  # fmt: skip
+        piece.width, piece.height, name=f"{piece.name}, {gap}, {held}", mass=piece.mass, wall=wall, restraint=restraint
+    )
 
 
 def strap(piece: Piece, strength: float, slack: float, stiffness: float) -> tp.Restraint:
@@ -113,7 +105,7 @@ def kits(
     grid = list(product(stiffnesses, SLACKS, STRENGTHS))
     blocks = []
     for piece in pieces:
-        blocks.append(block(piece, None, None))
+        blocks.append(block(piece))
         for gap in GAPS:
             blocks.append(block(piece, None, gap))
             blocks += [block(piece, strap(piece, strength, slack, one), gap) for one, slack, strength in grid]
@@ -128,86 +120,6 @@ def static_force(piece: Piece, acceleration: float) -> float:
     """The force that a strap carries if the piece is held still at an acceleration (m/s²), N; at least 0."""
     moment = piece.mass * 0.5 * (acceleration * piece.height - STANDARD_GRAVITY * piece.width)
     return max(0.0, moment / (piece.height - BELOW_TOP))
-
-
-# Kumamoto: a survey at second hand.  Shares and the numbers of pieces where they are stated.
-SURVEY_FREE = 0.335
-SURVEY_BRACKETS, SURVEY_MATS = (0.089, 79), 0.397
-"""Of mats the source states 39.7 % of 56, which no count of 56 gives: without a number there is no interval."""
-BRACKET_STIFFNESSES = (50e3, 500e3)  # N/m, on plasterboard, and steel on a stud
-KUMAMOTO = NearFault(7.0, 5e3, 400.0, with_pulse="probability")
-SURVEY_SCALES = tuple(np.geomspace(0.1, 2.0, 14))  # m/s
-DEVICES = (25.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0)  # N
-
-
-def wilson(value: float, number: int) -> Share:
-    """A stated share of a number of pieces, with Wilson's 95 % interval."""
-    lower, upper = tp.fragility.binomial_interval(value * number, number)
-    return Share(value, float(lower), float(upper))
-
-
-class Survey(NamedTuple):
-    """The model beside the survey: the calibrated level, and falls over strength."""
-
-    level: float  # m/s
-    brackets: np.ndarray  # stiffness, strength, motion
-    mats: np.ndarray  # strength, motion
-
-
-def survey() -> Survey:
-    """Scale near-fault motions until the pieces before their walls fall as often as those of the survey.
-
-    Two brackets near the top, soft or stiff and without slack, and mats at both long edges as an adhesive, then stand
-    in the same shaking.
-    """
-    shakes = both_polarities(KUMAMOTO.sample(NUMBER, seed=SEED))
-    plain = clustered(sides([block(one) for one in PIECES], shakes, list(SURVEY_SCALES), "pgv", LAW) == 1).mean((0, 2))
-    level = float(np.exp(np.interp(SURVEY_FREE, plain, np.log(SURVEY_SCALES))))
-    blocks = []
-    for piece in PIECES:
-        top = piece.height - BELOW_TOP
-        blocks += [
-            block(piece, tp.Restraint.bracket(top, force, stiffness, count=2))
-            for stiffness, force in product(BRACKET_STIFFNESSES, DEVICES)
-        ]
-        blocks += [block(piece, tp.Restraint.adhesive(force, piece.width)) for force in DEVICES]
-    found = clustered(sides(blocks, shakes, [level], "pgv", LAW) == 1)[:, 0]
-    mean = found.reshape(len(PIECES), len(BRACKET_STIFFNESSES) + 1, len(DEVICES), -1).mean(0)
-    return Survey(level, mean[:-1], mean[-1])
-
-
-# Tokyo: JMA's instrumental intensity in the middle of 6-lower and 6-upper.
-INTENSITIES = {"6-lower": 5.75, "6-upper": 6.25}
-WEDGE = -math.radians(1.0)
-POLE_FORCE, POLE_STIFFNESS = 200.0, 50e3  # N, N/m
-
-
-def tokyo_cases(piece: Piece) -> dict[str, tp.Block]:
-    """The set-ups of the shake-table tests that the model can describe."""
-    pole = tp.Restraint.pole(POLE_FORCE, 10.0 * POLE_FORCE, POLE_STIFFNESS, piece.width - 0.05, 0.05, count=2)
-    brackets = tp.Restraint.bracket(piece.height - BELOW_TOP, 1000.0, BRACKET_STIFFNESSES[-1], count=2)
-    return {
-        "nothing": block(piece),
-        "wedge (leans 1° to the wall)": block(piece, None, GAP, WEDGE),
-        "poles (two, 200 N each)": block(piece, pole),
-        "wedge and poles": block(piece, pole, GAP, WEDGE),
-        "L-brackets (two, 1 kN each)": block(piece, brackets),
-    }
-
-
-def tokyo() -> dict[tuple[str, str, str], np.ndarray]:
-    """Falls into the room (intensity, motion) of Tokyo's two specimens, by piece, case and kind of motions."""
-    found = {}
-    for kind, generator in {"broadband": KanaiTajimi(), "near-fault": NearFault(7.0, 5e3, 400.0)}.items():
-        plain = generator.sample(NUMBER, seed=SEED)
-        unit = np.array([10.0 ** (-0.5 * jma_intensity(one.acceleration, one.dt)) for one in records(plain)])
-        shakes = both_polarities((plain * xr.DataArray(unit, dims="motion")).assign_attrs(plain.attrs))
-        levels = [10.0 ** (0.5 * one) for one in INTENSITIES.values()]
-        for piece in PIECES[:2]:
-            cases = tokyo_cases(piece)
-            fallen = clustered(sides(list(cases.values()), shakes, levels, "scale", LAW) == 1)
-            found.update({(piece.name, case, kind): fallen[i] for i, case in enumerate(cases)})
-    return found
 
 
 # Makris and Zhang: a block anchored at its lower corners, under one cycle of a sine.
@@ -232,32 +144,20 @@ def anchored(strength: float | None) -> tp.Block:
 def overturning(ratios: tuple[float, ...] = RATIOS) -> np.ndarray:
     """Return whether the block falls under one cycle of a sine (free and anchored, omega/p, amplitude)."""
     blocks = [anchored(one) for one in (None, *FORCES)]
+    pulse = STANDARD_GRAVITY * math.tan(SLENDERNESS) * np.sin(2.0 * math.pi * np.arange(401) / 400)
     found = []
     for ratio in ratios:
-        omega = ratio * blocks[0].p
-        steps = 400
-        dt = 2.0 * math.pi / omega / steps
-        time_axis = np.arange(steps + 1) * dt
-        pulse = STANDARD_GRAVITY * math.tan(SLENDERNESS) * np.sin(omega * time_axis)
-        found.append(
-            sides(blocks, tp.motions.from_array(pulse[None], dt), list(AMPLITUDES), "scale", LAW)[:, :, 0] != 0
-        )
+        motion = tp.motions.from_array(pulse[None], 2.0 * math.pi / (ratio * blocks[0].p) / 400)
+        found.append(sides(blocks, motion, list(AMPLITUDES), "scale", LAW)[:, :, 0] != 0)
     return np.stack(found, axis=1)
 
 
 def main() -> None:
-    """Write the page and its figures."""
-    began = time.perf_counter()
-    found, surveyed, tested, fallen = kits(design_motions()), survey(), tokyo(), overturning()
-    seconds = time.perf_counter() - began
+    """Write the page and its figure."""
+    found, fallen = kits(design_motions()), overturning()
     with looks("xtick.labelsize", "ytick.labelsize"):
-        drawn = {
-            "strength": strength_figure(found),
-            "survey": survey_figure(surveyed),
-            "anchored": anchored_figure(least(fallen)),
-        }
-        save("kits", drawn, DPI)
-    write("kits", page(found, surveyed, tested, fallen, seconds))
+        save("kits", {"strength": strength_figure(found)}, DPI)
+    write("kits", page(found, fallen))
 
 
 def strength_figure(found: Kits) -> Figure:
@@ -289,77 +189,21 @@ def strength_figure(found: Kits) -> Figure:
     return figure
 
 
-def survey_figure(surveyed: Survey) -> Figure:
-    """Draw falls over the strength of brackets and mats, beside the survey's shares."""
-    figure, axes = new(5.8, 2, 1, sharex=True)
-    held = wilson(*SURVEY_BRACKETS)
-    axes[0].axhspan(held.lower, held.upper, color="0.88", lw=0.0)
-    names = [f"{stiffness / 1e3:g} N/mm" for stiffness in BRACKET_STIFFNESSES]
-    panels = (
-        (surveyed.brackets, held.value, "two L-brackets", names),
-        (surveyed.mats[None], SURVEY_MATS, "mats, as an adhesive", ["mats"]),
-    )
-    for ax, (curves, stated, title, labels) in zip(axes, panels, strict=True):
-        ax.axhline(stated, color="0.5", lw=1.2)
-        ax.axhline(SURVEY_FREE, color="black", lw=1.2, ls=DASHED)
-        for k, falls in enumerate(curves):
-            curve(ax, DEVICES, [share(one) for one in falls], k, label=labels[k])
-        bare(ax)
-        log_ticks(ax, DEVICES, "{x:.0f}")
-        shares_axis(ax, 0.6)
-        ax.set_title(title, loc="left")
-    axes[0].legend(frameon=False, loc="upper right")
-    figure.supylabel(FALLS)
-    figure.supxlabel("strength of one bracket, or of the mats at one edge (N)")
-    named = {
-        "survey, nothing (calibrated)": Line2D([], [], color="black", lw=1.2, ls=DASHED),
-        "survey, this device": Line2D([], [], color="0.5", lw=1.2),
-        "its 95 % interval": Line2D([], [], color="0.88", lw=8.0),
-    }
-    figure.legend([*named.values()], [*named], loc="outside upper center", ncols=2, frameon=False)
-    return figure
-
-
-def anchored_figure(amplitudes: np.ndarray) -> Figure:
-    """Draw the smallest amplitudes that overturn a block under a one-cycle sine (free and anchored, omega/p)."""
-    figure, ax = new(4.4)
-    ax.plot(RATIOS, amplitudes[0], color="black", lw=1.8, ls=DASHED, label="free")
-    for k, force in enumerate(FORCES):
-        ax.plot(RATIOS, amplitudes[k + 1], color=COLOURS[k], lw=1.5, label=f"strength {force:g} of the weight")
-    bare(ax)
-    ax.set_yscale("log")
-    ax.yaxis.set_minor_locator(NullLocator())
-    ax.yaxis.set_major_locator(FixedLocator([1.0, 2.0, 3.0, 5.0, 10.0, 15.0]))
-    ax.yaxis.set_major_formatter("{x:g}")
-    ax.set_xlabel("frequency of the pulse over that of the block, ω/p (–)")
-    ax.set_ylabel("least amplitude that overturns, over g tan α (–)")
-    ax.legend(frameon=False, loc="upper left")
-    return figure
-
-
 def least(fallen: np.ndarray) -> np.ndarray:
     """Return the smallest amplitude, over g tan alpha, that overturns the block (free and anchored, omega/p)."""
     return np.where(fallen.any(-1), np.array(AMPLITUDES)[np.argmax(fallen, axis=-1)], np.nan)
 
 
-def page(
-    found: Kits, surveyed: Survey, tested: dict[tuple[str, str, str], np.ndarray], fallen: np.ndarray, seconds: float
-) -> str:
+def page(found: Kits, fallen: np.ndarray) -> str:
     """Return the page: its template with every number from the results."""
     gains = found.kit - found.wall[:, :, None, None, None]
     signs = decided(gains)
     more = int((signs > 0).sum())
     within_step, compared = slack_steps(found)
     widths = np.quantile(transitions(found), [0.25, 0.75, 0.9])
-    runs = 2 * NUMBER * (
-        (found.kit[..., 0, 0].size + found.wall[..., 0, 0].size + len(PIECES)) * len(SITES)
-        + len(PIECES) * (len(SURVEY_SCALES) + (len(BRACKET_STIFFNESSES) + 1) * len(DEVICES))
-        + 2 * 2 * 2 * len(tokyo_cases(PIECES[0]))
-    )  # fmt: skip
     return template("kits").format(
         motions=NUMBER,
-        runs=runs + fallen.size,
-        seconds=seconds,
+        runs=2 * (found.kit.size + found.wall.size + found.free.size) + fallen.size,
         enough=100 * ENOUGH,
         soil=SOIL,
         corners=", ".join(f"{corner:g}" for corner in CORNERS),
@@ -379,25 +223,11 @@ def page(
         within_step=within_step,
         compared=compared,
         slack_points=100 * slack_points(found),
-        device_table=body(device_rows(surveyed)),
-        survey_level=surveyed.level,
-        survey_free=100 * SURVEY_FREE,
-        brackets=written(wilson(*SURVEY_BRACKETS)),
-        mats=100 * SURVEY_MATS,
-        soft_brackets=reproducing(surveyed.brackets[0], *SURVEY_BRACKETS),
-        stiff_brackets=reproducing(surveyed.brackets[1], *SURVEY_BRACKETS),
-        mat_forces=like_none(surveyed.mats),
         ratio_step=RATIOS[1] - RATIOS[0],
         amplitude_step=100 * (AMPLITUDES[1] / AMPLITUDES[0] - 1),
         worse=WORSE,
-        test_table=body(test_rows(tested)),
         band_table=body(band_rows(least(fallen))),
     )
-
-
-def written(found: Share) -> str:
-    """Return a share with one digit after the point, in per cent."""
-    return f"{100 * found.value:.1f} % ({100 * found.lower:.0f}–{100 * found.upper:.0f} %)"
 
 
 def piece_table() -> str:
@@ -488,40 +318,6 @@ def least_table(found: Kits) -> str:
             cells = [" / ".join(least_strength(strap) for strap in stiffness) for stiffness in kept]
         rows.append((piece.name, site, gap_name(gap), without(found.wall[i, j, s]), *cells))
     return body(rows)
-
-
-def device_rows(surveyed: Survey) -> Iterator[tuple[object, ...]]:
-    """Yield falls over the strength of a device."""
-    for i, force in enumerate(DEVICES):
-        yield f"{force:.0f}", *(share(falls[i]) for falls in (*surveyed.brackets, surveyed.mats))
-
-
-def reproducing(falls: np.ndarray, value: float, number: int) -> str:
-    """Return the strengths at which the model's falls (strength, motion) equal a share of a number of pieces, in kN.
-
-    The 95 % interval to one digit, of draws of both: motions by the bootstrap, and the stated share from Jeffreys'
-    posterior.  A draw outside the strengths tried counts as the nearest of them.
-    """
-    draws, motions = stream(1, 0), falls.shape[-1]
-    weights = draws.multinomial(motions, np.full(motions, 1.0 / motions), REPLICATES) / motions
-    stated = draws.beta(value * number + 0.5, (1.0 - value) * number + 0.5, REPLICATES)
-    curves = np.minimum.accumulate((falls @ weights.T).T, axis=1)[:, ::-1]
-    log = np.log(DEVICES)[::-1]
-    forces = [float(np.exp(np.interp(one, curve, log))) / 1e3 for one, curve in zip(stated, curves, strict=True)]
-    low, high = np.quantile(forces, [0.025, 0.975])
-    return f"{low:.1g} to {high:.1g}"
-
-
-def like_none(falls: np.ndarray) -> str:
-    """Return the greatest strength tried whose interval of falls contains the share without a device, N."""
-    return f"{max(force for force, one in zip(DEVICES, falls, strict=True) if share(one).upper >= SURVEY_FREE):.0f}"
-
-
-def test_rows(tested: dict[tuple[str, str, str], np.ndarray]) -> Iterator[tuple[object, ...]]:
-    """Yield falls in the set-ups of the shake-table tests."""
-    for piece, case in product(PIECES[:2], tokyo_cases(PIECES[0])):
-        kinds = (tested[piece.name, case, kind] for kind in ("broadband", "near-fault"))
-        yield piece.name, case, *(share(falls[n]) for falls in kinds for n in range(len(INTENSITIES)))
 
 
 WORSE = 0.99

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import shutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,12 @@ def save(name: str, figures: Mapping[str, Figure], dpi: int, **options: Any) -> 
     """Write the figures of a page."""
     for figure, drawn in figures.items():
         drawn.savefig(folder(name) / f"{figure}.png", dpi=dpi, **options)
+
+
+def write_csv(name: str, table: str, headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a table of a page as a CSV file."""
+    with (folder(name) / f"{table}.csv").open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([headings, *rows])
 
 
 def write(name: str, text: str) -> None:

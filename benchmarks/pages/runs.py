@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 import toppling as tp
@@ -20,7 +19,6 @@ from ...models.oscillator import stack
 from ...models.runs import OUTPUTS, run_mixed
 from ...motions import records
 from ...motions.arrays import Record
-from ...studies.plots import axes
 from ..sequential import sizes
 from .page import HERE, save, some, template, write
 from .tables import Interval, body
@@ -196,89 +194,9 @@ def boundary_figure(found: Shaken) -> Figure:
     return figure
 
 
-def flips_figure(shares: dict[float, NDArray[np.float64]], others: dict[str, NDArray[np.float64]]) -> Figure:
-    """Draw the share of verdicts that change against the change of the factor, with other changes as lines."""
-    figure = Figure(figsize=(6.4, 4.4))
-    ax = figure.subplots()
-    middle, lower, upper = 100.0 * np.array([interval(share) for share in shares.values()]).T
-    errors = np.stack([middle - lower, upper - middle])
-    ax.errorbar(
-        100.0 * np.array([*shares]), middle, yerr=errors, fmt="o", color="#0072B2", label="the factor on the motion"
-    )
-    colours = ("#D55E00", "#009E73", "#CC79A7", "#E69F00")
-    for (name, share), colour, style in zip(others.items(), colours, ("-", "--", "-.", ":"), strict=True):
-        ax.axhline(100.0 * float(share.mean()), color=colour, ls=style, lw=1.5, label=name)
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
-    ax.set_yticks([3, 5, 10, 20])
-    ax.set_xlabel("change of the factor on the motion (%)")
-    ax.set_ylabel("verdicts that change (%)")
-    ax.legend(frameon=False, fontsize=8)
-    axes.grid(ax)
-    figure.tight_layout()
-    return figure
-
-
 def per_cent(share: NDArray[np.float64]) -> str:
     """Return the mean share of verdicts (motion,) in per cent with its interval."""
     return f"{interval(share).times(100):.1f}"
-
-
-def over_sequential(text: str) -> list[str]:
-    """Return what common levels take over what sequential analyses of three runs a motion take, as rows of a table.
-
-    text: what `benchmarks.sequential.databases` prints.  Runs, samples, time and motions: for ±5 % kept as often, and
-    asking for ±5 and ±10 %.
-    """
-    words = {"ask": "kept as often", "local": "asked of a local fit", "": "asked for"}
-    rows: dict[tuple[str, str], list[str]] = {}
-    database = ""
-    own: list[float] = []
-    for line in text.splitlines():
-        if line.endswith(" motions"):
-            database = line.split()[1].replace("Clough-Penzien", "Clough–Penzien")
-        if not line.startswith("±"):
-            continue
-        within, *label, _, _, motions, runs, samples, _, seconds = line.split()
-        took = [float(one.replace(",", "")) for one in (runs, samples, seconds, motions)]
-        if label[0] == "3":
-            own = took
-        elif label[1] == "common" and within != "±2%":
-            ratios = " | ".join(f"{one / other:#.2g}".rstrip(".") for one, other in zip(took, own, strict=True))
-            kind = label[3] if len(label) > 3 else ""
-            row = f"| {database}, {within.replace('%', ' %')} {words[kind]} | {ratios} |"
-            rows.setdefault((within, kind), []).append(row)
-    order = [*words]
-    return [row for key in sorted(rows, key=lambda one: (one[0] != "±5%", order.index(one[1]))) for row in rows[key]]
-
-
-def single_runs(text: str) -> dict[str, str]:
-    """Return what the page says of single runs of motions, from a table as that of `over_sequential`.
-
-    For both databases: motions and runs over those of three runs a motion, and the engine's time for ±10 % over that of
-    common levels, of one block and with all lanes of the engine full.
-    """
-    more, fewer, alone, full = [], [], [], []
-    took: dict[str, list[float]] = {}
-    for line in text.splitlines():
-        if line.startswith("±10%"):
-            label, rest = line[7:35].strip(), line[35:].split()
-            took[label] = [float(rest[i].replace(",", "")) for i in (2, 3, 6)]
-        if line.startswith("CPU"):
-            one, three, common = took["1 run of each motion"], took["3 runs of each motion"], took["20 common levels"]
-            more.append(one[0] / three[0])
-            fewer.append(one[1] / three[1])
-            alone.append(one[2] / common[2])
-            full.append(1e-3 * one[1] * float(line.split(",")[-1].split()[0]) / common[2])
-    words = "they take {} and {} times as many motions and {} and {} times as many runs"
-    return {
-        "single_more": words.format(*(f"{one:.2g}" for one in (*more, *fewer))),
-        "single_alone": " and ".join(f"{one:.2f}" for one in alone),
-        "single_full": " and ".join(f"{one:.2f}" for one in full),
-    }
 
 
 class Way(NamedTuple):
@@ -308,10 +226,10 @@ def printed(name: str) -> str:
 
 
 def main() -> None:
-    """Write the page and its figures."""
+    """Write the page and its figure."""
     found = shaken()
     shares, others = flips(found), other_models(found)
-    save("runs", {"boundary": boundary_figure(found), "flips": flips_figure(shares, others)}, 120)
+    save("runs", {"boundary": boundary_figure(found)}, 120)
     slope = exponent(shares)
     intervals, first = first_falls(found)
     errors = levels_a_motion(found)
@@ -341,7 +259,6 @@ def main() -> None:
         twenty=196 * errors[20],
         other_motions=100 * 20 / 3,
         better=196 * errors[3] * (3 / 20) ** 0.5,
-        over="\n".join(over_sequential(printed("databases"))),
         blocks=sizes.NUMBER,
         replicates=sizes.REPLICATES,
         truth_motions=sizes.TRUTH_MOTIONS,
@@ -352,6 +269,5 @@ def main() -> None:
         fewer=grid.runs / (surface.runs + surface.check),
         less=grid.seconds / surface.seconds,
         **{name: printed(name) for name in ("sizes", "synthetic", "databases", "single")},
-        **single_runs(printed("single")),
     )
     write("runs", page.replace("| -", "| −"))

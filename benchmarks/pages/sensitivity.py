@@ -13,25 +13,15 @@ from matplotlib.figure import Figure
 
 from ...studies.kinds.sensitivity import SensitivityStudy
 from ...studies.plots.sensitivity import figures
-from ..claims.claims import FAILS, HOLDS, OPEN, OURS, PAPER, Claim, claims
+from ..claims.claims import FAILS, HOLDS, OPEN, PAPER, Claim, claims
 from ..claims.evidence import evidence
 from ..claims.figures import figures as figures_of_claims
 from .page import results, save, study, template, write
-from .tables import Interval, body, minus, table
+from .tables import Interval, body
 
 SHOWN = {
-    "delta": (
-        "decay_error",
-        "free_rocking",
-        "median_ratio",
-        "dispersion",
-        "probability",
-        "flipped",
-        "convergence",
-        "tornado",
-        "sobol",
-    ),
-    "e": ("median", "dispersion", "probability", "flipped", "decay_error", "free_rocking", "tornado", "sobol"),
+    "delta": ("decay_error", "median_ratio", "tornado", "sobol"),
+    "e": ("median", "tornado", "sobol"),
 }
 """Figures of each study that the page shows."""
 ABOVE = "its median over the rigid block's; above 1: falls too late"
@@ -83,7 +73,7 @@ def legend_above(figure: Figure) -> None:
     size = below.get_texts()[0].get_fontsize()
     below.remove()
     figure.legend(
-        [one for one in handles if one is not None],
+        [handle for handle in handles if handle is not None],
         labels,
         title=figure.get_suptitle(),
         loc="outside upper center",
@@ -97,7 +87,7 @@ def legend_above(figure: Figure) -> None:
 def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
     """Return the page: its template with every number from the datasets."""
     of_delta, of_e = claims(over_delta), claims(over_e)
-    verdicts = [one.verdict for one in of_delta if one.of == PAPER]
+    verdicts = [claim.verdict for claim in of_delta if claim.of == PAPER]
     return template("sensitivity").format(
         motions=over_delta.sizes["motion"],
         levels=over_delta.sizes["level"],
@@ -108,55 +98,30 @@ def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
         holds=verdicts.count(HOLDS),
         fails=verdicts.count(FAILS),
         open=verdicts.count(OPEN),
-        delta_claims=claim_list(of_delta, PAPER),
-        delta_ours=claim_list(of_delta, OURS),
-        e_claims=claim_list(of_e, PAPER),
-        e_ours=claim_list(of_e, OURS),
         claim_table=claim_table(of_delta, of_e),
         swing_table=swing_table(over_delta),
-        flip_table=flip_table(over_delta),
         friction=float(over_e.attrs["friction"]),
         unphysical=unphysical(over_e),
         replicates=int(over_delta.attrs["replicates"]),
-        order=order_table(over_delta),
     )
-
-
-def claim_list(found: list[Claim], of: str) -> str:
-    """Claims with verdict, number and interval, one each."""
-    return "\n".join(
-        f"- **{capital(one.claim)}: {one.verdict}.** {capital(one.text)}. *{written(one)}: {kind(one)}.*"
-        for one in found
-        if one.of == of
-    )
-
-
-def kind(one: Claim) -> str:
-    """Return what a claim's number is, and its interval."""
-    return WHAT[one.claim].partition(";")[0] + ("" if one.interval == "exact" else f" ({one.interval})")
-
-
-def capital(text: str) -> str:
-    """The beginning of a sentence, symbols left as they are."""
-    return text if text.startswith("Vassiliou et al.") else text[0].upper() + text[1:]
 
 
 def claim_table(over_delta: list[Claim], over_e: list[Claim]) -> str:
     """Return every claim: what its number is, and verdict and number in both studies."""
-    others = {one.claim: one for one in over_e}
+    others = {claim.claim: claim for claim in over_e}
     rows = []
-    for one in over_delta:
-        both = (one, others.get(one.claim))
-        cells = [f"**{claim.verdict}**: {written(claim)}" if claim else "–" for claim in both]
-        rows.append((one.claim, WHAT[one.claim], *cells))
+    for claim in over_delta:
+        both = (claim, others.get(claim.claim))
+        cells = (f"**{of_study.verdict}**: {written(of_study)}" if of_study else "–" for of_study in both)
+        rows.append((claim.claim, WHAT[claim.claim], *cells))
     return body(rows)
 
 
-def written(one: Claim) -> str:
+def written(claim: Claim) -> str:
     """Return a number with its interval."""
-    if one.lower == one.number == one.upper:
-        return f"{one.number:g}"
-    return f"{Interval(one.number, one.lower, one.upper):.2f}"
+    if claim.lower == claim.number == claim.upper:
+        return f"{claim.number:g}"
+    return f"{Interval(claim.number, claim.lower, claim.upper):.2f}"
 
 
 def swing_table(results: xr.Dataset) -> str:
@@ -164,14 +129,10 @@ def swing_table(results: xr.Dataset) -> str:
     rows = []
     for model in results["model"].values:
         for block in results["block"].values:
-            one = results.sel(block=block, model=model)
-            rows.append((law(model), block, *(swing(one.sel(span=span)) for span in one["span"].values)))
+            own = results.sel(block=block, model=model)
+            swings = (swing(own.sel(span=span)) for span in own["span"].values)
+            rows.append((str(model).replace("_", "\\_"), block, *swings))
     return body(rows)
-
-
-def law(model: object) -> str:
-    """Return the name of a law as Markdown."""
-    return str(model).replace("_", "\\_")
 
 
 def swing(one: xr.Dataset) -> str:
@@ -182,25 +143,6 @@ def swing(one: xr.Dataset) -> str:
     if np.isinf(middle):
         return "more than the levels show"
     return f"{middle:.2f} ({low:.2f}–{'∞' if np.isinf(high) else f'{high:.2f}'})"
-
-
-def flip_table(results: xr.Dataset) -> str:
-    """Return the largest share of flags over the levels that differ from the rigid block's, mean of the blocks."""
-    share = results["flipped"].sel(comparison="rigid").max("level").mean("block")
-    rows = (
-        (law(model), *(f"{100 * one:.0f} %" for one in share.sel(model=model).values))
-        for model in share["model"].values
-    )
-    return table(("law", *(f"δ = {delta:g}" for delta in results["value"].values)), rows)
-
-
-def order_table(results: xr.Dataset) -> str:
-    """Return the order of convergence of each law and block."""
-    order = results["convergence_order"]
-    rows = (
-        (law(model), *(minus(f"{one:.2f}") for one in order.sel(model=model).values)) for model in order["model"].values
-    )
-    return table(("law", *map(str, results["block"].values)), rows)
 
 
 def unphysical(results: xr.Dataset) -> str:

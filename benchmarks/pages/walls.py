@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from typing import NamedTuple
 
@@ -13,21 +11,17 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import PercentFormatter
 from numpy.typing import ArrayLike
 
 import toppling as tp
 
 from ...core.units import STANDARD_GRAVITY
 from ...motions import Generator, KanaiTajimi, NearFault, SiteBasedScenario
-from ...motions.arrays import Record, records
 from ...motions.polarity import both_polarities
-from ...studies.plots.axes import COLOURS, MARKERS
-from ..kernels import drifting_wall
-from .figures import DASHED, DPI, bare, curve, log_ticks, looks, new, shares_axis
-from .page import save, some, template, write
-from .shares import change, clustered, crossing, decidable, decided, draws, share, share_of_free
+from ...studies.plots.axes import COLOURS
+from .figures import DPI, looks, new
+from .page import save, some, template, write, write_csv
+from .shares import change, clustered, crossing, decidable, decided, share, share_of_free
 from .tables import Interval, body, span
 
 PIECES = (
@@ -41,13 +35,9 @@ PIECES = (
 """Of the catalogue, the most slender first."""
 GAPS = (0.0, 0.005, 0.02, 0.05)
 REBOUNDS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9)
-DRIFTS = (0.0, 0.0025, 0.005, 0.01)
-DRIFTING_GAPS = (0.0, 0.005, 0.02)
 LEVELS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.3, 1.6, 2.0, 2.6, 3.2)
 """Of the peak velocity, normalised: p PGV/(g tan alpha)."""
-NUMBER, DRIFTING, SEED = some(100), some(30, 4), 1
-PERIOD, PARTS, QUIET = 0.5, 2, 3.0
-"""Of the drift: period of the storey, s; steps per sample; seconds after the record."""
+NUMBER, SEED = some(100), 1
 MEASURE = "pgv_normalised"
 KINDS: dict[str, Generator] = {
     "broadband": KanaiTajimi(),
@@ -55,9 +45,10 @@ KINDS: dict[str, Generator] = {
     "near-fault": NearFault(6.8, 5e3),
 }
 VARIED = ("broadband", "near-fault")
-"""Kinds of motions under which rebound and drift are varied."""
+"""Kinds of motions under which the rebound is varied."""
+OFTEN = ("half", "nine in ten")
+"""Runs in which the free piece falls at the levels compared."""
 NEAR = list(KINDS).index("near-fault")
-NORMALISED = "peak velocity, p PGV/(g tan α) (–)"
 EXACT = tp.HousnerImpact(geometry="exact")
 
 
@@ -141,62 +132,19 @@ def over_rebounds(shakes: dict[str, xr.DataArray], gaps: Gaps) -> np.ndarray:
     return found
 
 
-def over_drifts(shakes: dict[str, xr.DataArray], gaps: Gaps) -> np.ndarray:
-    """Return falls into the room (kind, half or nine in ten, piece, gap, drift, motion) before a wall that drifts."""
-    found = np.zeros((len(VARIED), 2, len(PIECES), len(DRIFTING_GAPS), len(DRIFTS), DRIFTING))
-    for (k, kind), often, (i, piece) in product(enumerate(VARIED), (0, 1), enumerate(PIECES)):
-        level = LEVELS[gaps.level(kind, piece, bool(often))] * velocity(piece)
-        found[k, often, i] = clustered(
-            drifting(tp.catalogue[piece], shakes[kind].isel(motion=slice(2 * DRIFTING)), level)
-        )
-    return found
-
-
-def drifting(block: tp.Block, shakes: xr.DataArray, level: float) -> np.ndarray:
-    """Return whether a block falls into the room under motions of a PGV, m/s, by the slow integration.
-
-    (gap, drift, motion)
-    """
-    fallen = np.zeros((len(DRIFTING_GAPS), len(DRIFTS), shakes.sizes["motion"]), dtype=bool)
-    factors = level / tp.motions.measures(shakes, ["pgv"])["pgv"].values
-
-    def one(j: int, motion: Record) -> None:
-        record = np.concatenate([motion.acceleration, np.zeros(round(QUIET / motion.dt))])
-        u, du = drifting_wall.drift(record, motion.dt, PERIOD)
-        for (i, gap), (d, ratio) in product(enumerate(DRIFTING_GAPS), enumerate(DRIFTS)):
-            scale = ratio * block.height / np.abs(u).max()
-            side, _ = drifting_wall.fall(
-                record, motion.dt, float(factors[j]), PARTS, block.alpha, block.p**2, STANDARD_GRAVITY,
-                block.restitution, max(0.0, rebound(block)), gap, block.height, u, du, scale,
-            )  # fmt: skip
-            fallen[i, d, j] = side == 1
-
-    with ThreadPoolExecutor() as pool:
-        list(pool.map(one, range(shakes.sizes["motion"]), records(shakes)))
-    return fallen
-
-
 def main() -> None:
-    """Write the page and its figures."""
-    began = time.perf_counter()
+    """Write the page and its figure."""
     shakes = {kind: both_polarities(generator.sample(NUMBER, seed=SEED)) for kind, generator in KINDS.items()}
     gaps = over_gaps(shakes)
     rebounds = over_rebounds(shakes, gaps)
-    drifts = over_drifts(shakes, gaps)
-    minutes = (time.perf_counter() - began) / 60.0
     with looks("xtick.labelsize", "ytick.labelsize"):
-        drawn = {
-            "map": map_figure(gaps),
-            "curves": curve_figure(gaps.front[:, PIECES.index("bookcase-5-shelf")]),
-            "rebound": varied_figure(
-                rebounds.mean(-1)[:, :, :, [0, 2]], gaps, (GAPS[0], GAPS[2]), REBOUNDS, "total rebound e² r_w (–)"
-            ),
-            "drift": varied_figure(
-                drifts.mean(-1), gaps, DRIFTING_GAPS, DRIFTS, "peak drift of the wall over its height (%)"
-            ),
-        }
-        save("walls", drawn, DPI)
-    write("walls", page(gaps, rebounds, drifts, minutes))
+        save("walls", {"map": map_figure(gaps)}, DPI)
+    names = [gap_name(gap) for gap in GAPS]
+    write_csv("walls", "intensities", ("motions", "piece", "free falls in half at (m/s)", *names), crossing_rows(gaps))
+    heads = ("motions", "piece", "free falls in", "PGV (m/s)", "free: falls either way (%)", "free (%)")
+    rows = (row for often in (False, True) for row in gap_rows(gaps, often))
+    write_csv("walls", "falls", (*heads, *(f"{name} (%)" for name in names)), rows)
+    write("walls", page(gaps, rebounds))
 
 
 def map_figure(gaps: Gaps) -> Figure:
@@ -220,73 +168,11 @@ def map_figure(gaps: Gaps) -> Figure:
         ax.set_title(f"{[*KINDS][k]}\n{heading}" if i == 0 else heading, loc="left", fontsize=9.5)
     bar = figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.06)
     bar.set_label("P(falls into the room): before the wall minus free")
-    axes[-1, 1].set_xlabel(NORMALISED)
+    axes[-1, 1].set_xlabel("peak velocity, p PGV/(g tan α) (–)")
     return figure
 
 
-def curve_figure(front: np.ndarray) -> Figure:
-    """Draw falls into the room over the level (kind, free and gaps, level, motion): a panel for each kind."""
-    figure, axes = new(8.0, len(KINDS), 1, sharex=True, sharey=True)
-    for ax, kind, falls in zip(axes, KINDS, front, strict=True):
-        curve(
-            ax,
-            LEVELS,
-            [share_of_free(one) for one in falls[0]],
-            0,
-            0.13,
-            color="black",
-            ls=DASHED,
-            lw=1.6,
-            label="free",
-        )
-        for j, gap in enumerate(GAPS):
-            shares = [share(one) for one in falls[1 + j]]
-            curve(ax, LEVELS, shares, j, 0.13, 1 + j, lw=1.6, label=gap_name(gap))
-        bare(ax)
-        ax.set_title(kind, loc="left")
-        log_ticks(ax, (0.3, 0.5, 1.0, 2.0, 3.0))
-        shares_axis(ax)
-    figure.supylabel("P(falls into the room)")
-    figure.supxlabel(NORMALISED)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=5, frameon=False,
-                  handlelength=1.6, columnspacing=1.0, handletextpad=0.4)  # fmt: skip
-    return figure
-
-
-def varied_figure(
-    front: np.ndarray, gaps: Gaps, shown: tuple[float, ...], values: tuple[float, ...], label: str
-) -> Figure:
-    """Draw falls into the room over a rebound or a drift (kind, half or nine in ten, piece, gap, value).
-
-    A panel for every kind, intensity and gap; grey: the range over the free pieces.
-    """
-    figure, axes = new(8.2, 2 * len(VARIED), len(shown), sharex=True, sharey=True)
-    for (k, kind), often, (j, gap) in product(enumerate(VARIED), (False, True), enumerate(shown)):
-        ax = axes[2 * k + often, j]
-        free = [gaps.free(kind, piece, often).mean() for piece in PIECES]
-        ax.axhspan(min(free) - 0.004, max(free) + 0.004, color="0.8", lw=0.0)
-        for i in range(len(PIECES)):
-            ax.plot(values, front[k, int(often), i, j], color=COLOURS[i], marker=MARKERS[i], ms=4.0, lw=1.3)
-        bare(ax)
-        shares_axis(ax, 1.02, -0.02)
-        intensity = "free falls in 9 of 10" if often else "free falls in half"
-        if values is DRIFTS:
-            ax.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=1, symbol=""))
-        if len(shown) < 3:
-            ax.set_title(f"{kind}, {gap_name(gap)}\n{intensity}", loc="left")
-        else:
-            ax.set_title(gap_name(gap), loc="left")
-            if j == 0:
-                ax.set_ylabel(f"{kind},\n{intensity}")
-    figure.supylabel("P(falls into the room)")
-    figure.supxlabel(label)
-    handles = [Line2D([], [], color=COLOURS[i], marker=MARKERS[i], ms=4.0, lw=1.3) for i in range(len(PIECES))]
-    figure.legend([*handles, Line2D([], [], color="0.8", lw=6.0)], [*PIECES, "free, into the room"],
-                  loc="outside upper center", ncols=2, frameon=False, handlelength=1.6)  # fmt: skip
-    return figure
-
-
-def page(gaps: Gaps, rebounds: np.ndarray, drifts: np.ndarray, minutes: float) -> str:
+def page(gaps: Gaps, rebounds: np.ndarray) -> str:
     """Return the page: its template with every number from the results."""
     signs = decided(gaps.excess)
     total = gaps.front[:, :, 1:] - gaps.either[:, :, None]
@@ -294,9 +180,7 @@ def page(gaps: Gaps, rebounds: np.ndarray, drifts: np.ndarray, minutes: float) -
     strongest = gaps.front[:, :, 1, -1].mean(-1)
     return template("walls").format(
         motions=NUMBER,
-        slow_motions=DRIFTING,
         runs=run_number(),
-        minutes=minutes,
         cells=signs.size,
         decidable=decidable(gaps.excess).sum(),
         fewer=(signs < 0).sum(),
@@ -310,18 +194,9 @@ def page(gaps: Gaps, rebounds: np.ndarray, drifts: np.ndarray, minutes: float) -
         strongest=per_cent(strongest),
         top_level=LEVELS[-1],
         piece_table=piece_table(),
-        crossing_table=body(crossing_rows(gaps)),
-        half_table=body(gap_rows(gaps, often=False)),
-        often_table=body(gap_rows(gaps, often=True)),
         even_table=body(even_rows(gaps, rebounds)),
-        drift_table=body(drift_rows(drifts)),
-        agree=100 * agreement(gaps, drifts),
-        slow_runs=2 * DRIFTING,
         none_even=none_even(gaps, rebounds),
         pieces=len(PIECES),
-        parts=PARTS,
-        kinds=len(KINDS),
-        **drift_answers(gaps, drifts),
         **answers(gaps),
     )
 
@@ -330,9 +205,7 @@ def run_number() -> int:
     """Return the number of runs of the whole page."""
     engine = len(KINDS) * len(PIECES) * (1 + len(GAPS)) * len(LEVELS) * 2 * NUMBER
     varied = sum(total <= tp.catalogue[one].restitution ** 2 for one in PIECES for total in REBOUNDS)
-    engine += len(VARIED) * varied * len(GAPS) * 2 * 2 * NUMBER
-    slow = len(VARIED) * 2 * len(PIECES) * len(DRIFTING_GAPS) * len(DRIFTS) * 2 * DRIFTING
-    return engine + slow
+    return engine + len(VARIED) * varied * len(GAPS) * 2 * 2 * NUMBER
 
 
 def crossings(gaps: Gaps, k: int, j: int) -> list[Interval]:
@@ -386,18 +259,17 @@ def crossing_rows(gaps: Gaps) -> Iterator[tuple[str, ...]]:
             yield kind, piece, f"{median:.2f}", *(f"{of_gap[i].times(unit):.2f}" for of_gap in ends)
 
 
-def gap_row(gaps: Gaps, k: int, i: int, n: int, piece: str, kind: str, level: float) -> tuple[object, ...]:
-    """Return the velocity, falls of the free piece either way, and into the room free and at every gap, in per cent."""
+def gap_row(gaps: Gaps, k: int, i: int, n: int) -> tuple[object, ...]:
+    """Return falls of the free piece either way, and into the room free and at every gap, in per cent."""
     walls = [share(gaps.front[k, i, 1 + j, n]) for j in range(len(GAPS))]
-    free = share_of_free(gaps.front[k, i, 0, n])
-    return kind, piece, f"{level * velocity(piece):.2f}", share(gaps.either[k, i, n]), free, *walls
+    return share(gaps.either[k, i, n]), share_of_free(gaps.front[k, i, 0, n]), *walls
 
 
 def gap_rows(gaps: Gaps, often: bool) -> Iterator[tuple[object, ...]]:
     """Yield all kinds and pieces at the level where the free piece falls in half the runs, or in nine of ten."""
     for (k, kind), (i, piece) in product(enumerate(KINDS), enumerate(PIECES)):
         n = gaps.level(kind, piece, often)
-        yield gap_row(gaps, k, i, n, piece, kind, LEVELS[n])
+        yield kind, piece, OFTEN[often], f"{LEVELS[n] * velocity(piece):.2f}", *gap_row(gaps, k, i, n)
 
 
 def even(front: np.ndarray, free: np.ndarray) -> str:
@@ -415,21 +287,11 @@ def even(front: np.ndarray, free: np.ndarray) -> str:
     return f"{Interval(*(end - 1.0 for end in crossing(excess, 1.0 + np.array(REBOUNDS)[known]))):.2f}"
 
 
-OFTEN = ("half", "nine in ten")
-
-
 def even_rows(gaps: Gaps, rebounds: np.ndarray) -> Iterator[tuple[str, ...]]:
     """Yield total rebounds above which a wall increases falls into the room."""
     for (k, kind), often, (i, piece) in product(enumerate(VARIED), (0, 1), enumerate(PIECES)):
         free = gaps.free(kind, piece, bool(often))
         yield kind, OFTEN[often], piece, *(even(rebounds[k, often, i, j], free) for j in range(len(GAPS)))
-
-
-def drift_rows(drifts: np.ndarray) -> Iterator[tuple[object, ...]]:
-    """Yield falls into the room with drift less those without, mean of the pieces, with the interval over motions."""
-    for (k, kind), often, (j, gap) in product(enumerate(VARIED), (0, 1), enumerate(DRIFTING_GAPS)):
-        still, *moved = drifts[k, often, :, j].mean(0)
-        yield kind, OFTEN[often], gap_name(gap), share(still), *(change(one - still, 0) for one in moved)
 
 
 def none_even(gaps: Gaps, rebounds: np.ndarray) -> int:
@@ -440,38 +302,3 @@ def none_even(gaps: Gaps, rebounds: np.ndarray) -> int:
     still = rebounds[VARIED.index("near-fault"), 1, :, 0, 0]
     free = np.array([gaps.free("near-fault", piece, often=True) for piece in PIECES])
     return int((decided(still - free) > 0).sum())
-
-
-def drift_answers(gaps: Gaps, drifts: np.ndarray) -> dict[str, str]:
-    """Return what the text states of drifts: upper ends of intervals, and the piece whose falls grow most."""
-    mean = drifts.mean(2)  # kind, half or nine in ten, gap, drift, motion
-    high = np.quantile(draws(mean[..., 1:, :] - mean[..., :1, :])[1:], 0.975, axis=0)
-    grown = drifts[..., -1, :] - drifts[..., 0, :]
-    k, often, i, j = np.unravel_index(int(np.argmax(grown.mean(-1))), grown.shape[:-1])
-    near, broad = (mean[VARIED.index(kind), 1] for kind in ("near-fault", "broadband"))
-    free = np.mean([gaps.free("near-fault", piece, often=True) for piece in PIECES])
-    return {
-        "half_drift": f"{100 * high[:, 0].max():.0f}",
-        "small_drift": f"{100 * high[..., :-1].max():.0f}",
-        "near_drift": change(near[0, -1] - near[0, 0], 0),
-        "near_still": f"{100 * near[0, 0].mean():.0f}",
-        "near_free": f"{100 * free:.0f}",
-        "broad_drift": "; ".join(
-            f"{change(falls[-1] - falls[0], 0)} {'touching' if gap == 0.0 else 'at ' + gap_name(gap)}"
-            for gap, falls in zip(DRIFTING_GAPS, broad, strict=True)
-        ),
-        "worst_piece": PIECES[i],
-        "worst_case": f"{VARIED[k]}, {gap_name(DRIFTING_GAPS[j])}, free falls in {OFTEN[often]}",
-        "worst_change": change(grown[k, often, i, j], 0),
-    }
-
-
-def agreement(gaps: Gaps, drifts: np.ndarray) -> float:
-    """Return the largest difference of a share from the engine's where the wall does not drift."""
-    worst = 0.0
-    for (k, kind), often, (i, piece) in product(enumerate(VARIED), (0, 1), enumerate(PIECES)):
-        n = gaps.level(kind, piece, bool(often))
-        for j, gap in enumerate(DRIFTING_GAPS):
-            engine = gaps.front[list(KINDS).index(kind), i, 1 + GAPS.index(gap), n, :DRIFTING].mean()
-            worst = max(worst, abs(float(engine - drifts[k, often, i, j, 0].mean())))
-    return worst

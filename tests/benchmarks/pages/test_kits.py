@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import toppling as tp
 from toppling.benchmarks.pages import kits
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
@@ -34,24 +33,6 @@ class TestPage:
         stated = re.findall(r"^\| [\d.]+ \| [\d.]+ to [\d.]+ \| ([\d.]+) at 4\.75 \| ([\d.]+) at 1\.00 \|$", TEXT, re.M)
         np.testing.assert_allclose(np.array(stated, dtype=float), relative[:, [1, 0]], atol=0.02)
 
-    def test_the_survey_s_intervals(self):
-        """Wilson's interval of 7 of 79 is that of the package."""
-        lower, upper = tp.fragility.binomial_interval(7, 79)
-        one = kits.wilson(7 / 79, 79)
-        assert (one.lower, one.upper) == pytest.approx((float(lower), float(upper)))
-        assert kits.written(kits.wilson(*kits.SURVEY_BRACKETS)) in TEXT
-
-    def test_shares_without_a_device_are_computed_again(self):
-        """Both specimens on Tokyo's table with nothing, near the page's shares, with fewer motions."""
-        shares = {
-            row[0]: [int(one) for one in row[1:]]
-            for row in re.findall(
-                r"^\| (\w+) \| nothing \| (\d+) \S+ \| (\d+) \S+ \| (\d+) \S+ \| (\d+) \S+ \|$", TEXT, re.M
-            )
-        }
-        assert set(shares) == {"chest", "cupboard"}
-        assert all(row[1] > 50 and row[3] > 50 for row in shares.values())
-
     @pytest.mark.slow
     def test_rows_of_the_least_strength(self):
         """A row of the page again: the tall bookcase behind a gap at the strongest shaking, soft straps."""
@@ -62,20 +43,6 @@ class TestPage:
         assert falls[kits.STRENGTHS.index(1500.0)] == 0.0
         row = re.search(r"^\| bookcase-billy \| zone 3 \| 20 mm \| above 5 % \| (\d+) /", TEXT, re.M)
         assert 400 < int(row[1]) <= 1500
-
-
-class TestSurvey:
-    def test_no_count_of_the_stated_number_gives_the_share_of_mats(self):
-        assert not any(round(100 * k / 56, 1) == 100 * kits.SURVEY_MATS for k in range(57))
-        assert round(100 * 23 / 58, 1) == pytest.approx(100 * kits.SURVEY_MATS)
-
-    def test_strengths_that_reproduce_a_share(self):
-        """Falls of one half up to 200 N and none from 400 N: a quarter of very many pieces lies half-way, 0.28 kN."""
-        half = np.full((7, 75), 0.5)
-        half[4:] = 0.0
-        assert kits.reproducing(half, 0.25, 10**8) == "0.3 to 0.3"
-        assert kits.reproducing(half, 0.0, 10**8) == "0.4 to 0.4"
-        assert kits.like_none(half) == "200"
 
 
 class TestEnough:

@@ -76,7 +76,7 @@ def test_intervals_and_first_falls_of_a_known_set(found, monkeypatch):
     assert (np.diff(first[1:]) <= 1e-12).all()
 
 
-@pytest.mark.parametrize("name", ["databases", "synthetic"])
+@pytest.mark.parametrize("name", ["databases", "single", "synthetic"])
 def test_numbers_of_the_commands_stand_on_the_page(name):
     """What the commands printed is there, and sequential analyses kept 93 % of their promises or more."""
     kept = runs.printed(name)
@@ -91,32 +91,6 @@ def test_numbers_of_the_commands_stand_on_the_page(name):
             shares.append(float(share))
     assert len(shares) >= 8
     assert min(shares) >= 0.93
-
-
-def test_common_levels_over_sequential_analyses():
-    """The table of ratios is that of the numbers beneath it; the aim is met where promises are kept as often."""
-    rows = runs.over_sequential(runs.printed("databases"))
-    assert len(rows) == 8
-    for row in rows:
-        assert row in TEXT
-    as_often = [[float(cell) for cell in row.split("|")[2:-1]] for row in rows if "as often" in row]
-    assert len(as_often) == 2
-    for number, _, time, _ in as_often:
-        assert number > 3.0
-        assert time > 3.0
-
-
-def test_single_runs_of_motions_beside_common_levels():
-    """The third of the engine's time is met with full lanes, and what is said of them follows from the table."""
-    kept = runs.printed("single")
-    assert kept in TEXT
-    said = runs.single_runs(kept)
-    for words in said.values():
-        assert words in TEXT
-    assert all(float(one) < 1.0 / 3.0 for one in said["single_full"].split(" and "))
-    kept_of = [float(line[35:].split()[0]) for line in kept.splitlines() if "1 run of each" in line]
-    assert len(kept_of) == 4
-    assert min(kept_of) >= 0.93
 
 
 def test_pooled_surfaces_beside_grids():

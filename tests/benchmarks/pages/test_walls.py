@@ -1,5 +1,6 @@
-"""docs/walls.md: its independent integration, its intervals, and numbers that are computed again."""
+"""docs/walls.md: its intervals, and numbers that are computed again."""
 
+import csv
 import math
 import re
 from pathlib import Path
@@ -9,9 +10,7 @@ import pytest
 from page_tables import table_below
 
 import toppling as tp
-from toppling.benchmarks.kernels import drifting_wall
 from toppling.benchmarks.pages import shares, walls
-from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.polarity import both_polarities
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
@@ -19,68 +18,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 TEXT = (DOCS / "walls.md").read_text(encoding="utf-8")
 
 
-def rows(heading):
-    """The first table below a text of the page, as lists of cells."""
-    return table_below(TEXT, heading)
-
-
-class TestDriftingWall:
-    block = tp.Block(0.30, 1.80)
-    rebound = 1.5 * math.cos(block.alpha) ** 2 - 1.0
-
-    def fall(self, record, dt, parts, gap, u, du, scale=1.0, rebound=None):
-        one = self.block
-        return drifting_wall.fall(
-            record, dt, 1.0, parts, one.alpha, one.p**2, STANDARD_GRAVITY, one.restitution,
-            rebound or self.rebound, gap, 1.8, u, du, scale,
-        )  # fmt: skip
-
-    @pytest.mark.slow
-    @pytest.mark.parametrize("sign", [1.0, -1.0])
-    @pytest.mark.parametrize("gap", [0.0, 0.005, 0.05])
-    def test_without_drift_it_is_the_engine(self, gap, sign):
-        """One cycle of a sine: the same sides, and peaks that converge to the engine's with shorter steps."""
-        time = np.arange(0.0, 8.0, 0.005)
-        pulse = sign * np.where(time <= 1.0, np.sin(2.0 * np.pi * time), 0.0)
-        still = np.zeros(time.size)
-        piece = tp.Block(0.30, 1.80, wall=tp.Wall(gap))
-        amplitudes = np.array([1.9, 2.2, 2.6, 3.6])
-        found = tp.ida(
-            piece, tp.HousnerImpact(), tp.motions.from_array(pulse[None], 0.005), amplitudes / np.abs(pulse).max(),
-            im="scale", outputs=("direction", "peak_front"), screen=False,
-        )  # fmt: skip
-        sides, peaks = found["direction"].values.ravel(), found["peak_front"].values.ravel()
-        errors = []
-        for parts in (2, 64):
-            ours = [self.fall(one * pulse, 0.005, parts, gap, still, still) for one in amplitudes]
-            assert [one[0] for one in ours] == sides.tolist()
-            stands = sides == 0
-            difference = np.abs(np.array([one[1] for one in ours]) - peaks)[stands]
-            errors.append(difference.max() / self.block.alpha)
-        assert errors[0] < 1e-4
-        assert errors[1] < 1e-7
-
-    def test_a_wall_that_leans_takes_the_block_with_it(self):
-        """Without shaking and rebound a touching block follows the wall: asin(u/H), here slowly out and back."""
-        time = np.arange(0.0, 4.0, 0.01)
-        u, du = 0.009 * (1.0 - np.cos(0.5 * np.pi * time)), 0.009 * 0.5 * np.pi * np.sin(0.5 * np.pi * time)
-        side, peak = self.fall(np.zeros(time.size), 0.01, 4, 0.0, u, du, rebound=1e-12)
-        assert side == 0
-        assert peak == pytest.approx(math.asin(0.018 / 1.8), rel=1e-3)
-        # behind a wider gap it never meets the wall
-        assert self.fall(np.zeros(time.size), 0.01, 4, 0.02, u, du) == (0, 0.0)
-
-    def test_the_drift_is_the_response_of_an_oscillator(self):
-        """Against a free decay after a step, and the static displacement under it."""
-        dt, period, damping = 0.005, 0.5, 0.05
-        omega = 2.0 * math.pi / period
-        u, du = drifting_wall.drift(np.full(4000, 1.0), dt, period, damping)
-        time = np.arange(4000) * dt
-        root = omega * math.sqrt(1.0 - damping**2)
-        decay = np.exp(-damping * omega * time)
-        exact = -(1.0 - decay * (np.cos(root * time) + damping * omega / root * np.sin(root * time))) / omega**2
-        np.testing.assert_allclose(u, exact, atol=1e-12)
-        assert abs(du[-1]) < 1e-4
+FALLS = [*csv.reader((DOCS / "walls/falls.csv").read_text(encoding="utf-8").splitlines())][1:]
 
 
 class TestIntervals:
@@ -147,18 +85,17 @@ class TestPage:
     def test_a_row_is_computed_again(self):
         """Free and at every gap, one piece under all motions of a kind: shares within one run of the page's."""
         kind, piece = "broadband", "museum-pedestal-slender"
-        stated = next(row for row in rows("and at the least level at which") if row[:2] == [kind, piece])
-        n = int(np.argmin([abs(one * walls.velocity(piece) - float(stated[2])) for one in walls.LEVELS]))
+        stated = next(row for row in FALLS if row[:3] == [kind, piece, "nine in ten"])
+        n = int(np.argmin([abs(level * walls.velocity(piece) - float(stated[3])) for level in walls.LEVELS]))
         shakes = {kind: both_polarities(walls.KINDS[kind].sample(walls.NUMBER, seed=walls.SEED))}
         found = walls.over_gaps(shakes, (walls.LEVELS[n],), (piece,))
-        ours = walls.gap_row(found, 0, 0, 0, piece, kind, walls.LEVELS[n])
-        numbers = [[int(str(row[i]).split()[0]) for i in range(3, 9)] for row in (stated, ours)]
+        ours = walls.gap_row(found, 0, 0, 0)
+        numbers = [[int(str(cell).split()[0]) for cell in row] for row in (stated[4:], ours)]
         np.testing.assert_allclose(numbers[1], numbers[0], atol=1)
 
     def test_what_the_page_concludes(self):
         """Its sentences follow from its tables."""
-        half = rows("at the level of the grid where the free piece falls in about half")
-        often = rows("and at the least level at which")
+        half, often = ([row for row in FALLS if row[2] == part] for part in walls.OFTEN)
         assert len(half) == len(often) == 18
 
         def value(cell):
@@ -166,15 +103,15 @@ class TestPage:
 
         for row in (*half, *often):
             # a wider gap: as many falls or more
-            assert sorted(map(value, row[5:])) == list(map(value, row[5:]))
+            assert sorted(map(value, row[6:])) == list(map(value, row[6:]))
         # where the free piece falls in half of the runs, a touching wall reduces falls; a close one does everywhere
-        assert all(value(row[5]) < value(row[4]) and value(row[6]) < value(row[4]) for row in half)
+        assert all(value(row[6]) < value(row[5]) and value(row[7]) < value(row[5]) for row in half)
         # under near-fault motions the wall at 50 mm does not reduce them by much even there
         near = [row for row in half if row[0] == "near-fault"]
-        assert all(value(row[8]) > value(row[4]) - 3.0 for row in near)
+        assert all(value(row[9]) > value(row[5]) - 3.0 for row in near)
         # beyond, the kind of motions decides
-        assert all(value(row[5]) < value(row[4]) for row in often if row[0] != "near-fault")
-        assert sum(value(row[5]) > value(row[4]) for row in often if row[0] == "near-fault") >= 4
-        rebound = rows('"above": it is a reduction')
+        assert all(value(row[6]) < value(row[5]) for row in often if row[0] != "near-fault")
+        assert sum(value(row[6]) > value(row[5]) for row in often if row[0] == "near-fault") >= 4
+        rebound = table_below(TEXT, '"above": it is a reduction')
         assert all(row[3].startswith("above") for row in rebound if row[1] == "half")
         assert "no increase of the total was detected: 0 decided increases among 792 cells" in TEXT
