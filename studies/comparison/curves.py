@@ -29,6 +29,7 @@ from ..plan.form_free import modelling_factor
 from ..plan.ratios import verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
+from ..text.curve_notes import FEW_HELD, few_motions
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, FLAT, highest_level, open_ends
@@ -251,6 +252,8 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> list[str]:
         said.append(f"medians are not compared: they are of {measures[0]} in A and of {measures[1]} in B")
     if _of_uplift(a, b):
         said.append(f"medians and dispersions are not compared: those of the form {UPLIFT} are of what uplifted")
+    elif same_measure(a, b) and any(few_motions(side.results) for side in (a, b)):
+        said.append(f"95 % intervals of ratios of fitted medians: {FEW_HELD['ratio']}")
     if any("epistemic_rate" in one.results for one in (a, b)):
         said.append("rates are of the first law, motions and hazard curve; those over all branches are in the reports")
     return said

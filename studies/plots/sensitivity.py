@@ -21,6 +21,7 @@ from ...core.aliases import Array
 from ...core.wording import confidence_text
 from ..file.uncertainty import RIGID
 from ..tables.sensitivity import level_at, level_between, reference_name, reference_of
+from ..text.curve_notes import FEW_HELD, few_motions
 from ..text.words import display_unit, input_name, level_name
 from . import axes, selection
 
@@ -185,6 +186,8 @@ def sensitivity(
 def sensitivity_figure(results: xr.Dataset, quantity: str) -> Figure:
     """Return the figure of a quantity over the values of the parameter: a panel for each block, one below the other."""
     said = f"{results.sizes['motion']} motions; bands: {confidence_text(results)} intervals"
+    if quantity == "median_ratio" and few_motions(results):
+        said += f", of which {FEW_HELD['ratio']}"
     return column(results, partial(sensitivity, quantity=quantity), said)
 
 

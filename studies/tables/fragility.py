@@ -31,7 +31,7 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
-from ..text.curve_notes import infinitive_of, reached_of, verb_of
+from ..text.curve_notes import FEW_HELD, few_motions, infinitive_of, reached_of, verb_of
 from ..text.level_advice import other_levels
 from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, within_levels
 from ..text.rows import Rows
@@ -75,11 +75,11 @@ def fragility_table(results: xr.Dataset) -> Table:
     percent = confidence_text(results)
     state = str(results.attrs.get("state", OVERTURNING))
     fall = infinitive_of(verb_of(state))
+    less = f" (of β {FEW_HELD['dispersion']})" if few_motions(results) else ""
     table = Table(
         title=f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half of the runs {fall}, and "
         f"dispersion β of {'what uplifted' if 'uplift_median' in results else 'the fitted curve'}, with {percent} "
-        f"intervals"
-        f"{_chosen(results)}",
+        f"intervals{less}{_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -243,7 +243,8 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
             label, long_name = (str(here[name].values[i]) for name in ("measure", "measure_long_name"))
             rows.append((measure_at(label, long_name, float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
-        title = f"Dispersion by measure: {block}{where} ({shown}≈: not distinguished from the best)"
+        less = f"; intervals: {FEW_HELD['measure']}" if few_motions(results) else ""
+        title = f"Dispersion by measure: {block}{where} ({shown}≈: not distinguished from the best{less})"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ...core.aliases import Flags
 from ...core.wording import given_percent, listed_name, whole_percent
 from ...fragility.fitting.states import SEPARATED, state_name
+from ...fragility.runs.provenance import number_of_motions
 from .words import floor_name, level_text
 
 FEWEST = 5
@@ -50,6 +51,11 @@ HELD = {
 """Measured coverage of 95 % intervals of annual rates by form of curve or design (docs/coverage.md)."""
 ENOUGH_MOTIONS = 20
 """Motions from which such intervals of other curves hold at least 93 %."""
+FEW_HELD = {
+    quantity: f"{held} hold the true value with {ENOUGH_MOTIONS} motions or fewer"
+    for quantity, held in {"dispersion": "84 to 98 %", "measure": "76 to 90 %", "ratio": "90 %"}.items()
+}
+"""Measured coverage of 95 % intervals of dispersions, of those by measure, and of ratios of medians."""
 MOST_NAMED = 3
 """Most curves that a note names."""
 REACHED = {
@@ -66,6 +72,11 @@ VERBS = {
     state_name("back"): "falls backward",
     state_name("fallen_off"): "falls over an edge",
 }
+
+
+def few_motions(results: xr.Dataset) -> bool:
+    """True if results are of so few motions that intervals hold less than they say (`FEW_HELD`)."""
+    return "motion" in results.dims and number_of_motions(results) <= ENOUGH_MOTIONS
 
 
 def verb_of(state: str) -> str:
