@@ -37,9 +37,6 @@ FAMILIES = (
     Family("RK4", "RK4 dt", "#D55E00", "o", "-"),
     Family("Newmark", "Newmark", "#E69F00", "s", "-"),
     Family("RK4 with events", "RK4 with events", "#0072B2", "^", "-"),
-    Family("OpenSeesPy", "OpenSees", "#CC79A7", "D", ":"),
-    Family("scipy solve_ivp", "solve_ivp", "#009E73", "P", ""),
-    Family("numbalsoda", "numbalsoda", "#666666", "v", ""),
     Family("heyoka", "heyoka", "#56B4E9", "X", "-"),
 )
 _TITLES = dict(
@@ -112,7 +109,7 @@ def _panel(ax: Axes, rows: Sequence[Row]) -> None:
 
 def cost_curve(points: Sequence[Row]) -> Figure:
     """Draw wall time and peak memory of an IDA against the number of runs."""
-    done = [point for point in points if "failed" not in point]
+    done = [point for point in points if not point["failed"]]
     runs = np.array([point["runs"] for point in done])
     figure = Figure(figsize=(7.2, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
