@@ -49,7 +49,7 @@ docs: $(VENV)/installed-docs
 pages: $(VENV)/installed
 	$(BIN)/python -m toppling.benchmarks.pages $(NAME) $(if $(FEW),--few)
 
-# docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR, TOPPLING_PULSES=FILE name data outside
+# docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR names data outside
 validate-experiments: $(VENV)/installed
 	$(BIN)/python -m toppling.benchmarks.pages experiments
 

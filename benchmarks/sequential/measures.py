@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import xarray as xr
@@ -34,32 +34,22 @@ class Saving(NamedTuple):
     found: float
 
 
-def savings(generator: Generator, tolerance: float = TOLERANCE) -> list[Saving]:
-    """Return what levels in other measures save of the motions that levels in peak acceleration take."""
-    first = _run(generator, FIRST, tolerance)
-    known = [str(one) for one in first["other_measure"].values]
-    found = []
-    for other in OTHERS:
-        second = _run(generator, other, tolerance)
-        at = known.index(other)
-        low, middle, high = (float(first[f"measure_gain{end}"].values[0, 0, at]) for end in ("_lower", "", "_upper"))
-        counts = _motions(first), _motions(second)
-        found.append(Saving(other, counts, (middle, low, high), _worth(first) / _worth(second)))
-    return found
-
-
-def _run(generator: Generator, im: str, tolerance: float) -> xr.Dataset:
+def savings(generator: Generator, tolerance: float = TOLERANCE) -> Iterator[Saving]:
+    """Yield what levels in other measures save of the motions that levels in peak acceleration take."""
     until = {"median": tolerance, "motions": {"most": MOST}}
-    return ida(BLOCK, EnergyConsistent(), generator, "adaptive", im, until=until)
 
+    def run(im: str) -> tuple[xr.Dataset, int, float]:
+        """Results, motions, and the square of the half width of ln(median) that one motion would give."""
+        results = ida(BLOCK, EnergyConsistent(), generator, "adaptive", im, until=until)
+        number = int(results["motions_run"].item())
+        return results, number, math.log1p(float(results["half_width"].item())) ** 2 * number
 
-def _motions(found: xr.Dataset) -> int:
-    return int(found["motions_run"].item())
-
-
-def _worth(found: xr.Dataset) -> float:
-    """Return the square of the half width of ln(median) that one motion would give."""
-    return math.log1p(float(found["half_width"].item())) ** 2 * _motions(found)
+    first, motions, worth = run(FIRST)
+    for other in OTHERS:
+        _, taken, reached = run(other)
+        gain = first.sel(other_measure=other).squeeze()
+        middle, low, high = (float(gain[f"measure_gain{end}"]) for end in ("", "_lower", "_upper"))
+        yield Saving(other, (motions, taken), (middle, low, high), worth / reached)
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -68,11 +58,12 @@ def main(arguments: Sequence[str]) -> None:
     print(f"median within ±{100.0 * tolerance:g} %: motions at levels in {FIRST} and in another measure")
     print(f"{'motions of':32s} {'other measure':18s} {FIRST:>6s} {'other':>6s}  fewer  measured on the first motions")
     for generator, _ in DATABASES.values():
-        for one in savings(generator, tolerance):
-            middle, low, high = one.measured
+        for saving in savings(generator, tolerance):
+            first, second = saving.motions
+            middle, low, high = saving.measured
             print(
-                f"{type(generator).__name__:32s} {one.other:18s} {one.motions[0]:6,d} {one.motions[1]:6,d} "
-                f"{one.found:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
+                f"{type(generator).__name__:32s} {saving.other:18s} {first:6,d} {second:6,d} "
+                f"{saving.found:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
                 flush=True,
             )
 

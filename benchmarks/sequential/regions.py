@@ -1,7 +1,7 @@
-"""Pooled surfaces against runs of the blocks themselves: errors of medians and rates, coverage, time of 10^6 blocks.
+"""Pooled surfaces against runs of the blocks themselves: coverage of medians and rates, and the time of 10^6 blocks.
 
-`python -m toppling.benchmarks.sequential.regions [part …]` prints the parts named, or all: plane, band, kink, rates,
-million, site.  (`sizes` beside it compares surfaces with grids of levels of each block.)
+`python -m toppling.benchmarks.sequential.regions [part …]` prints the parts named, or all: band, rates, million.
+(`sizes` beside it compares surfaces with grids of levels of each block.)
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ import math
 import resource
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from time import perf_counter, process_time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,23 +24,15 @@ from ...fragility.analyses.surface_results import surface_curves
 from ...fragility.analyses.waves import MotionSource, run_wave, scaled_to
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.runs.request import check_request
-from ...models import Block, DiscreteDamping, EnergyConsistent, HousnerImpact, Law, MakrisKonstantinidis
+from ...models import Block, EnergyConsistent, HousnerImpact, Law
 from ...models.columns import BlockArray
 from ...models.laws import oscillator_of
-from ...models.oscillator import Oscillator
-from ...motions import CloughPenzien, SiteBasedScenario
-from ...motions.simulated.generator import Generator
+from ...motions import CloughPenzien
 
 MOTIONS = CloughPenzien(duration=20.0, dt=0.005)
-SITE_BASED = SiteBasedScenario(magnitude=6.8, distance=15e3, vs30=620.0)
 OTHER_SEED = 90_000
 """Seed of the motions of direct runs, which no surface has seen."""
-LAWS: tuple[Law, ...] = (
-    EnergyConsistent(),
-    HousnerImpact(),
-    DiscreteDamping(delta=0.1),
-    MakrisKonstantinidis(delta=0.1),
-)
+LAWS: tuple[Law, ...] = (EnergyConsistent(), HousnerImpact())
 SLENDERNESS, SIZES = (2.5, 8.0), (0.3, 2.0)
 """Height over width, and R (m), of the region in two variables."""
 WIDTH = 0.3
@@ -49,18 +40,6 @@ WIDTH = 0.3
 TOGETHER = 500
 SURFACES = 8
 """Surfaces, of motions of their own, whose errors are put together: the error of one is common to its blocks."""
-
-
-class Errors(NamedTuple):
-    """Root mean square and largest difference of ln medians from direct ones, what of it is the direct ones' own
-    standard error, and runs and CPU seconds of a surface.
-    """
-
-    rms: float
-    most: float
-    direct: float
-    runs: int
-    seconds: float
 
 
 def region(number: int, seed: int) -> BlockArray:
@@ -78,21 +57,14 @@ def blocks_of(columns: BlockArray) -> list[Block]:
     return columns.some(np.arange(len(columns)))
 
 
-def direct_medians(
-    blocks: Sequence[Block],
-    law: Law,
-    curves: xr.Dataset,
-    motions: int,
-    generator: Generator = MOTIONS,
-    seed: int = OTHER_SEED,
-) -> tuple[Array, Array]:
+def direct_medians(blocks: Sequence[Block], law: Law, curves: xr.Dataset, motions: int) -> tuple[Array, Array]:
     """Return ln medians (PGA) of blocks by three runs of each under each motion, and their standard errors.
 
     curves: medians and dispersions on (block, model), near which the runs are.
     """
     request = check_request(blocks[:1], law, ["overturned"], True, None, None)
     specimens = [oscillator_of(block, law) for block in blocks]
-    source, scaled = MotionSource(generator, seed), scaled_to("pga")
+    source, scaled = MotionSource(MOTIONS, OTHER_SEED), scaled_to("pga")
     x = np.log(curves["half_level"].values) + WIDTH * curves["dispersion"].values * np.array([-1.0, 0.0, 1.0])
     levels = np.exp(x)
     flags, numbers = [], []
@@ -136,32 +108,6 @@ def pooled_of(columns: BlockArray, law: Law, runs: int, each: int, seed: int) ->
     return Pooled(surface, counted[-1], process_time() - started)
 
 
-def errors(columns: BlockArray, tested: BlockArray, law: Law, runs: int, each: int, motions: int) -> Errors:
-    """Return the errors of surfaces of so many runs, `each` a motion, at tested blocks run under `motions` others."""
-    found = [pooled_of(columns, law, runs, each, seed) for seed in range(1, SURFACES + 1)]
-    curves = [surface_curves(one.surface, tested) for one in found]
-    truth, error = direct_medians(blocks_of(tested), law, curves[0], motions)
-    gaps = np.log(np.stack([one["half_level"].values[:, 0] for one in curves])) - truth
-    # (runs of the surface alone: those of its check come on top)
-    return Errors(
-        float(np.sqrt(np.mean(gaps**2))),
-        float(np.abs(gaps).max()),
-        float(np.sqrt(np.mean(error**2))),
-        runs,
-        float(np.mean([one.seconds for one in found])),
-    )
-
-
-def plane(motions: int = 4000) -> list[tuple[str, Errors]]:
-    """Return the errors in two variables, 20,000 blocks, of four laws with 12,800 and 51,200 runs."""
-    columns, tested = region(20_000, 1), region(14, 2)
-    return [
-        (law.label, errors(columns, _inside(columns, tested), law, runs, 8, motions))
-        for law in LAWS
-        for runs in (12_800, 51_200)
-    ]
-
-
 def _inside(columns: BlockArray, tested: BlockArray) -> BlockArray:
     """Return the tested blocks drawn towards the middle of the region, where every sample of it holds them."""
     alpha, size = np.log(np.tan(tested.alpha)), np.log(tested.R)
@@ -202,34 +148,6 @@ def band(replicates: int = 40, tolerance: float = 0.05, motions: int = 20_000) -
     return Coverage(
         float(table.all(axis=1).mean()), float(table.mean()), float(np.mean(promised)), float(np.mean(used))
     )
-
-
-@dataclass(frozen=True)
-class Kinked(DiscreteDamping):
-    """A law that no polynomial follows: its elastic zone is three times as wide for blocks of R above 0.8 m."""
-
-    def oscillator(self, block: Block) -> Oscillator:
-        """Return the oscillator of a block."""
-        return DiscreteDamping(delta=self.delta * (3.0 if block.R > 0.8 else 1.0)).oscillator(block)
-
-
-def kink(tested: int = 200, motions: int = 4000) -> tuple[str, float, float]:
-    """Return what a pooled analysis of a law with a kink says, and of blocks run by themselves the share in their
-    intervals and the difference of ln medians that 95 % do not exceed.
-    """
-    columns, law = region(20_000, 1), Kinked(delta=0.1)
-    surface = pooled(columns, law, MOTIONS, until={"median": 0.06}, seed=1)
-    own = _inside(columns, region(tested, 2))
-    curves = surface_curves(surface, own)
-    truth, _ = direct_medians(blocks_of(own), law, curves, motions)
-    lower, middle, upper = (np.log(curves[f"half_level{end}"].values[:, 0]) for end in ("_lower", "", "_upper"))
-    held = float(((lower <= truth) & (truth <= upper)).mean())
-    return str(surface["account"].values[0]), held, float(np.quantile(np.abs(middle - truth), 0.95))
-
-
-def _print_kink() -> None:
-    account, held, gap = kink()
-    print(f"kink: {account}; {100.0 * held:.1f} % of 200 blocks in their intervals, 95 % differ by {gap:.4f} at most")
 
 
 class Rates(NamedTuple):
@@ -284,29 +202,16 @@ def _shares(block: Block, law: Law, levels: Array, motions: int) -> Array:
     return np.asarray(total / motions)
 
 
-def million(
-    number: int = 1_000_000, tolerance: float = 0.02, generator: Generator = MOTIONS, im: str = "pga"
-) -> tuple[float, float, float, xr.Dataset]:
-    """Return seconds, CPU seconds and GB for medians and rates of a region of so many blocks under two laws."""
+def million(number: int = 1_000_000, tolerance: float = 0.02) -> None:
+    """Print seconds, CPU seconds and GB for medians and rates of a region of so many blocks under two laws."""
     columns = region(number, 1)
-    levels = np.array([0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0]) * (0.1 if im == "pgv" else 1.0)
-    hazard = HazardCurve(levels.tolist(), [6e-2, 2e-2, 7e-3, 2e-3, 4.5e-4, 7e-5, 7e-6], im)
+    rates_of = {0.1: 6e-2, 0.5: 2e-2, 1.0: 7e-3, 2.0: 2e-3, 4.0: 4.5e-4, 8.0: 7e-5, 16.0: 7e-6}
+    hazard = HazardCurve([*rates_of], [*rates_of.values()], "pga")
     wall, cpu = perf_counter(), process_time()
-    found = pooled(columns, LAWS[:2], generator, im, until={"median": tolerance}, hazard=hazard, seed=1)
+    found = pooled(columns, LAWS, MOTIONS, "pga", until={"median": tolerance}, hazard=hazard, seed=1)
     wall, cpu = perf_counter() - wall, process_time() - cpu
-    return wall, cpu, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, found
-
-
-def _text(one: Errors) -> str:
-    return (
-        f"{one.runs:,} runs: rms {one.rms:.4f}, most {one.most:.4f} (direct medians' own error {one.direct:.4f}), "
-        f"{one.seconds:.1f} s CPU"
-    )
-
-
-def _print_million(generator: Generator = MOTIONS, im: str = "pga") -> None:
-    wall, cpu, memory, found = million(generator=generator, im=im)
-    print(f"10^6 blocks, two laws, ±2 %, rates: {wall:.0f} s, {cpu:.0f} s CPU, {memory:.2f} GB")
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    print(f"{number:,} blocks, two laws, ±{tolerance:.0%}, rates: {wall:.0f} s, {cpu:.0f} s CPU, {memory:.2f} GB")
     print("\n".join(found["account"].values.tolist()))
 
 
@@ -328,13 +233,10 @@ def _halves(one: Rates) -> list[Array]:
     return [100.0 * one.reach[which] for which in (~one.apart, one.apart) if which.any()]
 
 
-_PARTS: dict[str, Callable[[], Any]] = {
-    "plane": lambda: print("\n".join(f"{law}, {_text(one)}" for law, one in plane())),
+_PARTS: dict[str, Callable[[], object]] = {
     "band": lambda: print(band()),
-    "kink": _print_kink,
     "rates": _print_rates,
-    "million": _print_million,
-    "site": lambda: _print_million(SITE_BASED, "pgv"),
+    "million": million,
 }
 
 

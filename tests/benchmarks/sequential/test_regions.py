@@ -1,9 +1,9 @@
-"""Benchmarks of pooled surfaces and of rates without a form: what they compare is comparable."""
+"""Benchmarks of pooled surfaces: what they compare is comparable."""
 
 import numpy as np
 
 import toppling as tp
-from toppling.benchmarks.sequential import regions, sizes, strata
+from toppling.benchmarks.sequential import regions, sizes
 
 
 def test_regions_are_functions_of_their_seed_and_hold_what_is_tested():
@@ -18,14 +18,6 @@ def test_regions_are_functions_of_their_seed_and_hold_what_is_tested():
     assert np.ptp(np.log(inside.R)) < 0.95 * np.log(2.0 / 0.3)
     blocks = regions.blocks_of(inside)
     np.testing.assert_allclose([block.p for block in blocks], inside.p, rtol=1e-14)
-
-
-def test_drawn_levels_have_no_bias_and_few_shared_ones_have():
-    found = {one.name: one for one in strata.biases(3.0, 400)}
-    for name in ("3 drawn", "10 drawn", "20 drawn"):
-        assert abs(found[name].value) < 4.0 * found[name].error
-    assert found["20 drawn"].error < found["3 drawn"].error
-    assert found["5 shared"].value < -0.2
 
 
 def test_curves_of_a_grid_are_those_of_an_analysis():
