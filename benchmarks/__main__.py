@@ -23,7 +23,6 @@ PARTS: dict[str, Callable[[], Any]] = {
     "mixing": mixing.mixing,
     "scenes": scenes.scenes,
     "sliding": lambda: {"cost": sliding_cost(), "newmark": newmark()},
-    "skipping": speed.skipping,
     "scale": scale.scale,
     "motions": whole.making,
     "start": whole.first_use,

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 from jinja2 import Environment, StrictUndefined
 
-from ..core.writing import write_bytes
+from ..core.writing import whole_file, write_bytes
 from ..studies.text.rows import Rows
 from . import figures, mixing, scenes, whole
 from .measure import ENGINE, Row
 from .pages.tables import table as markdown
-from .precision import SHOWN
 from .sliding.cost import TARGET as SLIDING_TARGET
 from .speed import EXACT_GEOMETRY, exact_over_linear
 from .tables import INTEGRATORS, RIGHT, TABLES, TARGETS, error, fraction, next_right, percent, short
 
-PAGE, DATA, WORK_PRECISION, COST = "performance.md", "integrators.csv", "work_precision.png", "cost.png"
+PAGE, DATA, FIGURE = "performance.md", "integrators.csv", "work_precision.png"
 CONSTANTS = {
     "EXACT_GEOMETRY": EXACT_GEOMETRY,
     "RUNS": mixing.RUNS,
@@ -51,16 +50,13 @@ def write(results: Row, folder: Path) -> list[Path]:
     """Write the page, its data and the figures of the measured parts; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / PAGE]
+    write_bytes(folder / PAGE, text(results).encode())
     if "precision" in results:
         found = results["precision"]["found"]
+        written += [folder / DATA, folder / FIGURE]
         write_bytes(folder / DATA, integrators(found).encode())
-        laws = [law for law in SHOWN if any(row["law"] == law for row in found)]
-        figures.save(figures.work_precision(found, laws), folder / WORK_PRECISION)
-        written += [folder / DATA, folder / WORK_PRECISION]
-    if "scale" in results and any(not point["failed"] for point in results["scale"]["points"]):
-        written.append(folder / COST)
-        figures.save(figures.cost_curve(results["scale"]["points"]), written[-1])
-    write_bytes(written[0], text(results, {path.name for path in written}).encode())
+        with whole_file(folder / FIGURE) as temporary:
+            figures.work_precision(found).savefig(temporary, format="png", dpi=150)
     return written
 
 
@@ -75,7 +71,7 @@ def integrators(rows: Iterable[Row]) -> str:
     return stream.getvalue()
 
 
-def text(results: Row, pictures: Collection[str] = ()) -> str:
+def text(results: Row) -> str:
     """Return the page as Markdown."""
     environment = Environment(
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True, undefined=StrictUndefined, autoescape=False
@@ -92,7 +88,7 @@ def text(results: Row, pictures: Collection[str] = ()) -> str:
         "verdict": verdict,
     }
     numbers: Row = dict.fromkeys(TABLES)
-    numbers |= {"factors": [], "mean": None, "pictures": pictures, **CONSTANTS, **results}
+    numbers |= {"factors": [], "mean": None, **CONSTANTS, **results}
     if "speed" in results:
         numbers["exact_over_linear"] = exact_over_linear(results["speed"])
     if "scenes" in results:

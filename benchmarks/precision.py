@@ -16,13 +16,6 @@ from .problems import DT, HARD, LAWS, problem
 from .rivals.fixed_steps import RIVALS, Rival
 from .rivals.taylor import Heyoka
 
-SHOWN = (
-    "discrete e=0.9 δ=0.05",
-    "giannini-masiani e=0.9 δ=0.05",
-    "energy-consistent e=0.9 δ=0.05",
-    "housner e=0.9",
-)
-"""Labels of the laws in the figure: one for each kind of dissipation, and exact geometry."""
 ALL: tuple[Rival, ...] = (*RIVALS, *(Heyoka(tolerance) for tolerance in (1e-6, 1e-9, 1e-12, 1e-15)))
 TIMED = np.linspace(0.05, 0.45, 256)
 """Factors with which an integrator is timed on the hard block."""

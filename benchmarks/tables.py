@@ -135,26 +135,6 @@ def _sliding(found: Row) -> Iterator[Rows]:
     yield Rows("pyslammer's slips of Newmark's block: difference by samples for one of the record", headings, lines)
 
 
-def _skipping(rows: Sequence[Row]) -> Iterator[Rows]:
-    headings = (
-        *("law", "no skipping, ns", "after overturning"),
-        *("peaks: times faster", "left out", "flags only: times faster", "left out"),
-    )
-    lines = [
-        (
-            short(row["law"]),
-            cost(row["whole"]),
-            percent(row["after_overturning"]),
-            f"{row['peaks']:.1f}",
-            percent(row["left_out_peaks"]),
-            f"{row['flags']:.1f}",
-            percent(row["left_out_flags"]),
-        )
-        for row in rows
-    ]
-    yield Rows("What skipping saves in a typical IDA", headings, lines)
-
-
 def _scale(found: Row) -> Iterator[Rows]:
     lines: list[tuple[str, ...]] = []
     for point in found["points"]:
@@ -270,7 +250,6 @@ TABLES: dict[str, Callable[[Any], Iterator[Rows]]] = {
     "mixing": _mixing,
     "scenes": _scenes,
     "sliding": _sliding,
-    "skipping": _skipping,
     "scale": _scale,
     "motions": _motions,
     "start": _start,

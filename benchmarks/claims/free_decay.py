@@ -13,14 +13,13 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS
 from ...models import Block, HousnerImpact, Law, free_rocking
 
 HALF_CYCLES = 10
 RELEASE = 0.5
 """Rotation over alpha from which blocks rock freely."""
-SPAN, SAMPLES = 20.0, 401
-"""Length of a history, as p t, and number of its samples."""
+SPAN, STEP = 20.0, 0.05
+"""Least length of a history and its step, as p t."""
 SLOWER = 2.0
 """Duration in which peaks are sought, in multiples of ten half cycles of the rigid block without loss."""
 
@@ -51,60 +50,23 @@ def free_decay(block: Block, laws: Sequence[Law], restitution: Sequence[float], 
     """Compute the free rocking of a block under each law, with the peaks of the rigid block of that restitution.
 
     On (law, half_cycle): `decay_peak` and `decay_rigid` (over alpha; NaN where the law has no such peak outside its
-    elastic zone), `decay_time` (p t).  On (law, scaled_time): `free_rotation`, over alpha.  On law: `decay_error`, the
-    mean over the half cycles 1 to 10 of the peak over the rigid block's, less 1, and `period_error`, the same of the
-    times.  Peaks count that the rigid block has outside the law's elastic zone, because inside it the law does not
+    elastic zone).  On law: `decay_error`, the mean over the half cycles 1 to 10 of the peak over the rigid block's,
+    less 1.  Peaks count that the rigid block has outside the law's elastic zone, because inside it the law does not
     rock.  A peak that the law does not reach outside its zone counts as the edge of the zone, its upper bound.
     """
-    grid = np.linspace(0.0, SPAN, SAMPLES)
     peak = np.full((len(laws), HALF_CYCLES + 1), np.nan)
-    time = np.full_like(peak, np.nan)
-    rigid = np.empty_like(peak)
-    history = np.empty((len(laws), SAMPLES))
-    errors = np.empty((2, len(laws)))
-    start = release * block.alpha
-    step = SPAN / (SAMPLES - 1)
+    rigid = np.array([impact_decay(release, e) for e in restitution])
+    errors = np.full(len(laws), np.nan)
     last = max(SPAN, SLOWER * float(impact_times(block, release, 1.0)[-1]))
-    length = step * math.ceil(last / step)
-    for i, (law, e) in enumerate(zip(laws, restitution, strict=True)):
-        run = free_rocking(block, law, start, length / block.p, step / block.p)
-        history[i] = run["rotation"].values[:SAMPLES] / block.alpha
+    length = STEP * math.ceil(last / STEP)
+    for i, law in enumerate(laws):
+        run = free_rocking(block, law, release * block.alpha, length / block.p, STEP / block.p)
         n = min(run.sizes["peak"], HALF_CYCLES + 1)
         peak[i, :n] = run["peak_rotations"].values[:n] / block.alpha
-        time[i, :n] = run["peak_times"].values[:n] * block.p
-        rigid[i] = impact_decay(release, e)
         edge = 0.0 if isinstance(law, HousnerImpact) else float(getattr(law, "delta", 0.0))
         counted = np.flatnonzero(rigid[i] >= edge)[1:]
-        reached = np.where(np.isnan(peak[i]), edge, peak[i])
-        if not counted.size:  # (it comes to rest at once)
-            errors[:, i] = np.nan
-            continue
-        errors[0, i] = np.mean(reached[counted] / rigid[i, counted] - 1.0)
-        errors[1, i] = np.mean(time[i, counted] / impact_times(block, release, e)[counted] - 1.0)
-    of = ("law", "half_cycle")
-
-    def attributes(long_name: str) -> dict[str, str]:
-        return {"units": DIMENSIONLESS, "long_name": long_name}
-
-    return xr.Dataset(
-        {
-            "decay_peak": (of, peak, attributes("peak rotation over alpha, free rocking")),
-            "decay_rigid": (of, rigid, attributes("the same of the rigid block (Housner's closed form)")),
-            "decay_time": (of, time, attributes("time of the peak, p t")),
-            "free_rotation": (("law", "scaled_time"), history, attributes("rotation over alpha, free rocking")),
-            "decay_error": (
-                "law",
-                errors[0],
-                attributes("mean relative error of the peaks of free rocking against the rigid block"),
-            ),
-            "period_error": (
-                "law",
-                errors[1],
-                attributes("mean relative error of the times of these peaks; NaN where one is missing"),
-            ),
-        },
-        coords={
-            "half_cycle": ("half_cycle", np.arange(HALF_CYCLES + 1), attributes("number of the peak")),
-            "scaled_time": ("scaled_time", grid, attributes("time, p t")),
-        },
-    )
+        if counted.size:  # (else it comes to rest at once)
+            reached = np.where(np.isnan(peak[i]), edge, peak[i])
+            errors[i] = np.mean(reached[counted] / rigid[i, counted] - 1.0)
+    on = ("law", "half_cycle")
+    return xr.Dataset({"decay_peak": (on, peak), "decay_rigid": (on, rigid), "decay_error": ("law", errors)})

@@ -126,7 +126,6 @@ def results():
         "mixing": mixing.mixing(FEW, number=6, repeats=1),
         "scenes": scenes.scenes(case=(blocks, CASES["B"][1][-8:]), repeats=1),
         "sliding": {"cost": sliding_cost(8, repeats=1), "newmark": one_way(2, (1, 4))},
-        "skipping": speed.skipping(FEW, blocks, number=1, repeats=1),
         "scale": scale.scale(sizes=(1_000,)),
         "motions": making(repeats=1),
         "start": [
@@ -211,11 +210,6 @@ class TestParts:
             creep = 1e-5 * 23.0 / coarse["slip"]
             assert coarse["largest"] < 0.01 + creep
             assert fine["median"] < 0.1 * coarse["median"] + creep
-
-    @pytest.mark.slow
-    def test_skipping(self, results):
-        for row in results["skipping"]:
-            assert 0.0 < row["left_out_peaks"] <= row["left_out_flags"] < 1.0 - row["after_overturning"]
 
     @pytest.mark.slow
     def test_scale(self, results):
@@ -308,18 +302,17 @@ class TestPage:
     def test_holds_everything(self, results, tmp_path):
         paths = page.write(json.loads(json.dumps(results, allow_nan=False)), tmp_path)
         names = {path.name for path in paths}
-        assert names == {"cost.png", "integrators.csv", "performance.md", "work_precision.png"}
+        assert names == {"integrators.csv", "performance.md", "work_precision.png"}
         text = (tmp_path / "performance.md").read_text(encoding="utf-8")
         assert text.startswith("# How fast, and how right?\n\n*What does")
         machine = results["machine"]
-        for words in ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"], "cost.png"):
+        for words in ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"]):
             assert words in text
         for heading in (
             "Speed",
             "Few runs of each motion",
             "Scenes",
             "Sliding",
-            "Skipping",
             "An analysis, end to end",
             "Motions",
             "Starting up",
@@ -396,7 +389,7 @@ class TestPage:
         assert "(target 10: met)" in text
 
     def test_of_one_part(self, results, tmp_path):
-        one = {name: results[name] for name in ("command", "machine", "skipping")}
+        one = {name: results[name] for name in ("command", "machine", "mixing")}
         assert [path.name for path in page.write(one, tmp_path)] == ["performance.md"]
         assert "## Speed" not in (tmp_path / "performance.md").read_text(encoding="utf-8")
 
@@ -405,7 +398,7 @@ class TestPage:
         assert tables.short(LAWS[9].label) == "housner geometry=exact"
 
     def test_figures_name_every_integrator(self, results):
-        figure = figures.work_precision(results["precision"]["found"], [FEW[0].label])
+        figure = figures.work_precision(results["precision"]["found"])
         (legend,) = figure.legends
         assert [entry.get_text() for entry in legend.get_texts()] == ["toppling", "RK4", "RK4 with events"]
 
@@ -418,12 +411,12 @@ class TestPage:
 
 class TestCommand:
     def test_writes_and_prints(self, tmp_path, capsys, monkeypatch, results):
-        monkeypatch.setitem(PARTS, "skipping", lambda: results["skipping"])
-        main(["--parts", "skipping", "--out", str(tmp_path / "new")])
+        monkeypatch.setitem(PARTS, "mixing", lambda: results["mixing"])
+        main(["--parts", "mixing", "--out", str(tmp_path / "new")])
         printed = capsys.readouterr().out
-        assert "What skipping saves" in printed
+        assert "Cost of a run where few share a motion" in printed
         text = (tmp_path / "new" / "performance.md").read_text(encoding="utf-8")
-        assert "`python -m toppling.benchmarks --parts skipping`" in text
+        assert "`python -m toppling.benchmarks --parts mixing`" in text
 
     def test_json(self, tmp_path, capsys, monkeypatch, results):
         monkeypatch.setitem(PARTS, "flags", lambda: results["flags"])
@@ -435,7 +428,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("wrong", "said"),
         [
-            (["--parts", "nonsense"], "speed, mixing, scenes, sliding, skipping, scale, motions, start, studies"),
+            (["--parts", "nonsense"], "speed, mixing, scenes, sliding, scale, motions, start, studies"),
             (["--parts", "speed,nonsense"], "'nonsense' is no part"),
             (["--parts", ","], "names no part"),
         ],
