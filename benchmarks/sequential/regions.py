@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Flags
+from ...core.aliases import Array, Flags, Index
 from ...core.streams import stream
 from ...fragility.adaptive.probit import Observations, fit_probit
 from ...fragility.analyses.pooled import pooled
@@ -57,28 +57,38 @@ def blocks_of(columns: BlockArray) -> list[Block]:
     return columns.some(np.arange(len(columns)))
 
 
-def direct_medians(blocks: Sequence[Block], law: Law, curves: xr.Dataset, motions: int) -> tuple[Array, Array]:
+def outcomes(
+    blocks: Sequence[Block], levels: Array, motions: int, law: Law = LAWS[0], seed: int = OTHER_SEED
+) -> tuple[Flags, Index]:
+    """Return whether blocks overturn (block, level, motion) at PGAs (block, level), and the numbers of the motions."""
+    request = check_request(blocks[:1], law, ["overturned"], True, None, None)
+    specimens = [oscillator_of(block, law) for block in blocks]
+    source, scaled = MotionSource(MOTIONS, seed), scaled_to("pga")
+    flags, numbers = [], []
+    for first in range(0, motions, TOGETHER):
+        wave = source.wave(first, min(TOGETHER, motions - first))
+        factors = np.asarray(scaled.factors(levels[:, :, None], scaled.measured(wave, blocks[:1])[0]))
+        flags.append(run_wave(request, specimens, None, wave.records, factors)["overturned"])
+        numbers.append(wave.numbers)
+    return np.concatenate(flags, axis=-1), np.concatenate(numbers)
+
+
+def observations(x: Array, fell: Flags, numbers: Index) -> Observations:
+    """Return the runs of one block (level, motion) at ln levels."""
+    levels, motions = (np.broadcast_to(values, fell.shape).ravel() for values in (x[:, None], numbers))
+    return Observations(levels.astype(float), fell.ravel(), motions.astype(np.int64))
+
+
+def direct_medians(blocks: Sequence[Block], curves: xr.Dataset, motions: int) -> tuple[Array, Array]:
     """Return ln medians (PGA) of blocks by three runs of each under each motion, and their standard errors.
 
     curves: medians and dispersions on (block, model), near which the runs are.
     """
-    request = check_request(blocks[:1], law, ["overturned"], True, None, None)
-    specimens = [oscillator_of(block, law) for block in blocks]
-    source, scaled = MotionSource(MOTIONS, OTHER_SEED), scaled_to("pga")
     x = np.log(curves["half_level"].values) + WIDTH * curves["dispersion"].values * np.array([-1.0, 0.0, 1.0])
-    levels = np.exp(x)
-    flags, numbers = [], []
-    for first in range(0, motions, TOGETHER):
-        wave = source.wave(first, min(TOGETHER, motions - first))
-        measured = scaled.measured(wave, blocks[:1])[0]
-        factors = np.asarray(scaled.factors(levels[:, :, None], measured))
-        flags.append(run_wave(request, specimens, None, wave.records, factors)["overturned"])
-        numbers.append(wave.numbers)
-    fell, motion = np.concatenate(flags, axis=-1), np.concatenate(numbers)
+    fell, numbers = outcomes(blocks, np.exp(x), motions)
     found = np.empty((2, len(blocks)))
     for i in range(len(blocks)):
-        own = np.broadcast_to(x[i][:, None], fell[i].shape).ravel()
-        fitted, _ = fit_probit(Observations(own, fell[i].ravel(), np.broadcast_to(motion, fell[i].shape).ravel()))
+        fitted, _ = fit_probit(observations(x[i], fell[i], numbers))
         assert fitted is not None
         estimate = fitted.median()
         found[:, i] = estimate.value, estimate.error
@@ -93,12 +103,12 @@ class Pooled(NamedTuple):
     seconds: float
 
 
-def pooled_of(columns: BlockArray, law: Law, runs: int, each: int, seed: int) -> Pooled:
+def pooled_of(columns: BlockArray, runs: int, each: int, seed: int) -> Pooled:
     """Return a surface of so many runs, `each` a motion."""
     started, number, counted = process_time(), runs // each, [0]
     surface = pooled(
         columns,
-        law,
+        LAWS[0],
         MOTIONS,
         until={"median": 0.02, "motions": {"least": min(64, number), "most": number}},
         blocks_per_motion=each,
@@ -117,89 +127,60 @@ def _inside(columns: BlockArray, tested: BlockArray) -> BlockArray:
     return BlockArray(2.0 * radius * np.sin(angle), 2.0 * radius * np.cos(angle))
 
 
-class Coverage(NamedTuple):
-    """Share of replicates whose band holds the medians of all tested blocks, of single medians in it, and motions."""
-
-    all_held: float
-    each_held: float
-    promise: float
-    motions: float
-
-
-def band(replicates: int = 40, tolerance: float = 0.05, motions: int = 20_000) -> Coverage:
-    """Return how often the band holds 200 tested blocks at once."""
+def band(replicates: int = 40, tolerance: float = 0.05, motions: int = 20_000) -> None:
+    """Print how often the band holds the medians of 200 tested blocks at once, and each, and the promise is kept."""
     columns = region(20_000, 1)
     tested = _inside(columns, region(200, 2))
-    law = LAWS[0]
     truth: Array | None = None
     held, promised, used = [], [], []
     for seed in range(replicates):
-        surface = pooled(columns, law, MOTIONS, until={"median": tolerance}, seed=seed)
+        surface = pooled(columns, LAWS[0], MOTIONS, until={"median": tolerance}, seed=seed)
         curves = surface_curves(surface, tested)
         if truth is None:
-            truth, _ = direct_medians(blocks_of(tested), law, curves, motions)
-        lower, upper = (np.log(curves[f"half_level_{end}"].values[:, 0]) for end in ("lower", "upper"))
+            truth, _ = direct_medians(blocks_of(tested), curves, motions)
+        lower, middle, upper = (np.log(curves[f"half_level{end}"].values[:, 0]) for end in ("_lower", "", "_upper"))
         held.append((lower <= truth) & (truth <= upper))
-        promised.append(
-            float((np.abs(np.log(curves["half_level"].values[:, 0]) - truth) <= math.log1p(tolerance)).all())
-        )
-        used.append(int(surface["motions_run"].values[0]))
+        promised.append((np.abs(middle - truth) <= math.log1p(tolerance)).all())
+        used.append(surface["motions_run"].values[0])
     table = np.array(held)
-    return Coverage(
-        float(table.all(axis=1).mean()), float(table.mean()), float(np.mean(promised)), float(np.mean(used))
+    print(
+        f"all in the band {table.all(axis=1).mean():.3f}, each {table.mean():.3f}, promise kept "
+        f"{np.mean(promised):.3f}, {np.mean(used):.0f} motions"
     )
 
 
-class Rates(NamedTuple):
-    """Rates of surfaces (surface, block) over those of direct runs, less 1, and half widths of their intervals.
+def rates(slopes: Sequence[float] = (2.0, 3.0), motions: int = 4000) -> None:
+    """Print rates of eight blocks by surfaces over those of direct runs, under a power-law hazard of each slope.
 
-    apart: of which surfaces (surface,) single checked blocks are off the plane of ratios, which widens all intervals.
+    Intervals are wider where single checked blocks are off the plane of ratios of a surface.
     """
-
-    errors: Array
-    reach: Array
-    apart: Flags
-
-
-def rates(slopes: Sequence[float], motions: int = 4000) -> list[Rates]:
-    """Return rates of eight blocks by surfaces, beside those of direct runs, under a power-law hazard of each slope."""
     columns = region(20_000, 1)
     tested = _inside(columns, region(8, 3))
-    hazards = [HazardCurve.power_law(1e-3, slope, "pga") for slope in slopes]
-    found = [[_rates(columns, tested, hazard, 1 + k) for k in range(SURFACES)] for hazard in hazards]
-    direct = np.empty((len(slopes), len(tested)))
-    for i, block in enumerate(blocks_of(tested)):
-        median = float(found[0][0]["half_level"][i, 0])
-        levels = np.geomspace(0.3 * median, 5.0 * median, 60)
-        shares = _shares(block, LAWS[0], levels, motions)
-        for k, hazard in enumerate(hazards):
-            # (the integral of P over the rate between levels so close that P is linear between them)
-            mass = -np.diff(hazard.rate_at(levels))
-            direct[k, i] = (0.5 * (shares[:-1] + shares[1:]) * mass).sum() + hazard.rate_at(levels[-1:])[0]
-    return [_compared(own, one) for own, one in zip(found, direct, strict=True)]
-
-
-def _rates(columns: BlockArray, tested: BlockArray, hazard: HazardCurve, seed: int) -> xr.Dataset:
-    surface = pooled(columns, LAWS[0], MOTIONS, until={"median": 0.03}, hazard=hazard, seed=seed)
-    return surface_curves(surface, tested, hazard).assign(rate_apart=surface["rate_apart"])
-
-
-def _compared(found: Sequence[xr.Dataset], direct: Array) -> Rates:
-    rate, upper = (np.stack([one[name].values[:, 0] for one in found]) for name in ("rate", "rate_upper"))
-    apart = np.array([float(one["rate_apart"][0]) > 0.0 for one in found])
-    return Rates(rate / direct - 1.0, upper / rate - 1.0, apart)
-
-
-def _shares(block: Block, law: Law, levels: Array, motions: int) -> Array:
-    request = check_request(block, law, ["overturned"], True, None, None)
-    source, scaled, total = MotionSource(MOTIONS, OTHER_SEED), scaled_to("pga"), np.zeros(levels.size)
-    for first in range(0, motions, TOGETHER):
-        wave = source.wave(first, min(TOGETHER, motions - first))
-        factors = np.asarray(scaled.factors(levels[None, :, None], scaled.measured(wave, [block])[0]))
-        total += run_wave(request, [oscillator_of(block, law)], None, wave.records, factors)["overturned"][0].sum(
-            axis=1
+    levels: Array | None = None
+    for slope in slopes:
+        hazard = HazardCurve.power_law(1e-3, slope, "pga")
+        surfaces = [
+            pooled(columns, LAWS[0], MOTIONS, until={"median": 0.03}, hazard=hazard, seed=1 + k)
+            for k in range(SURFACES)
+        ]
+        curves = [surface_curves(surface, tested, hazard) for surface in surfaces]
+        if levels is None:
+            median = curves[0]["half_level"].values[:, 0]
+            levels = np.geomspace(0.3 * median, 5.0 * median, 60, axis=1)
+            shares = outcomes(blocks_of(tested), levels, motions)[0].mean(axis=-1)
+        # (the integral of P over the rate between levels so close that P is linear between them)
+        events = hazard.rate_at(levels)
+        direct = -(0.5 * (shares[:, :-1] + shares[:, 1:]) * np.diff(events)).sum(axis=1) + events[:, -1]
+        rate, upper = (np.stack([found[name].values[:, 0] for found in curves]) for name in ("rate", "rate_upper"))
+        gaps, reach = 100.0 * (rate / direct - 1.0), 100.0 * (upper / rate - 1.0)
+        apart = np.array([float(surface["rate_apart"][0]) > 0.0 for surface in surfaces])
+        widths = [f"{own.min():.1f} to {own.max():.1f} %" for own in (reach[~apart], reach[apart]) if own.size]
+        held = np.mean(np.abs(np.log1p(0.01 * gaps)) <= np.log1p(0.01 * reach))
+        print(
+            f"k = {slope:g}: {gaps.min():+.1f} to {gaps.max():+.1f} %, rms {np.sqrt(np.mean(gaps**2)):.1f} %, "
+            f"mean {gaps.mean():+.1f} %; {100.0 * held:.0f} % of {gaps.size} in their intervals; half widths "
+            f"{', and where checked blocks are off the plane '.join(widths)} ({apart.sum()} of {apart.size})"
         )
-    return np.asarray(total / motions)
 
 
 def million(number: int = 1_000_000, tolerance: float = 0.02) -> None:
@@ -215,35 +196,13 @@ def million(number: int = 1_000_000, tolerance: float = 0.02) -> None:
     print("\n".join(found["account"].values.tolist()))
 
 
-def _print_rates() -> None:
-    slopes = (2.0, 3.0)
-    for slope, one in zip(slopes, rates(slopes), strict=True):
-        gaps = 100.0 * one.errors
-        widths = [f"{own.min():.1f} to {own.max():.1f} %" for own in _halves(one)]
-        held = float((np.abs(np.log1p(one.errors)) <= np.log1p(one.reach)).mean())
-        print(
-            f"k = {slope:g}: {gaps.min():+.1f} to {gaps.max():+.1f} %, rms {np.sqrt(np.mean(gaps**2)):.1f} %, "
-            f"mean {gaps.mean():+.1f} %; {100.0 * held:.0f} % of {gaps.size} in their intervals; half widths "
-            f"{', and where checked blocks are off the plane '.join(widths)} ({one.apart.sum()} of {one.apart.size})"
-        )
-
-
-def _halves(one: Rates) -> list[Array]:
-    """Return half widths (%) of surfaces on whose plane of ratios all checked blocks lie, and of the others, if any."""
-    return [100.0 * one.reach[which] for which in (~one.apart, one.apart) if which.any()]
-
-
-_PARTS: dict[str, Callable[[], object]] = {
-    "band": lambda: print(band()),
-    "rates": _print_rates,
-    "million": million,
-}
+PARTS: dict[str, Callable[[], None]] = {"band": band, "rates": rates, "million": million}
 
 
 def main(arguments: Sequence[str]) -> None:
     """Print the parts named."""
-    for name in arguments or _PARTS:
-        _PARTS[name]()
+    for name in arguments or PARTS:
+        PARTS[name]()
 
 
 if __name__ == "__main__":
