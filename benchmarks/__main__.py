@@ -12,7 +12,7 @@ from typing import Any
 from ..models.runs import prepare
 from ..studies.text.rows import plain_table
 from ..studies.text.terminal import say, terminal
-from . import flags, mixing, page, precision, scale, scenes, speed, whole
+from . import flags, page, precision, scale, scenes, speed, whole
 from .measure import Row, machine
 from .problems import HARD, LAWS
 from .sliding.cost import sliding_cost
@@ -20,7 +20,6 @@ from .sliding.newmark import newmark
 
 PARTS: dict[str, Callable[[], Any]] = {
     "speed": speed.speed,
-    "mixing": mixing.mixing,
     "scenes": scenes.scenes,
     "sliding": lambda: {"cost": sliding_cost(), "newmark": newmark()},
     "scale": scale.scale,

@@ -11,7 +11,7 @@ from jinja2 import Environment, StrictUndefined
 
 from ..core.writing import whole_file, write_bytes
 from ..studies.text.rows import Rows
-from . import figures, mixing, scenes, whole
+from . import figures, scenes, whole
 from .measure import ENGINE, Row
 from .pages.tables import table as markdown
 from .sliding.cost import TARGET as SLIDING_TARGET
@@ -21,10 +21,6 @@ from .tables import INTEGRATORS, RIGHT, TABLES, TARGETS, error, fraction, next_r
 PAGE, DATA, FIGURE = "performance.md", "integrators.csv", "work_precision.png"
 CONSTANTS = {
     "EXACT_GEOMETRY": EXACT_GEOMETRY,
-    "RUNS": mixing.RUNS,
-    "LEVELS": mixing.LEVELS,
-    "RATIO_TARGET": mixing.RATIO_TARGET,
-    "MOTION_TARGET": mixing.MOTION_TARGET,
     "SCENE_TARGET": scenes.TARGET,
     "HELD": [name for name in scenes.SCENES if name.startswith(("wall", "strap"))],
     "SLIDING_TARGET": SLIDING_TARGET,

@@ -7,7 +7,6 @@ from typing import Any
 
 from ..studies.text.rows import Rows
 from .measure import ENGINE, Row
-from .mixing import LEVELS
 from .speed import YARDSTICK
 from .whole import CORES
 
@@ -74,20 +73,6 @@ def _speed(rows: Sequence[Row]) -> Iterator[Rows]:
         lines.append((short(law) + (" *" if row["rigid"] else ""), *cells))
     title = f"ns per sample and run, engine without skipping and {YARDSTICK.name}"
     yield Rows(title, ("law", *(f"{case}: {heading}" for case in TARGETS for heading in headings)), lines)
-
-
-def _mixing(rows: Sequence[Row]) -> Iterator[Rows]:
-    levels = f"{len(LEVELS)} levels of a motion"
-    columns = {
-        "one motion, µs": ("shared", 1),
-        "mixed, µs": ("mixed", 1),
-        "of it before the run, µs": ("before", 1),
-        "ratio": ("ratio", 2),
-        f"{levels}, µs": ("levels", 0),
-        "motion by motion, µs": ("alone", 0),
-    }
-    lines = [(short(row["law"]), *(f"{row[name]:.{digits}f}" for name, digits in columns.values())) for row in rows]
-    yield Rows("Cost of a run where few share a motion", ("law", *columns), lines)
 
 
 def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
@@ -247,7 +232,6 @@ def _flags(rows: Sequence[Row]) -> Iterator[Rows]:
 
 TABLES: dict[str, Callable[[Any], Iterator[Rows]]] = {
     "speed": _speed,
-    "mixing": _mixing,
     "scenes": _scenes,
     "sliding": _sliding,
     "scale": _scale,

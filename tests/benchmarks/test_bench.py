@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rounding import AS_STORED
 
-from toppling.benchmarks import figures, flags, mixing, page, precision, scale, scenes, speed, tables
+from toppling.benchmarks import figures, flags, page, precision, scale, scenes, speed, tables
 from toppling.benchmarks.__main__ import PARTS, main, parts_of
 from toppling.benchmarks.measure import answers, errors, machine, seconds, true_record, truth_data, truth_of
 from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
@@ -123,7 +123,6 @@ def results():
         "command": "python -m toppling.benchmarks",
         "machine": machine(),
         "speed": speed.speed((*FEW, LAWS[9]), cases, repeats=1),
-        "mixing": mixing.mixing(FEW, number=6, repeats=1),
         "scenes": scenes.scenes(case=(blocks, CASES["B"][1][-8:]), repeats=1),
         "sliding": {"cost": sliding_cost(8, repeats=1), "newmark": one_way(2, (1, 4))},
         "scale": scale.scale(sizes=(1_000,)),
@@ -170,16 +169,6 @@ class TestParts:
         cases = {name: (blocks[:2], factors) for name, (blocks, factors) in CASES.items()}
         rows = speed.speed((FEW[1], LAWS[9]), cases, repeats=3)
         assert all(ratio > 1.0 for ratio in speed.exact_over_linear(rows).values())  # (2.1 to 3.3)
-
-    @pytest.mark.slow
-    def test_mixing(self, results):
-        rows = results["mixing"]
-        assert [row["law"] for row in rows] == [law.label for law in FEW]
-        assert all(row["ratio"] == pytest.approx(row["mixed"] / row["shared"]) for row in rows)
-        assert all(row["levels"] > 0.0 and row["alone"] > 0.0 for row in rows)
-        assert all(0.0 < row["before"] < row["mixed"] * 2.0 for row in rows)  # (a part, but for noise)
-        (table,) = tables.TABLES["mixing"](rows)
-        assert [len(row) for row in table.rows] == [7] * len(rows)
 
     @pytest.mark.slow
     def test_scenes(self, results):
@@ -310,7 +299,6 @@ class TestPage:
             assert words in text
         for heading in (
             "Speed",
-            "Few runs of each motion",
             "Scenes",
             "Sliding",
             "An analysis, end to end",
@@ -335,17 +323,6 @@ class TestPage:
         )
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
-
-    def test_says_which_law_is_dear_in_mixed_batches(self, results):
-        law = results["mixing"][0]["law"]
-        rows = [dict(row, ratio=1.2, levels=39.0, alone=300.0) for row in results["mixing"]]
-        text = page.text({**results, "mixing": rows})
-        assert "costs 1.20 times as much as in a batch of one motion (target 1.3: met)" in text
-        assert "costs 39 µs (target 40: met), motion by motion 300 µs" in text
-        rows[0] |= {"ratio": 1.55, "levels": 41.0}
-        text = page.text({**results, "mixing": rows})
-        assert f"(target 1.3: **missed** by {tables.short(law)} (1.55))" in text
-        assert f"(target 40: **missed** by {tables.short(law)} (41))" in text
 
     def test_says_which_scene_is_dear(self, results):
         rows = [dict(row, ratio=1.0 if row["scene"] != "strap" else 1.77) for row in results["scenes"]]
@@ -389,7 +366,7 @@ class TestPage:
         assert "(target 10: met)" in text
 
     def test_of_one_part(self, results, tmp_path):
-        one = {name: results[name] for name in ("command", "machine", "mixing")}
+        one = {name: results[name] for name in ("command", "machine", "motions")}
         assert [path.name for path in page.write(one, tmp_path)] == ["performance.md"]
         assert "## Speed" not in (tmp_path / "performance.md").read_text(encoding="utf-8")
 
@@ -411,12 +388,12 @@ class TestPage:
 
 class TestCommand:
     def test_writes_and_prints(self, tmp_path, capsys, monkeypatch, results):
-        monkeypatch.setitem(PARTS, "mixing", lambda: results["mixing"])
-        main(["--parts", "mixing", "--out", str(tmp_path / "new")])
+        monkeypatch.setitem(PARTS, "motions", lambda: results["motions"])
+        main(["--parts", "motions", "--out", str(tmp_path / "new")])
         printed = capsys.readouterr().out
-        assert "Cost of a run where few share a motion" in printed
+        assert "Motions, CPU time of one thread" in printed
         text = (tmp_path / "new" / "performance.md").read_text(encoding="utf-8")
-        assert "`python -m toppling.benchmarks --parts mixing`" in text
+        assert "`python -m toppling.benchmarks --parts motions`" in text
 
     def test_json(self, tmp_path, capsys, monkeypatch, results):
         monkeypatch.setitem(PARTS, "flags", lambda: results["flags"])
@@ -428,7 +405,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("wrong", "said"),
         [
-            (["--parts", "nonsense"], "speed, mixing, scenes, sliding, scale, motions, start, studies"),
+            (["--parts", "nonsense"], "speed, scenes, sliding, scale, motions, start, studies"),
             (["--parts", "speed,nonsense"], "'nonsense' is no part"),
             (["--parts", ","], "names no part"),
         ],
