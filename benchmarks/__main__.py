@@ -15,8 +15,7 @@ from ..studies.text.terminal import say, terminal
 from . import flags, page, precision, scale, scenes, speed, whole
 from .measure import Row, machine
 from .problems import HARD, LAWS
-from .sliding.cost import sliding_cost
-from .sliding.newmark import newmark
+from .sliding import newmark, sliding_cost
 
 PARTS: dict[str, Callable[[], Any]] = {
     "speed": speed.speed,

@@ -14,7 +14,7 @@ from ..studies.text.rows import Rows
 from . import figures, scenes, whole
 from .measure import ENGINE, Row
 from .pages.tables import table as markdown
-from .sliding.cost import TARGET as SLIDING_TARGET
+from .sliding import TARGET as SLIDING_TARGET
 from .speed import EXACT_GEOMETRY, exact_over_linear
 from .tables import INTEGRATORS, RIGHT, TABLES, TARGETS, error, fraction, next_right, percent, short
 

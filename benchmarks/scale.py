@@ -42,16 +42,8 @@ print(json.dumps(globals()[name](runs)))
 
 def scale(sizes: Sequence[int] = SIZES) -> Row:
     """Measure analyses of all sizes, and the largest by threads, each in a process of its own."""
-    points = [_point_or_failure(size) for size in sizes]
+    points = [in_a_process(_CHILD, "point", size) for size in sizes]
     return {"points": points, "threads": in_a_process(_CHILD, "by_threads", sizes[-1])}
-
-
-def _point_or_failure(size: int) -> Row:
-    """Measure one point of the cost curve; a process that the system ended (for memory) is a result as well."""
-    try:
-        return in_a_process(_CHILD, "point", size)
-    except RuntimeError as error:
-        return {"runs": size, "failed": str(error)}
 
 
 def ensemble(number: int) -> list[xr.DataArray]:
@@ -93,7 +85,7 @@ def point(runs: int) -> Row:
     results = analyse(motions)
     wall, cpu = perf_counter() - wall, process_time() - cpu
     size = int(results["overturned"].size)
-    return {"runs": size, "failed": "", "wall": wall, "cpu": cpu, "memory": _peak_memory(), "memory_before": before}
+    return {"runs": size, "wall": wall, "cpu": cpu, "memory": _peak_memory(), "memory_before": before}
 
 
 def by_threads(runs: int) -> Row:

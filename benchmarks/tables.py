@@ -123,9 +123,6 @@ def _sliding(found: Row) -> Iterator[Rows]:
 def _scale(found: Row) -> Iterator[Rows]:
     lines: list[tuple[str, ...]] = []
     for point in found["points"]:
-        if point["failed"]:
-            lines.append((f"{point['runs']:,}", "failed", *(["–"] * 4)))
-            continue
         wall, memory, before = point["wall"], point["memory"] / 1e6, point["memory_before"] / 1e6
         seconds = f"{wall:.3f}" if wall < 1.0 else f"{wall:.1f}"
         used, a_run = f"{point['cpu'] / wall:.2f}", f"{1e6 * point['cpu'] / point['runs']:.1f}"

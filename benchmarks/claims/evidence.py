@@ -30,14 +30,13 @@ def evidence(study: SensitivityStudy, results: xr.Dataset) -> xr.Dataset:
     _, slopes = swings_and_slopes(curves, blocks, grid, sweep)
     rate = [[[grid.laws[i].oscillator(block).regions[0].damping for i in row] for row in grid.at] for block in blocks]
     on = ("block", "model", "value")
-    return results.assign(
-        log_median_sample=((*on, "replicate"), curves.log_samples[:, grid.at]),
-        log_rigid_sample=((*on, "replicate"), curves.log_samples[:, grid.against[RIGID]]),
-        log_trend_sample=(("block", "model", "span", "replicate"), slopes[..., 1:]),
-        viscous_rate=(on, np.array(rate)),
-        **peaks(runs, grid, sweep),
-        **decay(blocks, grid),
-    )
+    found: dict[str, Any] = {
+        "log_median_sample": ((*on, "replicate"), curves.log_samples[:, grid.at]),
+        "log_rigid_sample": ((*on, "replicate"), curves.log_samples[:, grid.against[RIGID]]),
+        "log_trend_sample": (("block", "model", "span", "replicate"), slopes[..., 1:]),
+        "viscous_rate": (on, np.array(rate)),
+    }
+    return results.assign(found | peaks(runs, grid, sweep) | decay(blocks, grid))
 
 
 def peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:

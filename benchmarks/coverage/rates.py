@@ -79,8 +79,8 @@ def of_runs(
         if truth.probability is SKEWED_LEFT.probability and name == "slope 4":
             continue  # (its rate has no bound)
         found = [annual_rate(curves, hazard, outside="most") for curves in each]
-        ends = tuple(np.concatenate([rates[f"rate_{end}"].values for rates in found]) for end in ("lower", "upper"))
-        yield row_of(f"{what}, {name}", truth.name, motions, ends, true_rate(truth, hazard))
+        lower, upper = (np.concatenate([rates[f"rate_{end}"].values for rates in found]) for end in ("lower", "upper"))
+        yield row_of(f"{what}, {name}", truth.name, motions, (lower, upper), true_rate(truth, hazard))
 
 
 def true_rate(truth: Truth, hazard: HazardCurve) -> float:
@@ -126,8 +126,10 @@ def _stronger(truth: Truth, x: Array) -> Array:
 def _ratios(values: Array, samples: Array, runs: Array | None = None) -> tuple[Array, Array]:
     """Return the ends of the intervals of ratios of two blocks (block, study), study by study."""
     of_runs = np.full(values.shape, np.nan) if runs is None else runs
-    studies = range(values.shape[1])
-    found = [ratio_of(*values[:, i], *samples[:, i], CONFIDENCE, of_runs[:, i]) for i in studies]
+    found = [
+        ratio_of(values[0, i], values[1, i], samples[0, i], samples[1, i], CONFIDENCE, of_runs[:, i])
+        for i in range(values.shape[1])
+    ]
     _, lower, upper = np.array(found).T
     return lower, upper
 

@@ -13,8 +13,7 @@ from toppling.benchmarks.__main__ import PARTS, main, parts_of
 from toppling.benchmarks.measure import answers, errors, machine, seconds, true_record, truth_data, truth_of
 from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
 from toppling.benchmarks.rivals.fixed_steps import located_runge_kutta, newmark, runge_kutta
-from toppling.benchmarks.sliding.cost import SHAKING, sliding_cost
-from toppling.benchmarks.sliding.newmark import newmark as one_way
+from toppling.benchmarks.sliding import SHAKING, newmark as one_way, sliding_cost
 from toppling.benchmarks.whole import bound, making, speed_up, spent
 from toppling.core.units import STANDARD_GRAVITY
 
@@ -245,12 +244,6 @@ class TestParts:
         assert work.wall > 0.02
         with pytest.raises(RuntimeError, match="ended with 3: nothing to do"):
             spent(["-c", "import sys; print('nothing to do', file=sys.stderr); sys.exit(3)"], tmp_path)
-
-    def test_a_process_that_dies_is_a_result(self, monkeypatch):
-        monkeypatch.setattr(scale, "_CHILD", "import sys; sys.exit('no memory left')")
-        assert scale._point_or_failure(7) == {
-            "runs": 7, "failed": "a measuring process ended with 1: no memory left"
-        }  # fmt: skip
 
     def test_kernel_clock_counts_and_goes_away(self):
         from toppling.models import runs as engine
