@@ -23,8 +23,6 @@ COMMAND_TARGET = 0.3
 CALL_TARGET = 0.15
 """CPU time of the import and a simulation beyond that of importing numba and xarray, s."""
 _PACKAGES = "import numba, xarray"
-_LEAST = "from stored import one; import xarray; one(1.0); xarray.DataArray([1.0], {'x': [0.0]}, 'x')"
-_FUNCTION = "import numba, xarray\n\n\n@numba.njit(cache=True)\ndef one(x):\n    return x + 1.0\n"
 _CALL = """
 import toppling as tp
 motion = tp.motions.CloughPenzien(duration=20.0).sample(1, seed=1).isel(motion=0)
@@ -111,20 +109,17 @@ def first_use(repeats: int = 5) -> list[Row]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "study.toml").write_text(_STUDY, encoding="utf-8")
-        (folder / "stored.py").write_text(_FUNCTION, encoding="utf-8")
         command = ("-m", "toppling")
         spent([*command, "run", "study.toml", "--out", "out"], folder)  # (compiles what the simulation needs, too)
         tasks = {what: [*command, what, *(["out"] if what == "status" else [])] for what in COMMANDS}
-        tasks |= {code: ["-c", code] for code in (_PACKAGES, _LEAST, _CALL)}
+        tasks |= {code: ["-c", code] for code in (_PACKAGES, _CALL)}
         for task in tasks.values():
             spent(task, folder)
         taken = [[spent(task, folder).cpu for task in tasks.values()] for _ in range(repeats)]
     cpu = dict(zip(tasks, map(statistics.median, zip(*taken, strict=True)), strict=True))
-    least = "the same, numba loads a stored function of one line, xarray labels one number"
     return [
         *({"what": f"toppling {what}", "cpu": cpu[what], "target": COMMAND_TARGET} for what in COMMANDS),
         {"what": f'python -c "{_PACKAGES}"', "cpu": cpu[_PACKAGES], "target": None},
-        {"what": least, "cpu": cpu[_LEAST], "target": None},
         {"what": "import toppling and one simulation", "cpu": cpu[_CALL], "target": cpu[_PACKAGES] + CALL_TARGET},
     ]
 

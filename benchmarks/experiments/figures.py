@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
@@ -25,15 +27,12 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
     figure = axes.figure(6.4, 5.8)
     ax = figure.add_subplot()
     ax.plot([0, 1], [0, 1], color="0.6", linewidth=1.0, label="predicted = observed")
-    pieces = list(dict.fromkeys(one.row.test.piece for one in own))
-    for i, piece in enumerate(pieces):
+    for i, piece in enumerate(dict.fromkeys(row.row.test.piece for row in own)):
         colour, marker, _ = axes.look(i)
-        named = False
-        for one in (row for row in own if row.row.test.piece == piece):
-            for made, filled in ((one.prediction, True), (one.measured, False)):
-                if made is not None and made.made:
-                    _point(ax, one, made, colour, marker, filled, piece if filled and not named else None)
-                    named = named or filled
+        for k, row in enumerate(row for row in own if row.row.test.piece == piece):
+            _point(ax, row, row.prediction, color=colour, marker=marker, label=None if k else piece)
+            if row.measured is not None and row.measured.made:
+                _point(ax, row, row.measured, color=colour, marker=marker, markerfacecolor="white")
     ax.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), xlabel="predicted probability of overturning")
     ax.set_ylabel("observed share overturned")
     for axis in (ax.xaxis, ax.yaxis):
@@ -50,19 +49,14 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
     return figure
 
 
-def _point(
-    ax: Axes, one: Compared, made: Prediction, colour: str, marker: str, filled: bool, label: str | None
-) -> None:
+def _point(ax: Axes, row: Compared, made: Prediction, **look: Any) -> None:
     ax.errorbar(
         made.value,
-        one.observed,
+        row.observed,
         xerr=[[max(made.value - made.lower, 0.0)], [max(made.upper - made.value, 0.0)]],
-        yerr=[[max(one.observed - one.lower, 0.0)], [max(one.upper - one.observed, 0.0)]],
-        color=colour,
-        marker=marker,
-        markersize=4.0 + (MOST - 4.0) * min(1.0, (one.row.test.trials or 0) / 100.0),
-        markerfacecolor=colour if filled else "white",
+        yerr=[[max(row.observed - row.lower, 0.0)], [max(row.upper - row.observed, 0.0)]],
+        markersize=4.0 + (MOST - 4.0) * min(1.0, (row.row.test.trials or 0) / 100.0),
         linewidth=0.8,
         alpha=0.85,
-        label=label,
+        **look,
     )

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import xarray as xr
 
@@ -22,20 +21,13 @@ MOST = 20_000
 FIRST, OTHERS = "pga", ("pgv", "housner_intensity")
 
 
-class Saving(NamedTuple):
-    """Motions that both measures took, and how many times fewer the second one takes for the same half width.
+def savings(
+    generator: Generator, tolerance: float = TOLERANCE
+) -> Iterator[tuple[str, int, int, float, tuple[float, float, float]]]:
+    """Yield other measures, motions at levels in peak acceleration and in them, and how many times fewer these are.
 
-    measured: from the first motions of the analysis in the first measure, with its interval; found: by both analyses.
+    Times fewer for the same half width, by both analyses, and as measured on the first motions, with its interval.
     """
-
-    other: str
-    motions: tuple[int, int]
-    measured: tuple[float, float, float]
-    found: float
-
-
-def savings(generator: Generator, tolerance: float = TOLERANCE) -> Iterator[Saving]:
-    """Yield what levels in other measures save of the motions that levels in peak acceleration take."""
     until = {"median": tolerance, "motions": {"most": MOST}}
 
     def run(im: str) -> tuple[xr.Dataset, int, float]:
@@ -49,7 +41,7 @@ def savings(generator: Generator, tolerance: float = TOLERANCE) -> Iterator[Savi
         _, taken, reached = run(other)
         gain = first.sel(other_measure=other).squeeze()
         middle, low, high = (float(gain[f"measure_gain{end}"]) for end in ("", "_lower", "_upper"))
-        yield Saving(other, (motions, taken), (middle, low, high), worth / reached)
+        yield other, motions, taken, worth / reached, (middle, low, high)
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -58,12 +50,10 @@ def main(arguments: Sequence[str]) -> None:
     print(f"median within ±{100.0 * tolerance:g} %: motions at levels in {FIRST} and in another measure")
     print(f"{'motions of':32s} {'other measure':18s} {FIRST:>6s} {'other':>6s}  fewer  measured on the first motions")
     for generator, _ in DATABASES.values():
-        for saving in savings(generator, tolerance):
-            first, second = saving.motions
-            middle, low, high = saving.measured
+        for other, first, second, found, (middle, low, high) in savings(generator, tolerance):
             print(
-                f"{type(generator).__name__:32s} {saving.other:18s} {first:6,d} {second:6,d} "
-                f"{saving.found:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
+                f"{type(generator).__name__:32s} {other:18s} {first:6,d} {second:6,d} "
+                f"{found:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
                 flush=True,
             )
 
