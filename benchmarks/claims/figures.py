@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ...studies.plots import axes, selection
 from ...studies.plots.sensitivity import ROOM, TEXT, column, line_style, shade_friction, x_axis
-from .free_decay import RELEASE
+from .evidence import RELEASE
 
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:

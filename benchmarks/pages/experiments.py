@@ -21,7 +21,7 @@ from ...core.wording import counted, whole_percent
 from ...models.friction import CONTACTS
 from ...studies.plan.piece_classes import COLUMNS, NAMES, TABLE as CLASS_TABLE, PieceClass
 from ..experiments import classes, ensembles, explanations, replays, specimens, table
-from ..experiments.jma import CLASSES
+from ..experiments.ensembles import CLASSES
 from ..experiments.results import Compared
 from ..experiments.scores import Brier
 from ..experiments.validate import MEASURED, OUTCOMES, PREDICTIONS, Validation, validate

@@ -9,9 +9,8 @@ from sensitivity_cases import BLOCK, STUDY, of_law, study_of
 
 import toppling as tp
 from toppling.benchmarks.claims.claims import FAILS, HOLDS, OPEN, claims, evidence_of
-from toppling.benchmarks.claims.evidence import evidence
+from toppling.benchmarks.claims.evidence import evidence, free_decay, impact_decay, impact_times
 from toppling.benchmarks.claims.figures import figures
-from toppling.benchmarks.claims.free_decay import free_decay, impact_decay, impact_times
 
 DELTA = """
 [sensitivity]

@@ -12,7 +12,7 @@ from experiment_tables import ROW, forget_motions, granite_folder, table_of, tak
 
 import toppling as tp
 from toppling.benchmarks.experiments import ensembles, replays
-from toppling.benchmarks.experiments.jma import jma_intensity
+from toppling.benchmarks.experiments.ensembles import jma_intensity
 from toppling.benchmarks.experiments.predictions import Prediction, predict
 from toppling.benchmarks.experiments.replays import Replays, Run, read_granite_outcomes, read_runs, replay, rock
 from toppling.benchmarks.experiments.specimens import blocks_of, law_of, not_sliding
