@@ -49,7 +49,7 @@ docs: $(VENV)/installed-docs
 pages: $(VENV)/installed
 	$(BIN)/python -m toppling.benchmarks.pages $(NAME) $(if $(FEW),--few)
 
-# docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR, TOPPLING_PULSES=FILE name data outside
+# docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR names data outside
 validate-experiments: $(VENV)/installed
 	$(BIN)/python -m toppling.benchmarks.pages experiments
 
@@ -144,8 +144,6 @@ test-exchange: $(VENV)/installed $(EXCHANGE)/pelicun/installed $(EXCHANGE)/openq
 # The engine beside its rivals: tables, figures and docs/performance.md (a command, not a test).
 benchmark: $(VENV)/installed-dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[peers]'
-	@if command -v gfortran >/dev/null; then $(BIN)/python -m pip install --quiet --disable-pip-version-check numbalsoda; \
-	else echo "numbalsoda is left out: it is built with gfortran, which is not there" >&2; fi
 	$(BIN)/python -m toppling.benchmarks --out docs
 
 # remove $(VENV) and what was built

@@ -1,28 +1,24 @@
-"""Cost of a sample: the engine and plain Runge-Kutta, exact and linear geometry, and the saving by skipping."""
+"""Cost of a sample: the engine and plain Runge-Kutta, exact and linear geometry."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from ..core.aliases import Array
-from ..core.units import STANDARD_GRAVITY
 from ..models import Block, Law
-from ..models.runs import TALLY, run_many
+from ..models.runs import run_many
 from ..motions import CloughPenzien, RiseStrongDecay, records
 from ..motions.arrays import Record
 from .measure import Row, is_rigid, oscillators, seconds
-from .problems import CASES, DT, DURATION, LAWS, problem, record, typical
+from .problems import CASES, DT, DURATION, LAWS, problem, record
 from .rivals.fixed_steps import Rival, runge_kutta, runge_kutta_at_rest
 
 YARDSTICK = runge_kutta_at_rest()
 PASSING = runge_kutta(1)
 EXACT_GEOMETRY, LINEAR_GEOMETRY = "housner e=0.9", "housner e=0.9 geometry=linear"
-SKIPPING_LEVELS = np.linspace(0.1, 2.0, 20)
-"""Peak accelerations over g tan alpha, at which a rigid block uplifts."""
 
 
 def motions(number: int, seed: int = 0) -> list[Record]:
@@ -69,43 +65,3 @@ def exact_over_linear(rows: Sequence[Row]) -> dict[str, float]:
         for law, case in cost
         if law == EXACT_GEOMETRY and (LINEAR_GEOMETRY, case) in cost
     }
-
-
-def skipping(
-    laws: Sequence[Law] = LAWS, blocks: Sequence[Block] | None = None, number: int = 5, repeats: int = 5
-) -> list[Row]:
-    """Measure the speed-up of a typical IDA by skipping, for peaks and for flags alone, and the share left out."""
-    blocks = typical() if blocks is None else blocks
-    shakes = motions(number)
-    thresholds = np.array([STANDARD_GRAVITY * np.tan(block.alpha) for block in blocks])
-    rows = []
-    for law in laws:
-        own = oscillators(law, blocks)
-
-        def analysis(skip: bool, flags_only: bool, tally: Any = None, own: Any = own) -> None:
-            for one in shakes:
-                factors = thresholds[:, None] * SKIPPING_LEVELS / np.abs(one.acceleration).max()
-                run_many(own, factors, one.acceleration, one.dt, skip, flags_only, tally)
-
-        tasks: list[Callable[[], None]] = [
-            partial(analysis, False, False),
-            partial(analysis, True, False),
-            partial(analysis, True, True),
-        ]
-        whole, peaks, flags = seconds(tasks, repeats)
-        samples = len(shakes) * len(blocks) * SKIPPING_LEVELS.size * shakes[0].acceleration.size
-        rows.append(
-            {"law": law.label, "whole": 1e9 * whole / samples, "peaks": whole / peaks, "flags": whole / flags}
-            | {"left_out_peaks": _shares(analysis, False)[0], "left_out_flags": _shares(analysis, True)[0]}
-            | {"after_overturning": _shares(analysis, False)[1]}
-        )
-    return rows
-
-
-def _shares(analysis: Callable[..., None], flags_only: bool) -> tuple[float, float]:
-    """Return the shares of all samples that skipping leaves out, and that follow overturning (left out in any case)."""
-    tally = np.zeros(len(TALLY), np.int64)
-    analysis(True, flags_only, tally)
-    counts = dict(zip(TALLY, tally.tolist(), strict=True))
-    skipped = counts["before_uplift"] + counts["cannot_overturn"]
-    return skipped / counts["samples"], counts["after_overturning"] / counts["samples"]

@@ -27,8 +27,8 @@ BELOW = {
 }
 """Packages and those that each may use."""
 KERNEL_FOLDERS = {"models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
-NUMBA = {"core/machine_code.py", "benchmarks/rivals/peers.py"}
-"""Files that import numba: what compiles kernels, and the integrators of others, which take numba's C callbacks."""
+NUMBA = {"core/machine_code.py"}
+"""Files that import numba: what compiles kernels."""
 DECORATOR = "core/compiled.py"
 PAGES = Path("benchmarks/pages")
 """Pages of the documentation: not in the wheel, and written as a user's script, by `import toppling as tp`."""

@@ -1,7 +1,12 @@
-"""What claims are judged by beside a study's results: free rocking, pulses, peaks, and replicates of the bootstrap."""
+"""What claims are judged by beside a study's results: free rocking, peaks, and replicates of the bootstrap.
+
+Free rocking is compared with its closed form, peak by peak, against Housner's impacts.  Rotations are divided by alpha
+and times multiplied by p: the results then depend on slenderness alone, and on that only little.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,29 +14,21 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.units import STANDARD_GRAVITY
-from ...fragility import ida
 from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.runs.provenance import polarity_pairs
-from ...models import Block
-from ...motions import OneCycleSine
+from ...models import Block, HousnerImpact, Law, free_rocking
 from ...studies.file.uncertainty import RIGID, Sweep
 from ...studies.kinds.sensitivity import OUTPUTS, SensitivityStudy
 from ...studies.sensitivity.comparisons import Curves
 from ...studies.sensitivity.findings import Grid, swings_and_slopes
-from .free_decay import free_decay
 
-SMALL = 0.01
-"""Values of delta up to which the order of convergence is fitted."""
-CALM = (0.2, 0.5)
-"""Peaks of the rigid block, over alpha, under the pulses of convergence: outside the zones, far from overturning."""
-PULSE_FREQUENCY = 5.0
-PULSE_LEVELS = np.linspace(1.1, 2.8, 18)
-"""Pulses that measure the distance of a law from the rigid block: omega/p of one sine cycle, peaks over g tan alpha.
-
-The rigid block with e = 0.9 survives these pulses up to 3.02 (Zhang and Makris 2001).
-"""
-PULSE_STEPS = 500
+HALF_CYCLES = 10
+RELEASE = 0.5
+"""Rotation over alpha from which blocks rock freely."""
+SPAN, STEP = 20.0, 0.05
+"""Least length of a history and its step, as p t."""
+SLOWER = 2.0
+"""Duration in which peaks are sought, in multiples of ten half cycles of the rigid block without loss."""
 
 
 def evidence(study: SensitivityStudy, results: xr.Dataset) -> xr.Dataset:
@@ -44,64 +41,19 @@ def evidence(study: SensitivityStudy, results: xr.Dataset) -> xr.Dataset:
     runs = study.design.run(blocks, grid.laws, OUTPUTS, None, None)
     curves = Curves.of(runs[["overturned"]], sweep.replicates, sweep.seed, sweep.confidence)
     _, slopes = swings_and_slopes(curves, blocks, grid, sweep)
-    rate = [[[grid.laws[i].oscillator(one).regions[0].damping for i in row] for row in grid.at] for one in blocks]
+    rate = [[[grid.laws[i].oscillator(block).regions[0].damping for i in row] for row in grid.at] for block in blocks]
     on = ("block", "model", "value")
     found: dict[str, Any] = {
         "log_median_sample": ((*on, "replicate"), curves.log_samples[:, grid.at]),
         "log_rigid_sample": ((*on, "replicate"), curves.log_samples[:, grid.against[RIGID]]),
         "log_trend_sample": (("block", "model", "span", "replicate"), slopes[..., 1:]),
         "viscous_rate": (on, np.array(rate)),
-        **peaks(runs, grid, sweep),
-        **decay(blocks, grid),
     }
-    if sweep.parameter == "delta":
-        found |= convergence([pulses(block, grid) for block in blocks], blocks, grid, sweep)
-    return results.assign(found)
-
-
-def pulses(block: Block, grid: Grid) -> xr.DataArray:
-    """Return the peak rotations (model, level) of a block under its pulses, for all distinct laws."""
-    omega = PULSE_FREQUENCY * block.p
-    pulse = OneCycleSine(1.0, omega, dt=2.0 * np.pi / omega / PULSE_STEPS).sample(1)
-    levels = PULSE_LEVELS * STANDARD_GRAVITY * block.b / block.h
-    runs = ida(block, grid.laws, pulse, levels, outputs="peak_rotation", screen=False)
-    return runs["peak_rotation"].isel(block=0, motion=0)
-
-
-def convergence(peaks: Sequence[xr.DataArray], blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> dict[str, Any]:
-    """Compute distances from the rigid block under pulses, from each block's peaks (model, level) of all `grid.laws`.
-
-    `pulse_error` (block, model, value) is the root mean square of the difference of peaks over alpha, over those pulses
-    under which the rigid block turns by 0.2 to 0.5 of alpha (outside the zones, and so far from overturning that
-    nothing jumps);
-    `convergence_order` (block, model) the slope of its logarithm over that of delta, for delta up to 0.01.
-    """
-    each_block = np.stack([one.transpose("model", "level").values for one in peaks])
-    scaled = each_block / np.array([block.alpha for block in blocks])[:, None, None]
-    own, rigid = scaled[:, grid.at], scaled[:, grid.against[RIGID]]
-    calm = (rigid >= CALM[0]) & (rigid <= CALM[1])
-    with np.errstate(invalid="ignore"):
-        error = np.sqrt(np.where(calm, (own - rigid) ** 2, 0.0).sum(axis=-1) / calm.sum(axis=-1))
-    order = order_of(error, sweep.values)
-    return {"pulse_error": (("block", "model", "value"), error), "convergence_order": (("block", "model"), order)}
-
-
-def order_of(error: Array, values: Array) -> Array:
-    """Return the slope of ln error (block, model, value) over ln delta, for delta up to 0.01; NaN without one."""
-    small = np.flatnonzero(values <= SMALL)
-    if small.size < 2:
-        return np.full(error.shape[:2], np.nan)
-    x = np.log(values[small])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.log(error[..., small]) @ (x - x.mean()) / np.sum((x - x.mean()) ** 2)
-    return np.where(np.isfinite(slope), slope, np.nan)
+    return results.assign(found | peaks(runs, grid, sweep) | decay(blocks, grid))
 
 
 def peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
-    """Compare with the rigid block: shares of smaller peaks, and of motions that uplift only the law's block.
-
-    `peak_smaller`, of the rigid block's rocking runs, of those where the peaks differ.
-    """
+    """Return the shares of smaller peaks, with intervals, of the rigid block's rocking runs where the peaks differ."""
     peak, lifted = (
         runs[name].transpose("block", "model", "level", "motion").values for name in ("peak_rotation", "uplifted")
     )
@@ -117,11 +69,7 @@ def peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
                 samples = (weights @ smaller) / (weights @ apart)
             share[:, block, j, k] = smaller.sum() / apart.sum(), *percentile_interval(samples, sweep.confidence)[:2]
     names = ("peak_smaller", "peak_smaller_lower", "peak_smaller_upper")
-    found = {name: (("block", "model", "value"), part) for name, part in zip(names, share, strict=True)}
-    alone = np.empty((*share.shape[1:], lifted.shape[2]))
-    for block, j, k in np.ndindex(*share.shape[1:]):
-        alone[block, j, k] = np.mean(lifted[block, grid.at[j, k]] & ~lifted[block, rigid[j, k]], axis=-1)
-    return {**found, "uplift_alone": (("block", "model", "value", "level"), alone)}
+    return {name: (("block", "model", "value"), part) for name, part in zip(names, share, strict=True)}
 
 
 def decay(blocks: Sequence[Block], grid: Grid) -> dict[str, xr.DataArray]:
@@ -139,3 +87,51 @@ def decay(blocks: Sequence[Block], grid: Grid) -> dict[str, xr.DataArray]:
         parts.append(found.isel(law=where))
     together = xr.concat(parts, "block", combine_attrs="override")
     return {str(name): one.transpose("block", "model", "value", ...) for name, one in together.data_vars.items()}
+
+
+def impact_decay(release: float, e: float, half_cycles: int = HALF_CYCLES) -> Array:
+    """Return the peak rotations over alpha of a rigid block that rocks freely, (half_cycles + 1,), from the release on.
+
+    x_n = 1 - sqrt(1 - e^(2n) [1 - (1 - x0)²]): each impact leaves e² of the energy (Housner 1963).  The formula holds
+    for any falling branch that is linear in theta, for the linear and the bilinear branch alike.
+    """
+    # (1 - sqrt(1 - E) loses all digits of a small E)
+    energy = e ** (2.0 * np.arange(half_cycles + 1)) * (1.0 - (1.0 - release) ** 2)
+    return np.asarray(energy / (1.0 + np.sqrt(1.0 - energy)))
+
+
+def impact_times(block: Block, release: float, e: float, half_cycles: int = HALF_CYCLES) -> Array:
+    """Return the times of these peaks, as p t, (half_cycles + 1,).
+
+    A quarter period from the peak x to upright takes acosh(1/(1 - x))/q, q² = p² sin(alpha)/alpha: the bilinear form of
+    Housner's 4/p acosh(1/(1 - x)).
+    """
+    quarters = np.arccosh(1.0 / (1.0 - impact_decay(release, e, half_cycles)))
+    q_over_p = np.sqrt(np.sin(block.alpha) / block.alpha)
+    return np.asarray(np.concatenate([[0.0], np.cumsum(quarters[:-1] + quarters[1:])]) / q_over_p)
+
+
+def free_decay(block: Block, laws: Sequence[Law], restitution: Sequence[float], release: float = RELEASE) -> xr.Dataset:
+    """Compute the free rocking of a block under each law, with the peaks of the rigid block of that restitution.
+
+    On (law, half_cycle): `decay_peak` and `decay_rigid` (over alpha; NaN where the law has no such peak outside its
+    elastic zone).  On law: `decay_error`, the mean over the half cycles 1 to 10 of the peak over the rigid block's,
+    less 1.  Peaks count that the rigid block has outside the law's elastic zone, because inside it the law does not
+    rock.  A peak that the law does not reach outside its zone counts as the edge of the zone, its upper bound.
+    """
+    peak = np.full((len(laws), HALF_CYCLES + 1), np.nan)
+    rigid = np.array([impact_decay(release, e) for e in restitution])
+    errors = np.full(len(laws), np.nan)
+    last = max(SPAN, SLOWER * float(impact_times(block, release, 1.0)[-1]))
+    length = STEP * math.ceil(last / STEP)
+    for i, law in enumerate(laws):
+        run = free_rocking(block, law, release * block.alpha, length / block.p, STEP / block.p)
+        n = min(run.sizes["peak"], HALF_CYCLES + 1)
+        peak[i, :n] = run["peak_rotations"].values[:n] / block.alpha
+        edge = 0.0 if isinstance(law, HousnerImpact) else float(getattr(law, "delta", 0.0))
+        counted = np.flatnonzero(rigid[i] >= edge)[1:]
+        if counted.size:  # (else it comes to rest at once)
+            reached = np.where(np.isnan(peak[i]), edge, peak[i])
+            errors[i] = np.mean(reached[counted] / rigid[i, counted] - 1.0)
+    on = ("law", "half_cycle")
+    return xr.Dataset({"decay_peak": (on, peak), "decay_rigid": (on, rigid), "decay_error": ("law", errors)})

@@ -19,7 +19,6 @@ from ..sequential.truths import MEDIAN, Truth
 from .drawn import LEVELS, LOGNORMAL, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
 
 CONFIDENCE = 0.95
-NORMAL = 1.959964
 SLOPES = (1.5, 2.5, 4.0)
 TABULATED = "curved hazard"
 DESIGNS: dict[str, Callable[[Truth, int, int, int], xr.Dataset]] = {
@@ -80,12 +79,8 @@ def of_runs(
         if truth.probability is SKEWED_LEFT.probability and name == "slope 4":
             continue  # (its rate has no bound)
         found = [annual_rate(curves, hazard, outside="most") for curves in each]
-        rate, lower, upper = (
-            np.concatenate([rates[f"rate{end}"].values for rates in found]) for end in ("", "_lower", "_upper")
-        )
-        with np.errstate(divide="ignore"):  # (isotonic curves may have rates of 0)
-            length = _length(np.log(rate), np.log(lower), np.log(upper))
-        yield row_of(f"{what}, {name}", truth.name, motions, (lower, upper), true_rate(truth, hazard), length)
+        lower, upper = (np.concatenate([rates[f"rate_{end}"].values for rates in found]) for end in ("lower", "upper"))
+        yield row_of(f"{what}, {name}", truth.name, motions, (lower, upper), true_rate(truth, hazard))
 
 
 def true_rate(truth: Truth, hazard: HazardCurve) -> float:
@@ -94,12 +89,6 @@ def true_rate(truth: Truth, hazard: HazardCurve) -> float:
     events = hazard.rate_at(np.exp(x))
     seen = truth.probability(x)
     return float(-np.sum(0.5 * (seen[1:] + seen[:-1]) * np.diff(events)) + events[-1])
-
-
-def _length(values: Array, lower: Array, upper: Array) -> float:
-    """Return the mean length of intervals, relative to a normal interval with the true deviation of the values."""
-    lengths = np.where(np.isfinite(upper - lower), upper - lower, np.nan)
-    return float(np.nanmean(lengths) / (2.0 * NORMAL * np.nanstd(values)))
 
 
 def contributions(motions: int, studies: int) -> Iterator[tuple[str, Array, float]]:
@@ -122,13 +111,11 @@ def contributions(motions: int, studies: int) -> Iterator[tuple[str, Array, floa
 def _of_means(motions: int, studies: int) -> Iterator[Row]:
     for name, drawn, true in contributions(motions, studies):
         values = drawn[np.ptp(drawn, axis=1) > 0.0]
-        lower, upper = mean_interval(values, CONFIDENCE)
-        length = float(np.mean(upper - lower) / (2.0 * NORMAL * values.mean(axis=1).std()))
-        yield row_of("total of an inventory", name, motions, (lower, upper), true, length)
+        yield row_of("total of an inventory", name, motions, mean_interval(values, CONFIDENCE)[:2], true)
         # (anchoring saves the falls of half as many pieces, and may cause others)
         saved = values - 0.5 * values[::-1]
-        lower, upper = mean_interval(saved, CONFIDENCE, signed=True)
-        yield row_of("saving, which may be negative", name, motions, (lower, upper), 0.5 * true)
+        ends = mean_interval(saved, CONFIDENCE, signed=True)[:2]
+        yield row_of("saving, which may be negative", name, motions, ends, 0.5 * true)
 
 
 def _stronger(truth: Truth, x: Array) -> Array:
@@ -136,40 +123,36 @@ def _stronger(truth: Truth, x: Array) -> Array:
     return truth.probability(middle + (x - middle - 0.3) / 1.2)
 
 
+def _ratios(values: Array, samples: Array, runs: Array | None = None) -> tuple[Array, Array]:
+    """Return the ends of the intervals of ratios of two blocks (block, study), study by study."""
+    of_runs = np.full(values.shape, np.nan) if runs is None else runs
+    found = [
+        ratio_of(values[0, i], values[1, i], samples[0, i], samples[1, i], CONFIDENCE, of_runs[:, i])
+        for i in range(values.shape[1])
+    ]
+    _, lower, upper = np.array(found).T
+    return lower, upper
+
+
 def _of_ratios(motions: int, studies: int) -> Iterator[Row]:
     """Yield the rows of ratios of annual rates of two blocks under the same motions, of other medians and scatter."""
+    hazard = hazards()[TABULATED]
     for shape in SHAPES:
         weak = replace(shape, correlation=0.5)
         strong = replace(weak, probability=partial(_stronger, shape))
         # (one seed draws the same motions)
         drawn = xr.concat([ida(truth, studies, motions, 1) for truth in (weak, strong)], "block")
-        hazard = hazards()[TABULATED]
         curves = fit_fragility(drawn, keep_replicates=True).transpose("block", "study", ...)
         rates = annual_rate(curves, hazard).transpose("block", "study", ...)
-        value, samples, runs = (rates[name].values for name in ("rate", "rate_sample", "rate_of_runs"))
         if shape is LOGNORMAL:
-            median, drawn_medians = (curves[name].values for name in ("median", "median_sample"))
-            found = [
-                ratio_of(median[0, i], median[1, i], drawn_medians[0, i], drawn_medians[1, i], CONFIDENCE)
-                for i in range(studies)
-            ]
-            of, lower, upper = np.array(found).T
-            yield row_of("ratio of fitted medians", shape.name, motions, (lower, upper), math.exp(0.3))
-        found = [
-            ratio_of(value[0, i], value[1, i], samples[0, i], samples[1, i], CONFIDENCE, runs[:, i])
-            for i in range(studies)
-        ]
-        of, lower, upper = np.array(found).T
+            ends = _ratios(curves["median"].values, curves["median_sample"].values)
+            yield row_of("ratio of fitted medians", shape.name, motions, ends, math.exp(0.3))
+        ends = _ratios(*(rates[name].values for name in ("rate", "rate_sample", "rate_of_runs")))
         true = true_rate(strong, hazard) / true_rate(weak, hazard)
-        length = _length(np.log(of), np.log(lower), np.log(upper))
-        yield row_of(f"ratio of annual rates, {TABULATED}", shape.name, motions, (lower, upper), true, length)
+        yield row_of(f"ratio of annual rates, {TABULATED}", shape.name, motions, ends, true)
         # totals of falls at the levels, as inventories are compared
         weights = -np.diff(hazard.rate_at(LEVELS), append=0.0)
         falls = drawn["overturned"].transpose("block", "study", "motion", "level").values @ weights
-        samples = resampled_means(falls)
-        means = falls.mean(axis=-1)
-        found = [ratio_of(means[0, i], means[1, i], samples[0, i], samples[1, i], CONFIDENCE) for i in range(studies)]
-        of, lower, upper = np.array(found).T
+        ends = _ratios(falls.mean(axis=-1), resampled_means(falls))
         a, b = (float(truth.probability(np.log(LEVELS)) @ weights) for truth in (weak, strong))
-        length = _length(np.log(of), np.log(lower), np.log(upper))
-        yield row_of("ratio of totals of inventories", shape.name, motions, (lower, upper), b / a, length)
+        yield row_of("ratio of totals of inventories", shape.name, motions, ends, b / a)

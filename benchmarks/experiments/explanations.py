@@ -5,7 +5,6 @@ They were chosen after the misses were known, so that what fits better here is a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,78 +14,54 @@ import numpy as np
 from ...core.aliases import Flags
 from ...models import Block, HousnerImpact, Restraint
 from ...motions import Building
-from ...motions.polarity import AS_RECORDED, BOTH
+from ...motions.polarity import BOTH
 from .ensembles import motions_of, scaled_to_class
 from .predictions import LEVELS, capacities
-from .replays import CM_HEIGHT, GYRATION_SQUARED, HALF_WIDTHS, HEIGHT, Replays, fallen, rock, table_motions
-from .specimens import POLE_EDGE, POLE_FORCE, POLE_STRENGTH, blocks_of, law_of
+from .replays import CM_HEIGHT, HALF_WIDTHS, Replays, fallen, rock, table_motions
+from .specimens import POLE_EDGE, POLE_FORCE, POLE_STIFFNESS, blocks_of, law_of
 from .table import BROADBAND, MEDIAN, NEAR_FAULT, OVERTURNED, POLE, Row
 
-STRONG_SIDE = 0.3
-"""Half-width of the rocks' support on the strong side, m."""
 LONG_PERIOD = 0.12
 """PGV/PGA from which a motion counts as one of long period, s."""
-EXACT = HousnerImpact()
 ROOF = Building.flexural_shear(1.0, alpha0=5.0, storeys=10)
 """A building of ten storeys with a period of 1 s, for motions of its roof."""
 
 
 class RockScene(NamedTuple):
-    """What is changed of the rocks, and their falls: in all runs, and in those of long period."""
+    """A change of the rocks."""
 
     change: str
-    predicted: float
-    long_period: float
+    block: Block
+    law: HousnerImpact = HousnerImpact()
 
 
-def rock_scenes(replays: Replays) -> list[RockScene]:
-    """Replay the middle half-width of the scan with one change at a time.
-
-    Of an asymmetric rock, whose weak side may look either way, both ways count by half.
-    """
-    motions = table_motions(replays.runs)
-    slow = np.array([one.ratio >= LONG_PERIOD for one in replays.runs])
-    middle = rock(HALF_WIDTHS[len(HALF_WIDTHS) // 2])
-
-    def scene(
-        change: str, block: Block, law: HousnerImpact = EXACT, both: bool = False, scale: float = 1.0
-    ) -> RockScene:
-        shaken = [(scale * one).assign_attrs(one.attrs) for one in motions] if scale != 1.0 else motions
-        flags = fallen([block], shaken, law, BOTH if both else AS_RECORDED)[0].astype(float)
-        share = flags.reshape(-1, 2).mean(-1) if both else flags
-        return RockScene(change, float(share.sum()), float(share[slow].sum()))
-
-    found = [scene("as predicted blindly, middle half-width", middle)]
-    found.append(
-        scene(f"asymmetry: the other side {1000.0 * STRONG_SIDE:g} mm wide", _lopsided(HALF_WIDTHS[1]), both=True)
-    )
-    found += [
-        scene(f"restitution: {factor:g} times Housner's", middle, HousnerImpact(restitution_factor=factor))
+MIDDLE_WIDTH = HALF_WIDTHS[len(HALF_WIDTHS) // 2]
+MIDDLE = rock(MIDDLE_WIDTH)
+ROCKS = (
+    RockScene("as predicted blindly, middle half-width", MIDDLE),
+    *(
+        RockScene(f"restitution: {factor:g} times Housner's", MIDDLE, HousnerImpact(restitution_factor=factor))
         for factor in (0.9, 0.95, 1.03)
-    ]
-    found += [
-        scene(
-            f"azimuth: the weak side {angle} degrees off the table's direction",
-            middle,
-            scale=math.cos(math.radians(angle)),
-        )
-        for angle in (30, 60)
-    ]
-    found += [
-        scene(f"radius of gyration: square of {square:g} m2", rock(HALF_WIDTHS[1], square)) for square in (0.053, 0.06)
-    ]
-    found.append(scene("mass centre 10 % higher", rock(HALF_WIDTHS[1], centre=1.1 * CM_HEIGHT)))
-    found += [scene(f"support: half-width {1000.0 * width:g} mm", rock(width)) for width in (0.038, 0.033, 0.028)]
-    found.append(scene("support: half-width 33 mm, asymmetric", _lopsided(0.033), both=True))
+    ),
+    *(
+        RockScene(f"radius of gyration: square of {square:g} m2", rock(MIDDLE_WIDTH, square))
+        for square in (0.053, 0.06)
+    ),
+    RockScene("mass centre 10 % higher", rock(MIDDLE_WIDTH, centre=1.1 * CM_HEIGHT)),
+    *(RockScene(f"support: half-width {1000.0 * width:g} mm", rock(width)) for width in (0.038, 0.033, 0.028)),
+)
+"""Changes of the rocks, one at a time."""
+
+
+def rock_scenes(replays: Replays) -> list[tuple[str, int, int]]:
+    """Return each change of the rocks with the falls predicted, in all runs and in those of long period."""
+    motions = table_motions(replays.runs)
+    slow = np.array([run.ratio >= LONG_PERIOD for run in replays.runs])
+    found = []
+    for scene in ROCKS:
+        flags = fallen([scene.block], motions, scene.law)[0]
+        found.append((scene.change, int(flags.sum()), int(flags[slow].sum())))
     return found
-
-
-def _lopsided(weak: float) -> Block:
-    """Return the rock about a weak side in front and a strong one behind."""
-    half, offset = 0.5 * (weak + STRONG_SIDE), 0.5 * (STRONG_SIDE - weak)
-    radius = half**2 + CM_HEIGHT**2
-    name = f"granite rock, {1000.0 * weak:g} mm and {1000.0 * STRONG_SIDE:g} mm"
-    return Block(2.0 * half, HEIGHT, CM_HEIGHT, (GYRATION_SQUARED + radius) / radius, name, cm_offset=offset)
 
 
 class Scene(NamedTuple):
@@ -105,38 +80,33 @@ def scenes(rows: Iterable[Row]) -> list[Scene]:
         test = row.test
         if test.predict == OVERTURNED and test.fixing == POLE:
             before = _share(row, lambda block: block)
-            for change, made in POLES:
-                found.append(Scene(test.id, change, _share(row, made), before))
+            found += [Scene(test.id, change, _share(row, made), before) for change, made in POLES.items()]
         elif test.predict == MEDIAN:
             blocks, law = blocks_of(test), law_of(test)
             before = _pooled(blocks, law, BROADBAND)
-            found += [
-                Scene(test.id, "near-fault motions", _pooled(blocks, law, NEAR_FAULT), before),
-                Scene(test.id, "roof of a building of 1 s", _pooled(blocks, law, BROADBAND, ROOF), before),
-                Scene(
-                    test.id, "restitution: 0.9 times Housner's",
-                    _pooled(blocks, HousnerImpact(restitution_factor=0.9), BROADBAND), before,
-                ),
-                Scene(
-                    test.id, "mass centre: 10 % higher",
-                    _pooled([_raised(one) for one in blocks], law, BROADBAND), before,
-                ),
-            ]  # fmt: skip
+            less, raised = HousnerImpact(restitution_factor=0.9), [_raised(block) for block in blocks]
+            changed = {
+                "near-fault motions": _pooled(blocks, law, NEAR_FAULT),
+                "roof of a building of 1 s": _pooled(blocks, law, BROADBAND, ROOF),
+                "restitution: 0.9 times Housner's": _pooled(blocks, less, BROADBAND),
+                "mass centre: 10 % higher": _pooled(raised, law, BROADBAND),
+            }
+            found += [Scene(test.id, change, predicted, before) for change, predicted in changed.items()]
     return found
 
 
-def _pole(block: Block, force: float, strength: float, stiffness: float) -> Block:
-    held = Restraint.pole(force, strength, stiffness, block.width - POLE_EDGE, POLE_EDGE, count=2)
+def slipping(block: Block) -> Block:
+    """Return a block between a pair of poles that slip off."""
+    at = block.width - POLE_EDGE
+    held = Restraint.pole(POLE_FORCE, 1.5 * POLE_FORCE, POLE_STIFFNESS, at, POLE_EDGE, count=2)
     return replace(block, restraint=held)
 
 
-POLES: tuple[tuple[str, Callable[[Block], Block]], ...] = (
-    ("no wall behind it", lambda block: replace(block, wall=None)),
-    ("a ceiling that gives way: 5 N/mm in place of 50", lambda block: _pole(block, POLE_FORCE, POLE_STRENGTH, 5e3)),
-    ("poles that slip off at 1.5 times their force", lambda block: _pole(block, POLE_FORCE, 1.5 * POLE_FORCE, 50e3)),
-    ("poles pressed with 50 N that slip off at 75 N", lambda block: _pole(block, 50.0, 75.0, 50e3)),
-    ("no poles", lambda block: replace(block, restraint=None)),
-)
+POLES: dict[str, Callable[[Block], Block]] = {
+    "no wall behind it": lambda block: replace(block, wall=None),
+    "poles that slip off at 1.5 times their force": slipping,
+    "no poles": lambda block: replace(block, restraint=None),
+}
 """Changes of poles."""
 
 

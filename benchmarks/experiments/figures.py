@@ -1,21 +1,19 @@
-"""Figures of tests: predicted probabilities beside observed shares, and known relations beside computed medians."""
+"""The figure of tests: predicted probabilities beside observed shares."""
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import PercentFormatter
 
 from ...studies.plots import axes
 from .predictions import Prediction
-from .relations import ACCELERATION, HEIGHT, RATIOS, VELOCITY, Own, Relation
 from .results import Compared
 
 MOST = 9.0
 """Largest marker, points."""
-RECALLED = "D"
 
 
 def calibration_figure(rows: list[Compared]) -> Figure | None:
@@ -23,21 +21,18 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
 
     Blind predictions are filled markers, predictions with measured or fitted inputs are open ones.
     """
-    own = [one for one in rows if one.counted or (one.measured is not None and one.units is not None)]
+    own = [one for one in rows if one.counted]
     if not own:
         return None
     figure = axes.figure(6.4, 5.8)
     ax = figure.add_subplot()
     ax.plot([0, 1], [0, 1], color="0.6", linewidth=1.0, label="predicted = observed")
-    pieces = list(dict.fromkeys(one.row.test.piece for one in own))
-    for i, piece in enumerate(pieces):
+    for i, piece in enumerate(dict.fromkeys(row.row.test.piece for row in own)):
         colour, marker, _ = axes.look(i)
-        named = False
-        for one in (row for row in own if row.row.test.piece == piece):
-            for made, filled in ((one.prediction, True), (one.measured, False)):
-                if made is not None and made.made:
-                    _point(ax, one, made, colour, marker, filled, piece if filled and not named else None)
-                    named = named or filled
+        for k, row in enumerate(row for row in own if row.row.test.piece == piece):
+            _point(ax, row, row.prediction, color=colour, marker=marker, label=None if k else piece)
+            if row.measured is not None and row.measured.made:
+                _point(ax, row, row.measured, color=colour, marker=marker, markerfacecolor="white")
     ax.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), xlabel="predicted probability of overturning")
     ax.set_ylabel("observed share overturned")
     for axis in (ax.xaxis, ax.yaxis):
@@ -54,52 +49,14 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
     return figure
 
 
-def _point(
-    ax: Axes, one: Compared, made: Prediction, colour: str, marker: str, filled: bool, label: str | None
-) -> None:
+def _point(ax: Axes, row: Compared, made: Prediction, **look: Any) -> None:
     ax.errorbar(
         made.value,
-        one.observed,
+        row.observed,
         xerr=[[max(made.value - made.lower, 0.0)], [max(made.upper - made.value, 0.0)]],
-        yerr=[[max(one.observed - one.lower, 0.0)], [max(one.upper - one.observed, 0.0)]],
-        color=colour,
-        marker=marker,
-        markersize=4.0 + (MOST - 4.0) * min(1.0, (one.row.test.trials or 0) / 100.0),
-        markerfacecolor=colour if filled else "white",
+        yerr=[[max(row.observed - row.lower, 0.0)], [max(row.upper - row.observed, 0.0)]],
+        markersize=4.0 + (MOST - 4.0) * min(1.0, (row.row.test.trials or 0) / 100.0),
         linewidth=0.8,
         alpha=0.85,
-        label=label,
+        **look,
     )
-
-
-def relations_figure(known: list[Relation], computed: list[Own]) -> Figure:
-    """Return the figure of known relations beside computed medians: one panel of PGA, one of PGV."""
-    figure = axes.figure(9.6, 4.8)
-    panels = figure.subplots(1, 2)
-    for ax, im, name in zip(panels, (ACCELERATION, VELOCITY), ("PGA, m/s²", "PGV, m/s"), strict=True):
-        for i, one in enumerate(computed):
-            colour = axes.colour(i)
-            low, middle, high = getattr(one, im)
-            ax.plot(RATIOS, middle, color=colour, marker="o", markersize=4.0, label=f"computed, {one.kind}")
-            ax.fill_between(RATIOS, low, high, color=colour, alpha=0.15, linewidth=0.0)
-        for i, each in enumerate([one for one in known if one.im == im], len(computed)):
-            recalled = each.quality == RECALLED
-            label = each.name + (" (recalled)" if recalled else "")
-            ax.plot(
-                RATIOS, each.median, color=axes.colour(i), linestyle="dotted" if recalled else "dashed", label=label
-            )
-        ax.set(xlabel="width over height", ylabel=f"median {name}", yscale="log")
-        ax.legend(frameon=False, fontsize=8, loc="upper left")
-        top = max(value for one in computed for value in getattr(one, im)[2] if math.isfinite(value))
-        ax.set_ylim(top=4.0 * top)
-        ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        ax.yaxis.set_minor_formatter(NullFormatter())
-        axes.grid(ax)
-    axes.heading(
-        figure,
-        "Shaking that overturns half of free pieces, computed and by known relations",
-        f"uniform blocks {HEIGHT:g} m high, Housner's impact; bands: 16–84\u00a0% of motions; dotted: recalled, not "
-        "read in its source",
-    )
-    return figure

@@ -28,9 +28,9 @@ class HalfFit(NamedTuple):
     """A half of the runs that is predicted with what fits the other half.
 
     half: the half that is scored, runs of it, those that overturned, and those predicted.  fitted: which candidate
-    fits the other half best.  right: share of the runs whose outcome is predicted; of thresholds of PGA and PGV fitted
-    on the other half, too.  predicted_lower, predicted_upper: 95 % of the counts predicted with what fits resamples of
-    the records of the other half.
+    fits the other half best.  right: share of the runs whose outcome is predicted; of a threshold of PGV fitted on the
+    other half, too.  predicted_lower, predicted_upper: 95 % of the counts predicted with what fits resamples of the
+    records of the other half.
     """
 
     half: int
@@ -41,7 +41,6 @@ class HalfFit(NamedTuple):
     predicted_lower: int
     predicted_upper: int
     right: float
-    pga: float
     pgv: float
 
 
@@ -61,11 +60,11 @@ def best_candidate(right: Array) -> Index:
     return np.asarray(np.argmax(rank >= middle, axis=-1))
 
 
-def fit_halves(flags: Flags, overturned: Flags, records: Sequence[str], measures: Sequence[Array]) -> HalfFits:
+def fit_halves(flags: Flags, overturned: Flags, records: Sequence[str], pgv: Array) -> HalfFits:
     """Predict each half of the runs with the candidate whose flags (candidate, run) get most of the other half right.
 
-    The names of the records split the runs.  Thresholds of PGA and PGV (`measures`) are fitted and scored in the same
-    way.  Intervals are of the fit: the records of the half that is fitted are drawn again, with all of their runs.
+    The names of the records split the runs.  A threshold of PGV is fitted and scored in the same way.  Intervals are
+    of the fit: the records of the half that is fitted are drawn again, with all of their runs.
     """
     right = (flags == overturned).astype(float)
     which, names = halves_of(records), np.array(records)
@@ -79,11 +78,11 @@ def fit_halves(flags: Flags, overturned: Flags, records: Sequence[str], measures
         drawn = _resampled(right[:, other], names[other], half)
         resampled[:, own] = flags[drawn][:, own]
         low, high = np.quantile(resampled[:, own].sum(-1), [0.5 - SURE / 2, 0.5 + SURE / 2])
-        thresholds = [_on_other(one, overturned, own, other) for one in measures]
         found.append(
             HalfFit(
                 half, int(own.sum()), int(overturned[own].sum()), candidate, int(predicted[own].sum()),
-                round(float(low)), round(float(high)), _share((predicted == overturned)[own]), *thresholds,
+                round(float(low)), round(float(high)), _share((predicted == overturned)[own]),
+                _on_other(pgv, overturned, own, other),
             )
         )  # fmt: skip
     return HalfFits(found, predicted, resampled)

@@ -141,10 +141,9 @@ def fallen(
 
 
 class GraniteOutcomes(NamedTuple):
-    """Whether each of the two rocks overturned (rock, run), and the measured PGA (m/s²) and PGV (m/s) of every run."""
+    """Whether each of the two rocks overturned (rock, run), and the measured PGV (m/s) of every run."""
 
     overturned: Flags
-    pga: Array
     pgv: Array
 
 
@@ -153,10 +152,10 @@ def read_granite_outcomes(folder: Path, runs: tuple[Run, ...]) -> GraniteOutcome
     rows: dict[str, tuple[float, ...]] = {}
     for line in CsvTable(folder / TESTS, KIND):
         flags = [line.yes_in(f"specimen_{i}_overturned") for i in (1, 2)]
-        peaks = [line.number_in(name) for name in ("pga_measured_g", "pgv_measured_m_s")]
-        rows[line.text("test")] = (*map(float, flags), *(np.nan if one is None else one for one in peaks))
+        pgv = line.number_in("pgv_measured_m_s")
+        rows[line.text("test")] = (*map(float, flags), np.nan if pgv is None else pgv)
     missing = [one.test for one in runs if one.test not in rows]
     if missing:
         raise ExperimentError(f"{folder / TESTS}: has no test {missing[0]}")
     values = np.array([rows[one.test] for one in runs]).T
-    return GraniteOutcomes(values[:2].astype(bool), STANDARD_GRAVITY * values[2], values[3])
+    return GraniteOutcomes(values[:2].astype(bool), values[2])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array, Flags
+from ...core.aliases import Array
 from ...models import HousnerImpact
 from .classes import FACTORS, LEAST_CLUSTERS, ClassFit, Evidence, class_fit, too_few
 from .ensembles import kinds_of, scaled_to_class
@@ -18,17 +18,13 @@ from .predictions import Prediction, capacities
 from .replays import CANDIDATES, HALF_WIDTHS, GraniteOutcomes, Replays, fallen, rock, table_motions
 from .scores import (
     Brier,
-    CalibrationClass,
-    Ratio,
     Threshold,
     best_threshold,
     brier,
-    calibration,
     clustered_interval,
-    mean_ratio,
 )
 from .specimens import blocks_of, law_of, not_sliding
-from .table import FRICTION, MEDIAN, OVERTURNED, REPLAY, RESTITUTION, Row
+from .table import OVERTURNED, REPLAY, Row
 
 COUNTS = (OVERTURNED, REPLAY)
 """Predictions that are probabilities, to be held against counts."""
@@ -115,60 +111,31 @@ def units_of(row: Row, replays: Replays, outcomes: GraniteOutcomes) -> Units | N
     return Units(np.asarray(trials[own], float), np.asarray(fell[own], float), tuple(records[own].tolist()))
 
 
-class Scores(NamedTuple):
-    """Scores of a set of rows: counts with calibration and Brier's score, and ratios of values where there are any."""
-
-    name: str
-    brier: Brier | None
-    calibration: list[CalibrationClass]
-    ratios: dict[str, Ratio]
-    dispersions: Ratio | None
-
-
-def score(name: str, rows: list[Compared]) -> Scores:
-    """Score rows: those with a count by Brier's score, those with a value by ratios of predicted to measured."""
-    counts = [(one, one.units) for one in rows if one.counted and one.units is not None]
-    ratios = {}
-    for quantity in (MEDIAN, RESTITUTION, FRICTION):
-        own = [one for one in rows if one.row.test.predict == quantity and one.prediction.made and one.observed > 0.0]
-        if own:
-            ratios[quantity] = _ratio(own, [(one.prediction.value, one.observed) for one in own])
-    spread = [
-        (one, (one.prediction.dispersion, one.row.outcome.dispersion))
-        for one in rows
-        if one.row.outcome.dispersion is not None and not math.isnan(one.prediction.dispersion)
-    ]
-    made = np.array([one.prediction.value for one, units in counts for _ in units.clusters])
-    trials, fell = (
-        np.concatenate([np.zeros(0), *(getattr(units, kind) for _, units in counts)])
-        for kind in ("trials", "overturned")
-    )
+def score(rows: list[Compared]) -> Brier | None:
+    """Return Brier's score of the rows with a count; None without any."""
+    counts = [(row, row.units) for row in rows if row.counted and row.units is not None]
+    if not counts:
+        return None
+    made = np.array([row.prediction.value for row, units in counts for _ in units.clusters])
+    trials, fell = (np.concatenate([getattr(units, of) for _, units in counts]) for of in ("trials", "overturned"))
     clusters = np.array([name for _, units in counts for name in units.clusters])
     which = np.repeat(np.arange(len(counts)), [len(units.clusters) for _, units in counts])
-    return Scores(
-        name,
-        brier(made, trials, fell, clusters=clusters, rows=which) if counts else None,
-        calibration(made, trials, fell, clusters, which) if counts else [],
-        ratios,
-        _ratio(*map(list, zip(*spread, strict=True))) if spread else None,
-    )
+    return brier(made, trials, fell, clusters=clusters, rows=which)
 
 
-def _ratio(rows: Sequence[Compared], pairs: Sequence[tuple[float, float | None]]) -> Ratio:
-    """Return the mean ratio of pairs of predicted and measured values, by the sources of their rows."""
-    predicted, measured = np.array(pairs, dtype=float).T
-    return mean_ratio(predicted, measured, np.array([one.row.source.source for one in rows]))
-
-
-def scores_of(rows: list[Compared]) -> list[Scores]:
-    """Return the scores of every class of pieces of which something is predicted."""
-    predicted = [one for one in rows if one.prediction.made]
-    pieces = list(dict.fromkeys(one.row.test.piece for one in predicted))
-    return [score(piece, [one for one in predicted if one.row.test.piece == piece]) for piece in pieces]
+def scores_of(rows: list[Compared]) -> dict[str, Brier]:
+    """Return the scores of every class of pieces with a count, of all, and of predictions with measured inputs."""
+    predicted = [row for row in rows if row.prediction.made]
+    pieces = dict.fromkeys(row.row.test.piece for row in predicted)
+    groups = {piece: [row for row in predicted if row.row.test.piece == piece] for piece in pieces}
+    groups["all"] = predicted
+    groups["with measured inputs"] = [row._replace(prediction=row.measured) for row in rows if row.measured]
+    scored = {name: score(members) for name, members in groups.items()}
+    return {name: found for name, found in scored.items() if found is not None}
 
 
 class Granite(NamedTuple):
-    """A rock beside its replays: falls, falls predicted and shares of runs that are right by half-width, thresholds.
+    """A rock beside its replays: falls, falls predicted and shares of runs that are right by half-width, a threshold.
 
     fits: each half of the records predicted with the half-width that fits the other half; twins: share of the runs of
     each half in which both rocks had the same outcome.
@@ -179,7 +146,6 @@ class Granite(NamedTuple):
     overturned: int
     predicted: tuple[int, ...]
     right: tuple[float, ...]
-    pga: Threshold
     pgv: Threshold
     twin: float
     fits: HalfFits
@@ -188,7 +154,7 @@ class Granite(NamedTuple):
 def granite(replays: Replays, outcomes: GraniteOutcomes) -> list[Granite]:
     """Score both rocks run by run: blind half-widths, half-widths fitted on the other half of the records, thresholds.
 
-    The plain thresholds are fitted to the runs that they are scored on, those of the halves are not.
+    The plain threshold is fitted to the runs that it is scored on, those of the halves are not.
     """
     twin = float((outcomes.overturned[0] == outcomes.overturned[1]).mean())
     records = [one.record for one in replays.runs]
@@ -200,37 +166,28 @@ def granite(replays: Replays, outcomes: GraniteOutcomes) -> list[Granite]:
             int(flags.sum()),
             tuple(int(one.sum()) for one in replays.overturned),
             tuple(float((one == flags).mean()) for one in replays.overturned),
-            best_threshold(outcomes.pga, flags),
             best_threshold(outcomes.pgv, flags),
             twin,
-            fit_halves(candidates, flags, records, (outcomes.pga, outcomes.pgv)),
+            fit_halves(candidates, flags, records, outcomes.pgv),
         )
         for i, flags in enumerate(outcomes.overturned, 1)
     ]
 
 
 def fitted_band(row: Row, replays: Replays, rocks: Sequence[Granite]) -> Prediction | None:
-    """Predict a band of runs with half-widths of which each was fitted on the records of the other half."""
+    """Predict a band of runs with half-widths of which each was fitted on the records of the other half.
+
+    The interval is the range of 95 % of what fits resamples of the other half.
+    """
     which = rock_of(row)
     if which is None:
         return None
     inside = replays.inside(*row.test.levels)
     fits = rocks[which - 1].fits
-    return _fitted(row, fits.predicted[inside], fits.resampled[:, inside], [
-        f"{1000.0 * CANDIDATES[one.fitted]:g} mm" for one in fits.halves
-    ], "half-widths of")  # fmt: skip
-
-
-def fitted_pulses(row: Row, fits: HalfFits, named: Sequence[str]) -> Prediction:
-    """Predict a set of pulse trials with sizes of which each was fitted on the other half of the durations."""
-    return _fitted(row, fits.predicted, fits.resampled, named, "sizes of")
-
-
-def _fitted(row: Row, predicted: Flags, resampled: Flags, fitted: Sequence[str], what: str) -> Prediction:
-    """Return the share predicted, with the range of 95 % of what fits resamples of the other half."""
-    low, high = np.quantile(resampled.mean(-1), [0.025, 0.975])
-    value = float(predicted.mean())
-    how = f"{what} {' and '.join(fitted)}, each fitted on the other half of the motions"
+    low, high = np.quantile(fits.resampled[:, inside].mean(-1), [0.025, 0.975])
+    value = float(fits.predicted[inside].mean())
+    widths = " and ".join(f"{1000.0 * CANDIDATES[half.fitted]:g} mm" for half in fits.halves)
+    how = f"half-widths of {widths}, each fitted on the other half of the motions"
     return Prediction(row.test.id, value, min(value, float(low)), max(value, float(high)), math.nan, how)
 
 

@@ -1,4 +1,4 @@
-"""Scores of predictions beside outcomes: calibration, Brier's score, bias of medians and ratio of dispersions.
+"""Scores of predictions beside outcomes: Brier's score, intervals of shares and the best threshold.
 
 They take numbers only, so that their own correctness can be checked by simulation.  Trials of one record, or of one
 source, depend on each other: intervals count such clusters.
@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from ...core.aliases import Array, Flags
 from ...core.streams import stream
@@ -22,22 +21,6 @@ Labels = NDArray[Any]
 SURE = 0.95
 DRAWS = 4_000
 """Tables drawn for the interval of Brier's score."""
-EDGES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
-"""Ends of the classes of predicted probabilities of a calibration table; the upper end belongs to the last one only."""
-
-
-class CalibrationClass(NamedTuple):
-    """A class of predicted probabilities: its ends, rows and trials, and the mean probability beside the share."""
-
-    low: float
-    high: float
-    rows: int
-    trials: int
-    predicted: float
-    overturned: int
-    observed: float
-    lower: float
-    upper: float
 
 
 class Brier(NamedTuple):
@@ -60,16 +43,6 @@ class Brier(NamedTuple):
     skill_upper: float
 
 
-class Ratio(NamedTuple):
-    """The geometric mean of predicted over measured values of a number of rows, with its 95 % interval over sources."""
-
-    number: int
-    sources: int
-    mean: float
-    lower: float
-    upper: float
-
-
 def clustered_interval(trials: Array, overturned: Array, clusters: Labels | None = None) -> tuple[float, float]:
     """Return the 95 % interval of a share of counts (unit,) whose trials depend on each other within clusters.
 
@@ -90,30 +63,6 @@ def clustered_interval(trials: Array, overturned: Array, clusters: Labels | None
             effective = min(n, float(number))
     lower, upper = (float(one) for one in binomial_interval(share * effective, effective, SURE))
     return lower, upper
-
-
-def calibration(
-    probabilities: Array,
-    trials: Array,
-    overturned: Array,
-    clusters: Labels | None = None,
-    rows: Labels | None = None,
-) -> list[CalibrationClass]:
-    """Return the classes of predicted probabilities (unit,) that hold a row, with means weighted by trials.
-
-    The interval of a share is that of `clustered_interval`.  rows: the row of each unit (every unit is one).
-    """
-    found = []
-    which = np.clip(np.searchsorted(EDGES, probabilities, side="right") - 1, 0, len(EDGES) - 2)
-    named: Labels = np.arange(trials.size) if rows is None else rows
-    for i in np.unique(which):
-        own = which == i
-        n, k = int(trials[own].sum()), int(overturned[own].sum())
-        mean = float(np.average(probabilities[own], weights=trials[own]))
-        interval = clustered_interval(trials[own], overturned[own], None if clusters is None else clusters[own])
-        number = np.unique(named[own]).size
-        found.append(CalibrationClass(EDGES[i], EDGES[i + 1], number, n, mean, k, k / n, *interval))
-    return found
 
 
 def brier(
@@ -164,20 +113,6 @@ def _brier(probabilities: Array, trials: Array, overturned: Array) -> Array:
     """Return Brier's score of one table of counts (row,), or of several (table, row)."""
     squares = overturned * (1.0 - probabilities) ** 2 + (trials - overturned) * probabilities**2
     return np.asarray(squares.sum(-1) / trials.sum())
-
-
-def mean_ratio(predicted: Array, measured: Array, sources: Labels | None = None) -> Ratio:
-    """Return the geometric mean of predicted over measured values, medians or dispersions, with its interval.
-
-    Values of one source depend on each other: the mean is that of the sources' means, and the interval that of
-    Student's t over sources, NaN for fewer than two.  Every value is a source of its own where none are given.
-    """
-    logs = np.log(predicted / measured)
-    _, which = np.unique(np.arange(logs.size) if sources is None else sources, return_inverse=True)
-    means = np.bincount(which, logs) / np.bincount(which)
-    n, mean = means.size, float(means.mean())
-    half = math.nan if n < 2 else float(student.ppf(0.5 + SURE / 2, n - 1) * means.std(ddof=1) / math.sqrt(n))
-    return Ratio(logs.size, n, math.exp(mean), math.exp(mean - half), math.exp(mean + half))
 
 
 class Threshold(NamedTuple):

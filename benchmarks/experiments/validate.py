@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import math
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from ...core.wording import whole_percent
 from ...core.writing import write_bytes
 from ...models.runs import engine_identity
 from ...studies.show import save_figures
@@ -20,56 +18,36 @@ from ...studies.tables.values import Cell, ValueTable, csv_bytes, known
 from .classes import ClassFit
 from .figures import calibration_figure
 from .predictions import Prediction, predict, predict_measured
-from .pulses import Pulses, candidates, read_pulses
 from .replays import Replays, read_granite_outcomes, read_runs, replay
-from .results import (
-    Compared,
-    Granite,
-    Scores,
-    class_fits,
-    compared,
-    fitted_band,
-    fitted_pulses,
-    granite,
-    score,
-    scores_of,
-    units_of,
-)
+from .results import Compared, Granite, class_fits, compared, fitted_band, granite, scores_of, units_of
 from .scores import Brier
-from .table import PULSE, REPLAY, Experiment, ExperimentError, Row, read_experiments
+from .table import REPLAY, Experiment, ExperimentError, Row, read_experiments
 
-PREDICTIONS, MEASURED, FIGURE = "predictions.csv", "measured.csv", "calibration"
+PREDICTIONS, MEASURED, OUTCOMES, FIGURE = "predictions.csv", "measured.csv", "outcomes.csv", "calibration"
 HEADINGS = ["id", "predicted", "lower", "upper", "dispersion", "how", "inputs"]
 
 
 class Validation(NamedTuple):
-    """Rows with predictions and outcomes, scores over all and by class, the granite rocks and pulses.
+    """Rows with predictions and outcomes, Brier's scores by class and of all, and the granite rocks.
 
-    second: scores of the predictions with measured or fitted inputs, over the rows that have one.  classes: how far the
-    capacities of each class of pieces are from those predicted blindly.
+    classes: how far the capacities of each class of pieces are from those predicted blindly.
     """
 
     rows: list[Compared]
-    overall: Scores
-    scores: list[Scores]
-    second: Scores
+    scores: dict[str, Brier]
     granite: list[Granite]
-    pulses: list[Pulses]
     classes: dict[str, ClassFit]
 
 
-def validate(
-    path: Path, folder: Path, granite_folder: Path | None = None, pulses: Path | None = None, blind: Path | None = None
-) -> Validation:
+def validate(path: Path, folder: Path, granite_folder: Path | None = None, blind: Path | None = None) -> Validation:
     """Predict every row of a table of tests, then compare the predictions with the outcomes.
 
-    Writes predictions, those with measured or fitted inputs, and the calibration figure into a folder.
-    granite_folder: of the granite rocks' runs and table motions.  pulses: the file of the pulse trials.  blind: an
-    earlier ``predictions.csv``, whose rows are kept, except rows that had no value and have one now, or another
-    reason.  Raises ExperimentError for tables and files that cannot be read.
+    Writes predictions, those with measured or fitted inputs, outcomes with their intervals and the calibration figure
+    into a folder.  granite_folder: of the granite rocks' runs and table motions.  blind: an earlier
+    ``predictions.csv``, whose rows are kept, except rows that had no value and have one now, or another reason.
+    Raises ExperimentError for tables and files that cannot be read.
     """
     rows = read_experiments(path)
-    sets = [] if pulses is None else read_pulses(pulses)
     replays = None if granite_folder is None else replay(*read_runs(granite_folder))
     made = predict_all([row.test for row in rows], replays, {} if blind is None else read_predictions(blind))
     folder.mkdir(parents=True, exist_ok=True)
@@ -80,29 +58,26 @@ def validate(
     if replays is not None and granite_folder is not None:
         outcomes = read_granite_outcomes(granite_folder, replays.runs)
         rocks = granite(replays, outcomes)
-    second = [second_prediction(row, replays, rocks, sets) for row in rows]
+    second = [second_prediction(row, replays, rocks) for row in rows]
     measured = ValueTable(HEADINGS[:-1], [_cells(one) for one in second if one is not None])
     write_bytes(folder / MEASURED, csv_bytes(measured))
     found = [
         compared(row, one, other, None if replays is None or outcomes is None else units_of(row, replays, outcomes))
         for row, (one, _), other in zip(rows, made, second, strict=True)
     ]
+    seen = [
+        [row.row.test.id, *map(known, (row.observed, row.lower, row.upper)), row.overlap if row.judged else None]
+        for row in found
+        if row.prediction.made
+    ]
+    write_bytes(folder / OUTCOMES, csv_bytes(ValueTable(["id", "observed", "lower", "upper", "overlap"], seen)))
     figure = calibration_figure(found)
     if figure is not None:
         save_figures([(FIGURE, figure)], folder)
-    again = [one._replace(prediction=one.measured) for one in found if one.measured]
-    return Validation(
-        found,
-        score("all", [one for one in found if one.prediction.made]),
-        scores_of(found),
-        score("with measured inputs", again),
-        rocks,
-        sets,
-        class_fits(found, replays, outcomes),
-    )
+    return Validation(found, scores_of(found), rocks, class_fits(found, replays, outcomes))
 
 
-def second_prediction(row: Row, replays: Replays | None, rocks: list[Granite], sets: list[Pulses]) -> Prediction | None:
+def second_prediction(row: Row, replays: Replays | None, rocks: list[Granite]) -> Prediction | None:
     """Predict a row with inputs that were measured, or fitted on other records; None where it has none.
 
     No outcome of the row is used; fits use only the other half of a set's records.
@@ -111,12 +86,7 @@ def second_prediction(row: Row, replays: Replays | None, rocks: list[Granite], s
         return predict_measured(row.test, row.measured)
     if replays is not None and rocks and row.test.predict == REPLAY:
         return fitted_band(row, replays, rocks)
-    own = next((one for one in sets if row.test.motion == PULSE and row.test.id.endswith(f"-{one.name}")), None)
-    if own is None:
-        return None
-    if own.trials != row.test.trials:
-        raise ExperimentError(f"{row.test.id}: has {row.test.trials} trials, the file of pulses {own.trials}")
-    return fitted_pulses(row, own.fits, [candidates()[one.fitted].label for one in own.fits.halves])
+    return None
 
 
 def predict_all(
@@ -166,47 +136,3 @@ def read_predictions(path: Path) -> dict[str, tuple[Prediction, str]]:
 
 def _cells(one: Prediction) -> list[Cell]:
     return [one.id, *(known(value) for value in (one.value, one.lower, one.upper, one.dispersion)), one.how]
-
-
-def brier_rows(found: Validation, to: str) -> list[tuple[str, ...]]:
-    """Return Brier's scores of every class of pieces, and of all, as rows of text; `to` stands between two ends."""
-    return [
-        (
-            one.name, str(one.brier.rows), str(one.brier.trials), f"{one.brier.score:.3f}",
-            f"{one.brier.reference:.3f}", f"{one.brier.right_low:.3f}{to}{one.brier.right_high:.3f}",
-            _skill(one.brier, to),
-        )
-        for one in [*found.scores, found.overall, found.second]
-        if one.brier is not None
-    ]  # fmt: skip
-
-
-def _skill(brier: Brier, to: str) -> str:
-    """Return 1 - score/reference with its interval over records or sources; '' where there is none."""
-    if math.isnan(brier.skill) or math.isnan(brier.skill_lower):
-        return ""
-    return f"{brier.skill:.2f} ({brier.skill_lower:.2f}{to}{brier.skill_upper:.2f})"
-
-
-def trials_text(row: Row) -> str:
-    """Return the number of trials of a row, '' where it is of no count."""
-    return "" if row.test.trials is None else str(row.test.trials)
-
-
-BLIND, SECOND, SEEN = "blind", "with measured inputs", "observed"
-
-
-def interval_text(one: Compared, which: str) -> str:
-    """Return what is predicted of a row, blind or with measured inputs, or what was observed, with its interval.
-
-    Per cent of counts, else a value; '' where there is none.
-    """
-    made = one.measured if which == SECOND else one.prediction
-    if made is None:
-        return ""
-    value, lower, upper = (one.observed, one.lower, one.upper) if which == SEEN else made[1:4]
-    if math.isnan(value):
-        return ""
-    if one.row.outcome.overturned is not None:
-        return f"{whole_percent(value)} ({whole_percent(lower)}–{whole_percent(upper)})"
-    return f"{value:.3g}" + ("" if math.isnan(lower) else f" ({lower:.3g}–{upper:.3g})")

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ...core.compiled import kernel
 
 RK4, NEWMARK, RK4_AT_REST = range(3)
@@ -95,7 +93,7 @@ def _energy_damping(v, q2, alpha, edge, zone, e):
     return 2.0 * beta
 
 
-@kernel(keep=True)
+@kernel()
 def entry_damping(v, kind, q2, alpha, edge, zone, c, e):
     """Return the damping of the zone that is entered at speed v."""
     if kind == ENTRY_SPEED:
@@ -119,13 +117,13 @@ def after_turn(theta, q2, alpha, edge, zone):
     return math.copysign(2.0 * level / (alpha + math.sqrt(alpha * alpha - 2.0 * level)), theta)
 
 
-@kernel(keep=True)
+@kernel()
 def holds(kind, q2, alpha):
     """Return the moment that holds a rigid block at rest, slightly enlarged: uplift is outward despite rounding."""
     return (1.0 + 4e-15) * q2 * (math.sin(alpha) if kind == EXACT else alpha)
 
 
-@kernel(keep=True)
+@kernel()
 def settles(omega, u, u_end, left, kind, q2, alpha, e, gain):
     """Return True if all later bounces of a rigid block end within the time left of the sample, before it lifts again.
 
@@ -142,7 +140,7 @@ def settles(omega, u, u_end, left, kind, q2, alpha, e, gain):
     return least > 0.0 and 2.0 * abs(omega) <= (1.0 - e) * least * left
 
 
-@kernel(keep=True)
+@kernel()
 def escapes(theta, omega, kind, q2, alpha, edge, c):
     """Return True if a block at (theta, omega) after the record overturns: past the (damped) saddle, moving outward."""
     if abs(theta) <= edge:
@@ -153,7 +151,7 @@ def escapes(theta, omega, kind, q2, alpha, edge, c):
     return outward + (0.5 * c + math.sqrt(0.25 * c * c + q2)) * (abs(theta) - alpha) > 0.0
 
 
-@kernel(keep=True)
+@kernel()
 def bounds(mode, edge):
     """Return the bounds of side*theta in a mode."""
     if mode == ZONE:
@@ -163,7 +161,7 @@ def bounds(mode, edge):
     return 0.0, edge if edge > 0.0 else FLAT
 
 
-@kernel(keep=True)
+@kernel()
 def law(mode, side, held, kind, q2, alpha, zone, c, gain):
     """Return stiffness, offset, damping and gain of theta'' = offset + stiffness theta - damping omega - gain u''.
 
@@ -176,7 +174,7 @@ def law(mode, side, held, kind, q2, alpha, zone, c, gain):
     return q2, -side * q2 * alpha, c, gain
 
 
-@kernel(keep=True)
+@kernel()
 def transition(event, mode, side, theta, omega, held, u, kind, q2, alpha, edge, zone, c, e, rigid):
     """Return mode, side, rotation, velocity and held damping after an event at (theta, omega)."""
     if event == TURN:
@@ -477,36 +475,6 @@ def located_events(
                 rotation[j, (i + 1) // every] = theta
         falls[j] = mode == FALLEN or escapes(theta, omega, kind, q2, alpha, edge, c)
         peaks[j] = FLAT if falls[j] else peak
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# right-hand sides for solvers that want a function
-
-
-@kernel()
-def _shaking_at(t, shaking, dt):
-    i = min(max(int(t / dt), 0), shaking.size - 2)
-    return shaking[i] + (shaking[i + 1] - shaking[i]) * (t / dt - i)
-
-
-@kernel(keep=True)
-def branch_field(t, y, shaking, dt, exact, stiffness, offset, damping, gain):
-    """Return the rate of (theta, omega) on one branch."""
-    u = _shaking_at(t, shaking, dt)
-    return np.array((y[1], _acceleration(exact, stiffness, offset, damping, gain, y[0], y[1], u)))
-
-
-@kernel(keep=True)
-def viscous_acceleration(t, theta, omega, shaking, dt, q2, alpha, edge, zone, c, gain):
-    """Return the acceleration of a block with the same damping at every rotation."""
-    u = _shaking_at(t, shaking, dt)
-    return _rate(VISCOUS, theta, theta, omega, u, q2, alpha, edge, zone, c, c, gain)
-
-
-@kernel(keep=True)
-def viscous_field(t, y, shaking, dt, q2, alpha, edge, zone, c, gain):
-    """Return the rate of (theta, omega) of a block with the same damping at every rotation."""
-    return np.array((y[1], viscous_acceleration(t, y[0], y[1], shaking, dt, q2, alpha, edge, zone, c, gain)))
 
 
 # ---------------------------------------------------------------------------------------------------------------------

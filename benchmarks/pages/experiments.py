@@ -1,8 +1,8 @@
 """The page docs/experiments.md, its figures and the table of classes: published tests beside predictions.
 
-TOPPLING_GRANITE names the folder of the granite rocks' table motions and TOPPLING_PULSES the file of the pulse trials,
-which are not part of the project.  Without them the page says that these rows are not predicted.  Blind predictions
-that were committed before are taken from docs/experiments/predictions.csv as they are.
+TOPPLING_GRANITE names the folder of the granite rocks' table motions, which are not part of the project.  Without them
+the page says that these rows are not predicted.  Blind predictions that were committed before are taken from
+docs/experiments/predictions.csv as they are.
 """
 
 from __future__ import annotations
@@ -20,55 +20,37 @@ from pathlib import Path
 from ...core.wording import counted, whole_percent
 from ...models.friction import CONTACTS
 from ...studies.plan.piece_classes import COLUMNS, NAMES, TABLE as CLASS_TABLE, PieceClass
-from ...studies.show import save_figures
-from ...studies.tables.values import with_units
-from ..experiments import classes, ensembles, explanations, relations, replays, specimens, table
-from ..experiments.figures import relations_figure
-from ..experiments.jma import CLASSES
-from ..experiments.results import Compared, Scores
-from ..experiments.validate import (
-    BLIND,
-    MEASURED,
-    PREDICTIONS,
-    SECOND,
-    SEEN,
-    Validation,
-    brier_rows,
-    interval_text,
-    trials_text,
-    validate,
-)
+from ..experiments import classes, ensembles, explanations, replays, specimens, table
+from ..experiments.ensembles import CLASSES
+from ..experiments.results import Compared
+from ..experiments.scores import Brier
+from ..experiments.validate import MEASURED, OUTCOMES, PREDICTIONS, Validation, validate
 from .page import ROOT, folder, template, write
 from .tables import span, table as markdown
 
-GRANITE, PULSES = "TOPPLING_GRANITE", "TOPPLING_PULSES"
+GRANITE = "TOPPLING_GRANITE"
 
 
 def main() -> None:
-    """Write the page, its figures and the predictions."""
-    paths = [Path(os.environ[name]) if os.environ.get(name) else None for name in (GRANITE, PULSES)]
-    for name, path in zip((GRANITE, PULSES), paths, strict=True):
-        if path is None:
-            print(f"{name} is not set: the page is made without these data", file=sys.stderr)
+    """Write the page, its figure and the predictions."""
+    granite = Path(os.environ[GRANITE]) if os.environ.get(GRANITE) else None
+    if granite is None:
+        print(f"{GRANITE} is not set: the page is made without these data", file=sys.stderr)
     out, docs = folder("experiments"), ROOT / "docs"
     with tempfile.TemporaryDirectory() as made:
-        found = validate(docs / "experiments.csv", Path(made), paths[0], paths[1], docs / "experiments" / PREDICTIONS)
-        for name in (PREDICTIONS, MEASURED, "calibration.png"):
+        found = validate(docs / "experiments.csv", Path(made), granite, docs / "experiments" / PREDICTIONS)
+        for name in (PREDICTIONS, MEASURED, OUTCOMES, "calibration.png"):
             shutil.copyfile(Path(made) / name, out / name)
-    computed = relations.own()
-    save_figures([("relations", relations_figure(relations.relations(), computed))], out)
     (out / CLASS_TABLE).write_text(class_rows(found), encoding="utf-8")
-    known = None if paths[0] is None else replays.replay(*replays.read_runs(paths[0]))
-    write("experiments", page(found, known, computed))
+    write("experiments", page(found, None if granite is None else replays.replay(*replays.read_runs(granite))))
 
 
-def page(found: Validation, known: replays.Replays | None, computed: list[relations.Own]) -> str:
+def page(found: Validation, known: replays.Replays | None) -> str:
     """The page: the text of experiments.md.in with every number from the results."""
-    own = [one for one in found.rows if one.prediction.made]
     numbers = {
         "rows": len(found.rows),
         "sources": len({one.row.source.source for one in found.rows}),
-        "predicted": len(own),
+        "predicted": sum(one.prediction.made for one in found.rows),
         "answer": answer(found),
         "rocks": rocks(found),
         "gap": f"{1000.0 * specimens.WALL_GAP:g}",
@@ -76,19 +58,12 @@ def page(found: Validation, known: replays.Replays | None, computed: list[relati
         "seed": ensembles.SEED,
         "classes": ", ".join(f"{name} is {low:g} to {high:g}" for name, (low, high) in CLASSES.items()),
         "widths": ", ".join(f"{1000.0 * one:g}" for one in replays.HALF_WIDTHS),
-        "count_tables": count_tables(own),
-        "calibration_table": calibration_table(found.overall),
         "brier_table": brier_table(found),
         "granite": granite_text(found),
-        "pulses": pulses_text(found),
         "class_table": class_table(found),
         "least": classes.LEAST_CLUSTERS,
         "rock_scenes": rock_scenes(known),
         "scenes": scenes(found),
-        "relations_text": relations_text(computed),
-        "value_table": value_table(own),
-        "ratios": ratios_text(found.overall),
-        "reasons": reasons(found.rows),
         "kinds": ", ".join(table.KINDS),
         "pieces": ", ".join(table.PIECES),
         "fixings": ", ".join(table.FIXINGS),
@@ -160,51 +135,22 @@ def verdict(rows: list[Compared]) -> str:
     return f"predicted over measured {mean:.2f}"
 
 
-def count_tables(own: list[Compared]) -> str:
-    """A table for each class of pieces with a count."""
-    parts = []
-    rows = sorted((one for one in own if one.counted), key=lambda one: table.PIECES.index(one.row.test.piece))
-    for piece, members in groupby(rows, _piece):
-        cells = [
-            (
-                one.row.test.id, one.row.test.specimen, one.row.test.excitation, interval_text(one, BLIND),
-                interval_text(one, SECOND) or "–",
-                f"{one.row.outcome.overturned} of {trials_text(one.row)}: {interval_text(one, SEEN)}",
-                "yes" if one.overlap else "no", source_link(one),
-            )
-            for one in members
-        ]  # fmt: skip
-        head = ("row", "specimen", "shaking", "blind", "with measured inputs", "observed", "overlap", "source")
-        parts.append(f"### {piece[0].upper()}{piece[1:]}\n\n{markdown(head, cells)}")
-    return "\n\n".join(parts)
-
-
-def source_link(one: Compared) -> str:
-    """The source of a row with its address, and the letter of what was read of it."""
-    source = one.row.source
-    name = f"[{source.source}]({source.address})" if source.address else f"{source.source} ({source.place})"
-    return f"{name} ({source.quality})"
-
-
-def calibration_table(scores: Scores) -> str:
-    """The classes of predicted probabilities."""
-    rows = [
-        (
-            f"{whole_percent(one.low)} to {whole_percent(one.high)}", str(one.rows), str(one.trials),
-            whole_percent(one.predicted),
-            f"{whole_percent(one.observed)} ({whole_percent(one.lower)}–{whole_percent(one.upper)})",
-        )
-        for one in scores.calibration
-    ]  # fmt: skip
-    return markdown(("predicted between", "rows", "trials", "mean predicted", "observed"), rows)
-
-
 def brier_table(found: Validation) -> str:
     """Brier's scores of every class of pieces, and of all."""
-    rows = brier_rows(found, " to ")
-    return markdown(
-        ("class", "rows", "trials", "Brier's score", "of one share for all", "if right", "skill (interval)"), rows
-    )
+    rows = [
+        (name, score.rows, score.trials, f"{score.score:.3f}", f"{score.reference:.3f}",
+         f"{score.right_low:.3f} to {score.right_high:.3f}", skill(score))
+        for name, score in found.scores.items()
+    ]  # fmt: skip
+    head = ("class", "rows", "trials", "Brier's score", "of one share for all", "if right", "skill (interval)")
+    return markdown(head, rows)
+
+
+def skill(score: Brier) -> str:
+    """1 - score/reference with its interval over records or sources; '' where there is none."""
+    if math.isnan(score.skill) or math.isnan(score.skill_lower):
+        return ""
+    return f"{score.skill:.2f} ({score.skill_lower:.2f} to {score.skill_upper:.2f})"
 
 
 def granite_text(found: Validation) -> str:
@@ -215,15 +161,14 @@ def granite_text(found: Validation) -> str:
     rows = [
         (
             f"rock {one.rock}", f"{one.overturned} of {one.runs}", " / ".join(map(str, one.predicted)),
-            " / ".join(f"{share:.2f}" for share in one.right), f"{one.pga.right:.2f}", f"{one.pgv.right:.2f}",
-            f"{one.twin:.2f}",
+            " / ".join(f"{share:.2f}" for share in one.right), f"{one.pgv.right:.2f}", f"{one.twin:.2f}",
         )
         for one in found.granite
     ]  # fmt: skip
-    head = ("", "overturned", "predicted", "share right", "best PGA threshold", "best PGV threshold", "other rock")
+    head = ("", "overturned", "predicted", "share right", "best PGV threshold", "other rock")
     text = (
         f"Predicted counts and shares of runs with the right outcome for half-widths of {' / '.join(widths)}, blind. "
-        "The thresholds are fitted to the runs on which they are scored; *other rock* is the share of runs in which "
+        "The threshold is fitted to the runs on which it is scored; *other rock* is the share of runs in which "
         "both rocks had the same outcome, a rough limit of what any model of one of them can reach."
     )
     halves = [
@@ -231,41 +176,19 @@ def granite_text(found: Validation) -> str:
             f"rock {one.rock}, half {half.half + 1}", f"{half.overturned} of {half.runs}",
             f"{1000.0 * replays.CANDIDATES[half.fitted]:g} mm",
             f"{half.predicted} ({half.predicted_lower}–{half.predicted_upper})", f"{half.right:.2f}",
-            f"{half.pga:.2f}", f"{half.pgv:.2f}",
+            f"{half.pgv:.2f}",
         )
         for one in found.granite
         for half in one.fits.halves
     ]  # fmt: skip
-    head_2 = ("scored on", "overturned", "fitted on the other half", "predicted", "share right", "PGA threshold")
+    head_2 = ("scored on", "overturned", "fitted on the other half", "predicted", "share right", "PGV threshold")
     text_2 = (
         "The same with one fitted number: the half-width, from 28 to 70 mm, that gets most runs right of one half of "
-        "the records (every other one by name), scored on the other half, whose records it never saw. Thresholds are "
+        "the records (every other one by name), scored on the other half, whose records it never saw. A threshold is "
         "fitted and scored in the same way. Intervals of predicted counts are of fits to resamples of the records."
     )
-    fitted = markdown((*head_2, "PGV threshold"), halves)
+    fitted = markdown(head_2, halves)
     return f"{text}\n\n{markdown(head, rows)}\n\n{text_2}\n\n{fitted}"
-
-
-def pulses_text(found: Validation) -> str:
-    """What is known of the pulse trials."""
-    if not found.pulses:
-        return "Their trials were not at hand when this page was made."
-    rows = [
-        (
-            one.name, str(one.trials), str(one.toppled), f"{one.pga.right:.2f}", f"{one.pgv.right:.2f}",
-            " and ".join(f"{half.right:.2f}" for half in one.fits.halves),
-            " and ".join(f"{half.pga:.2f}" for half in one.fits.halves),
-            " and ".join(f"{half.predicted} of {half.overturned}" for half in one.fits.halves),
-        )
-        for one in found.pulses
-    ]  # fmt: skip
-    head = ("set", "trials", "toppled", "best PGA threshold", "best PGV threshold", "fitted sizes, other half")
-    text = (
-        "The sizes of the models are not known, so that nothing is predicted blindly. The first two thresholds are "
-        "fitted to the trials on which they are scored. The last three columns are of slenderness and size fitted on "
-        "half of the durations of the pulses, and of a PGA threshold fitted in the same way, scored on the other half."
-    )
-    return f"{text}\n\n{markdown((*head, 'PGA threshold, other half', 'predicted of observed falls'), rows)}"
 
 
 def classes_of(found: Validation) -> list[PieceClass]:
@@ -273,7 +196,7 @@ def classes_of(found: Validation) -> list[PieceClass]:
     rows = []
     for name, piece in NAMES.items():
         fit = found.classes.get(piece)
-        scored = next((one.brier for one in found.scores if one.name == piece), None)
+        scored = found.scores.get(piece)
         if fit is None or scored is None:
             continue
         own = [one for one in found.rows if one.counted and one.row.test.piece == piece]
@@ -323,20 +246,8 @@ def rock_scenes(known: replays.Replays | None) -> str:
     """Changes of the rocks, one at a time."""
     if known is None:
         return "The rocks' table motions were not at hand when this page was made."
-    rows = [(one.change, f"{one.predicted:g}", f"{one.long_period:g}") for one in explanations.rock_scenes(known)]
+    rows = [(change, fell, slow) for change, fell, slow in explanations.rock_scenes(known)]
     return markdown(("change", "falls predicted in 321 runs", "of 39 of long period"), rows)
-
-
-def relations_text(computed: list[relations.Own]) -> str:
-    """The ratios of computed medians to those of each relation, over the slendernesses of the figure."""
-    told = []
-    for one in relations.relations():
-        ratios = [getattr(each, one.im)[1] / one.median for each in computed]
-        ranges = [
-            f"{min(each):.2f} to {max(each):.2f} ({kind.kind})" for each, kind in zip(ratios, computed, strict=True)
-        ]
-        told.append(f"{one.name} {' and '.join(ranges)}")
-    return "; ".join(told)
 
 
 def scenes(found: Validation) -> str:
@@ -348,35 +259,3 @@ def scenes(found: Validation) -> str:
         told = [whole_percent(value) if row.counted else f"{value:.3g} m/s²" for value in values]
         rows.append((one.id, one.change, *told))
     return markdown(("row", "change", "predicted before", "with the change", "observed"), rows)
-
-
-def value_table(own: list[Compared]) -> str:
-    """Rows with a value: predicted and measured."""
-    rows = [
-        (
-            one.row.test.id, one.row.test.specimen, with_units(one.row.test.quantity, one.row.test.unit),
-            interval_text(one, BLIND), interval_text(one, SEEN), f"{one.prediction.value / one.observed:.2f}",
-            source_link(one),
-        )
-        for one in own
-        if not one.counted and one.observed > 0.0
-    ]  # fmt: skip
-    return markdown(("row", "specimen", "quantity", "predicted", "measured", "ratio", "source"), rows)
-
-
-def ratios_text(scores: Scores) -> str:
-    """The geometric means of ratios."""
-    told = []
-    for name, one in scores.ratios.items():
-        interval = "" if math.isnan(one.lower) else f" ({one.lower:.2f} to {one.upper:.2f})"
-        told.append(f"{name} {one.mean:.2f}{interval} over {counted(one.number, 'row')}")
-    return "Predicted over measured, geometric mean with its 95 % interval: " + "; ".join(told) + "."
-
-
-def reasons(rows: list[Compared]) -> str:
-    """Rows without a prediction by their reasons."""
-    by_reason: dict[str, list[str]] = {}
-    for one in rows:
-        if not one.prediction.made:
-            by_reason.setdefault(one.prediction.how, []).append(one.row.test.id)
-    return markdown(("why", "rows"), [(why, ", ".join(ids)) for why, ids in by_reason.items()])

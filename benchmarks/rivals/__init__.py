@@ -1,1 +1,1 @@
-"""Other integrators of the same equations: fixed steps, scipy, and packages from elsewhere."""
+"""Other integrators of the same equations: fixed steps, and Taylor's method of another package."""

@@ -1,8 +1,7 @@
 """Fixed-step integrators of rocking blocks, as a careful user would write them: rivals of the engine.
 
 Plain Runge-Kutta and Newmark locate no events: they change damping, impacts and rest at the ends of their steps.
-Runge-Kutta with events ends its steps at events, and is the strongest rival in speed.  Integrators of other packages
-are in `peers`.
+Runge-Kutta with events ends its steps at events, and is the strongest rival in speed.
 """
 
 from __future__ import annotations
@@ -36,10 +35,6 @@ class Rival(Protocol):
         """Return the reason for which it cannot run here; "" if it can."""
         ...
 
-    def handles(self, problem: Problem) -> bool:
-        """Return True if it can solve `problem`."""
-        ...
-
     def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
         """Solve `problem` from rest under every factor (m,) times the record (n,), m/s², linear between samples.
 
@@ -55,24 +50,6 @@ def empty(record: Array, factors: Array, every: int) -> Answer:
     return Answer(np.zeros(m), np.zeros(m, dtype=np.bool_), np.zeros((m, samples)))
 
 
-def finish(
-    answer: Answer, j: int, problem: Problem, path: Array, ended: int, velocity: float, peak: float, every: int
-) -> None:
-    """Write run j into the answer: rotations up to sample `ended`, where the run ends or overturns."""
-    fallen = abs(path[ended]) >= kernels.FLAT
-    path[ended + 1 :] = path[ended]
-    kind, q2, alpha, edge, c = problem.kind, problem.q2, problem.alpha, problem.edge, problem.c
-    answer.overturned[j] = fallen or kernels.escapes(path[ended], velocity, kind, q2, alpha, edge, c)
-    answer.peak[j] = kernels.FLAT if answer.overturned[j] else peak
-    if every:
-        answer.rotation[j] = np.clip(path[::every], -kernels.FLAT, kernels.FLAT)
-
-
-def label(name: str, steps: int) -> str:
-    """Return the name of a method with its step."""
-    return f"{name} dt" if steps == 1 else f"{name} dt/{steps}"
-
-
 @dataclass(frozen=True)
 class FixedSteps:
     """Method in numba with `steps` equal steps per sample; it handles every problem."""
@@ -84,13 +61,10 @@ class FixedSteps:
 
     @property
     def name(self) -> str:
-        return label(self.title, self.steps)
+        return f"{self.title} dt" if self.steps == 1 else f"{self.title} dt/{self.steps}"
 
     def available(self) -> str:
         return ""
-
-    def handles(self, problem: Problem) -> bool:
-        return True
 
     def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
         answer = empty(record, factors, every)

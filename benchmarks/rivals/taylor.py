@@ -87,9 +87,6 @@ class Heyoka:
     def available(self) -> str:
         return "" if find_spec("heyoka") else "heyoka is not installed"
 
-    def handles(self, problem: Problem) -> bool:
-        return True
-
     def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
         answer = empty(record, factors, every)
         batch = min(self.batch, 8 * -(-factors.size // 8))  # whole vectors of 8, no more than the runs need

@@ -1,1 +1,1 @@
-"""Rates from selected stripes put to the test: hazards whose rate of overturning is known."""
+"""Rates from selected stripes put to the test: invented sites whose rate of overturning is known."""

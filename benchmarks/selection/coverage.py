@@ -36,12 +36,11 @@ CHOICES = ("ideal", "selected", "any")
 
 
 class Estimate(NamedTuple):
-    """A rate over the known one, with its interval and the number of stripes that it stands on."""
+    """A rate over the known one, with its interval."""
 
     ratio: float
     lower: float
     upper: float
-    stripes: int
 
     @property
     def holds(self) -> bool:
@@ -104,7 +103,7 @@ def _estimate(
     if not np.isfinite(found["rate"].item()):
         return None
     ratio, lower, upper = (float(found[name].item()) / here.rate for name in ("rate", "rate_lower", "rate_upper"))
-    return Estimate(ratio, lower, upper, len(fell))
+    return Estimate(ratio, lower, upper)
 
 
 def _chosen(
@@ -142,47 +141,29 @@ class Row(NamedTuple):
     choice: str
     sites: int
     holds: float
-    below: float
-    above: float
     bias: float
     scatter: float
-    width: float
-
-
-def summary(choice: str, found: Sequence[Estimate]) -> Row:
-    """Return the row of a choice; width: median of ln(upper/lower)/2."""
-    off = np.log([one.ratio for one in found])
-    return Row(
-        choice,
-        len(found),
-        float(np.mean([one.holds for one in found])),
-        float(np.mean([one.upper < 1.0 for one in found])),
-        float(np.mean([one.lower > 1.0 for one in found])),
-        float(off.mean()),
-        float(off.std(ddof=1)),
-        float(np.median([np.log(one.upper / one.lower) / 2.0 for one in found])),
-    )
 
 
 def coverage(sites: int, processes: int = PROCESSES) -> list[Row]:
     """Return a row for each choice."""
     with ProcessPoolExecutor(processes) as workers:
         every = list(workers.map(estimates, range(sites), chunksize=4))
-    by_choice = {choice: [one[choice] for one in every] for choice in CHOICES}
-    return [summary(choice, [one for one in found if one is not None]) for choice, found in by_choice.items()]
+    rows = []
+    for choice in CHOICES:
+        found = [rate for rate in (of_site[choice] for of_site in every) if rate is not None]
+        off = np.log([rate.ratio for rate in found])
+        held = float(np.mean([rate.holds for rate in found]))
+        rows.append(Row(choice, len(found), held, float(off.mean()), float(off.std(ddof=1))))
+    return rows
 
 
 def main(arguments: Sequence[str]) -> None:
     """Print the table."""
     sites, processes = (*map(int, arguments), *(SITES, PROCESSES)[len(arguments) :])
-    print(
-        f"{'motions':10s} {'sites':>6s} {'held':>6s} {'below':>6s} {'above':>6s} {'bias':>7s} {'sd':>6s} {'width':>6s}"
-    )
-    for one in coverage(sites, processes):
-        print(
-            f"{one.choice:10s} {one.sites:7d} {one.holds:7.3f} {one.below:7.3f} {one.above:7.3f} {one.bias:+7.3f} "
-            f"{one.scatter:7.3f} {one.width:7.3f}"
-        )
+    print(f"{'motions':10s} {'sites':>6s} {'held':>6s} {'bias':>7s} {'sd':>6s}")
+    for row in coverage(sites, processes):
+        print(f"{row.choice:10s} {row.sites:6d} {row.holds:6.3f} {row.bias:+7.3f} {row.scatter:6.3f}")
 
 
 if __name__ == "__main__":

@@ -48,14 +48,12 @@ WIDTHS = (1.2, 0.25, 0.05)
 REPLICATES = 500
 PROCESSES = 2
 TOLERANCES = (0.10, MIDDLE, 0.02)
-EACH = (3, 2, 1)
+EACH = (3, 2)
 """Runs of each motion of the analyses that are compared; the first is what analyses take if nothing else is asked."""
 TOGETHER = 32
 """Motions of a wave, by which the runs are timed."""
 OF_ONE = 64
 """Levels of a motion that fill the lanes of the engine by themselves, about."""
-FULL = 512
-"""Motions whose single runs fill them: a wave of sixteen blocks or laws."""
 NEAR = 0.25
 """Half width, in ln, of the levels that are timed near the median."""
 CALLS = 60
@@ -152,7 +150,7 @@ def analyses(name: str) -> list[Analysis]:
     more = {MIDDLE: [Analysis(MIDDLE, asked=AS_OFTEN[name]), Analysis(MIDDLE, asked=MIDDLE, near=True)]}
     ways: list[Analysis] = []
     for one in TOLERANCES:
-        ways += [Analysis(one, runs) for runs in (EACH if one >= MIDDLE else EACH[:1])]
+        ways += [Analysis(one, runs) for runs in (EACH if one == MIDDLE else EACH[:1])]
         ways += [Analysis(one, asked=one), *more.get(one, [])]
     return ways
 
@@ -192,38 +190,23 @@ def line(way: Analysis, row: Row, spent: Spent) -> str:
     )
 
 
-class Cost(NamedTuple):
-    """CPU time of a run, s: of common levels, and near the median three of each motion, many of one, or one of many."""
+def cost(name: str) -> tuple[float, float, float]:
+    """Return the CPU time of a run, s: of common levels, and near the median three of each motion and many of one.
 
-    common: float
-    near: float
-    near_of_one: float
-    one_of_many: float
-
-
-def cost(name: str) -> Cost:
-    """Return what a run costs, medians over calls in turns, each of which runs a wave of motions."""
-    one, random = database(name), stream(SEED, 6)
+    Medians over calls in turns, each of which runs a wave of motions.
+    """
+    base, random = database(name), stream(SEED, 6)
     grid = np.repeat(grid_levels()[:, None], TOGETHER, axis=1)
     spent: list[tuple[float, ...]] = []
     for _ in range(CALLS):
-        one.spent.clear()
-        sizes = (3, TOGETHER), (OF_ONE, TOGETHER), (1, FULL)
-        near = [MEDIAN * np.exp(NEAR * random.uniform(-1.0, 1.0, size)) for size in sizes]
-        every = (grid, *near)
-        for levels in every:
-            one.verdicts(levels, random)
-        spent.append(tuple(took.seconds / levels.size for took, levels in zip(one.spent, every, strict=True)))
-    return Cost(*np.median(spent, axis=0).tolist())
-
-
-def cost_text(found: Cost) -> str:
-    """Return the cost of a run as a line."""
-    common, near, of_one, of_many = (f"{1e6 * one:.0f}" for one in found)
-    return (
-        f"CPU of a run, us: {common} ({GRID} common levels), {near} (3 near the median), {of_one} ({OF_ONE} near it), "
-        f"{of_many} (1 of each of {FULL} motions)"
-    )
+        base.spent.clear()
+        near = [MEDIAN * np.exp(NEAR * random.uniform(-1.0, 1.0, (runs, TOGETHER))) for runs in (3, OF_ONE)]
+        for levels in (grid, *near):
+            base.verdicts(levels, random)
+        sizes = (levels.size for levels in (grid, *near))
+        spent.append(tuple(took.seconds / size for took, size in zip(base.spent, sizes, strict=True)))
+    common, three, many = np.median(spent, axis=0).tolist()
+    return common, three, many
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -233,7 +216,9 @@ def main(arguments: Sequence[str]) -> None:
         print(f"{name}\n{HEAD}", flush=True)
         for way in analyses(name):
             print(line(way, *promises_kept(name, way, replicates, processes)), flush=True)
-        print(cost_text(cost(name)), flush=True)
+        common, near, of_one = (f"{1e6 * seconds:.0f}" for seconds in cost(name))
+        near_median = f"{near} (3 near the median), {of_one} ({OF_ONE} near it)"
+        print(f"CPU of a run, us: {common} ({GRID} common levels), {near_median}", flush=True)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
@@ -22,44 +21,27 @@ MOST = 20_000
 FIRST, OTHERS = "pga", ("pgv", "housner_intensity")
 
 
-class Saving(NamedTuple):
-    """Motions that both measures took, and how many times fewer the second one takes for the same half width.
+def savings(
+    generator: Generator, tolerance: float = TOLERANCE
+) -> Iterator[tuple[str, int, int, float, tuple[float, float, float]]]:
+    """Yield other measures, motions at levels in peak acceleration and in them, and how many times fewer these are.
 
-    measured: from the first motions of the analysis in the first measure, with its interval; found: by both analyses.
+    Times fewer for the same half width, by both analyses, and as measured on the first motions, with its interval.
     """
-
-    other: str
-    motions: tuple[int, int]
-    measured: tuple[float, float, float]
-    found: float
-
-
-def savings(generator: Generator, tolerance: float = TOLERANCE) -> list[Saving]:
-    """Return what levels in other measures save of the motions that levels in peak acceleration take."""
-    first = _run(generator, FIRST, tolerance)
-    known = [str(one) for one in first["other_measure"].values]
-    found = []
-    for other in OTHERS:
-        second = _run(generator, other, tolerance)
-        at = known.index(other)
-        low, middle, high = (float(first[f"measure_gain{end}"].values[0, 0, at]) for end in ("_lower", "", "_upper"))
-        counts = _motions(first), _motions(second)
-        found.append(Saving(other, counts, (middle, low, high), _worth(first) / _worth(second)))
-    return found
-
-
-def _run(generator: Generator, im: str, tolerance: float) -> xr.Dataset:
     until = {"median": tolerance, "motions": {"most": MOST}}
-    return ida(BLOCK, EnergyConsistent(), generator, "adaptive", im, until=until)
 
+    def run(im: str) -> tuple[xr.Dataset, int, float]:
+        """Results, motions, and the square of the half width of ln(median) that one motion would give."""
+        results = ida(BLOCK, EnergyConsistent(), generator, "adaptive", im, until=until)
+        number = int(results["motions_run"].item())
+        return results, number, math.log1p(float(results["half_width"].item())) ** 2 * number
 
-def _motions(found: xr.Dataset) -> int:
-    return int(found["motions_run"].item())
-
-
-def _worth(found: xr.Dataset) -> float:
-    """Return the square of the half width of ln(median) that one motion would give."""
-    return math.log1p(float(found["half_width"].item())) ** 2 * _motions(found)
+    first, motions, worth = run(FIRST)
+    for other in OTHERS:
+        _, taken, reached = run(other)
+        gain = first.sel(other_measure=other).squeeze()
+        middle, low, high = (float(gain[f"measure_gain{end}"]) for end in ("", "_lower", "_upper"))
+        yield other, motions, taken, worth / reached, (middle, low, high)
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -68,11 +50,10 @@ def main(arguments: Sequence[str]) -> None:
     print(f"median within ±{100.0 * tolerance:g} %: motions at levels in {FIRST} and in another measure")
     print(f"{'motions of':32s} {'other measure':18s} {FIRST:>6s} {'other':>6s}  fewer  measured on the first motions")
     for generator, _ in DATABASES.values():
-        for one in savings(generator, tolerance):
-            middle, low, high = one.measured
+        for other, first, second, found, (middle, low, high) in savings(generator, tolerance):
             print(
-                f"{type(generator).__name__:32s} {one.other:18s} {one.motions[0]:6,d} {one.motions[1]:6,d} "
-                f"{one.found:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
+                f"{type(generator).__name__:32s} {other:18s} {first:6,d} {second:6,d} "
+                f"{found:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
                 flush=True,
             )
 

@@ -163,12 +163,11 @@ def rows_of_text(title: str, rows: Sequence[Row]) -> str:
 def main(arguments: Sequence[str]) -> None:
     """Print the tables."""
     replicates, processes = (*map(int, arguments), *(REPLICATES, PROCESSES)[len(arguments) :])
-    for tolerance in TOLERANCES:
-        rows = promises(CENTRE, tolerance, replicates, processes=processes)
-        print(rows_of_text(f"median ±{tolerance:.0%}", rows), flush=True)
-    for target, tolerance in ((SPREAD, 0.1), (RATE, 0.1), (PROBABILITY, 0.03)):
+    asked = [(CENTRE, tolerance, f"{tolerance:.0%}") for tolerance in TOLERANCES]
+    asked += [(SPREAD, 0.1, "0.1"), (RATE, 0.1, "0.1"), (PROBABILITY, 0.03, "0.03")]
+    for target, tolerance, told in asked:
         rows = promises(target, tolerance, replicates, processes=processes)
-        print(rows_of_text(f"{target} ±{tolerance:g}", rows), flush=True)
+        print(rows_of_text(f"{target} ±{told}", rows), flush=True)
     truth, until = TRUTHS[1], Until(CENTRE, 0.05, most=MOST)
     with ProcessPoolExecutor(processes) as pool:
         outcomes = list(pool.map(partial(common_levels, truth, until), range(max(1, replicates // 5)), chunksize=4))

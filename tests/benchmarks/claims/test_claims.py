@@ -1,7 +1,6 @@
-"""The source paper's claims: free rocking in closed form, convergence under pulses, verdicts that follow the data."""
+"""The source paper's claims: free rocking in closed form, verdicts that follow the data."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +9,8 @@ from sensitivity_cases import BLOCK, STUDY, of_law, study_of
 
 import toppling as tp
 from toppling.benchmarks.claims.claims import FAILS, HOLDS, OPEN, claims, evidence_of
-from toppling.benchmarks.claims.evidence import convergence, evidence, pulses
+from toppling.benchmarks.claims.evidence import evidence, free_decay, impact_decay, impact_times
 from toppling.benchmarks.claims.figures import figures
-from toppling.benchmarks.claims.free_decay import free_decay, impact_decay, impact_times
 
 DELTA = """
 [sensitivity]
@@ -63,9 +61,9 @@ class TestFreeDecay:
     def test_times_are_those_of_the_rigid_block(self, e):
         law = tp.HousnerImpact(e=e, geometry="bilinear")
         found = free_decay(BLOCK, [law], [e])
-        np.testing.assert_allclose(found["decay_time"][0], impact_times(BLOCK, 0.5, e), rtol=1e-11)
         np.testing.assert_allclose(found["decay_peak"][0], impact_decay(0.5, e), rtol=1e-11)
-        assert abs(found["period_error"].item()) < 1e-12
+        times = tp.models.free_rocking(BLOCK, law, 0.5 * BLOCK.alpha, 40.0 / BLOCK.p)["peak_times"].values
+        np.testing.assert_allclose(times[:11] * BLOCK.p, impact_times(BLOCK, 0.5, e), rtol=1e-11)
 
     def test_peaks_of_the_laws(self):
         """Peaks 1, 2, 5, 10 of the 8th-order integration in physics.md."""
@@ -86,7 +84,7 @@ class TestFreeDecay:
     def test_peaks_that_are_not_there_count_as_the_edge(self):
         """Overdamped, the block comes to rest without another peak outside its zone."""
         nothing = free_decay(BLOCK, [tp.DiscreteDamping(e=0.05)], [0.05])  # (below its zone at once, without a warning)
-        assert np.isnan([nothing[name].item() for name in ("decay_error", "period_error")]).all()
+        assert np.isnan(nothing["decay_error"].item())
         found = free_decay(BLOCK, [tp.MakrisKonstantinidis(e=0.5, delta=0.01)], [0.925])
         assert found.sizes["half_cycle"] == 11
         assert np.isnan(found["decay_peak"].values[0, -1])
@@ -105,11 +103,6 @@ class TestFreeDecay:
 
 
 class TestEvidence:
-    def test_the_rigid_block_against_itself(self, over_delta):
-        here = of_law(over_delta, "housner")
-        assert not here["pulse_error"].any()
-        assert not here["uplift_alone"].any()
-
     def test_vassiliou_does_not_know_delta(self, over_delta):
         rate = of_law(over_delta, "vassiliou")["viscous_rate"]
         assert np.all(rate == rate.isel(value=0))
@@ -118,44 +111,16 @@ class TestEvidence:
             own = of_law(over_delta, law)["viscous_rate"] / np.sqrt(1.0 / over_delta["value"] - 1.0)
             np.testing.assert_allclose(own, own.isel(value=[0]).values.repeat(4, axis=1))
 
-    def test_convergence_to_the_rigid_block(self, tmp_path):
-        """First order (physics.md), farther off with the paper's elastic rest; none of the viscous laws."""
-        laws = (tp.EnergyConsistent(), tp.DiscreteDamping(rest="rigid"), tp.DiscreteDamping(), tp.GianniniMasiani())
-        study = study_of(tmp_path, STUDY, '[sensitivity]\nparameter = "delta"\nvalues = [1e-5, 1e-4, 1e-3]')
-        study = replace(study, blocks=study.blocks[:1], models=laws)
-        found = convergence([pulses(study.blocks[0], study.grid)], study.blocks, study.grid, study.sweep)
-        order = found["convergence_order"][1][0]
-        error = found["pulse_error"][1][0]
-        assert order[:2] == pytest.approx(1.0, abs=0.01)
-        assert order[2] == pytest.approx(1.0, abs=0.05)
-        assert np.all(error[2] > 2.0 * error[0])
-        assert order[3] < 0.0
-
-    def test_pulses_of_the_rigid_limit(self, over_delta, tmp_path):
-        """The root mean square again, from runs of its own."""
-        study = study_of(tmp_path, STUDY, DELTA)
-        peaks = pulses(study.blocks[0], study.grid).transpose("model", "level").values / study.blocks[0].alpha
-        law = study.grid.laws.index(tp.EnergyConsistent(delta=0.01))
-        rigid = study.grid.laws.index(tp.HousnerImpact(geometry="bilinear"))
-        calm = (peaks[rigid] >= 0.2) & (peaks[rigid] <= 0.5)
-        assert 2 < calm.sum() < calm.size
-        expected = math.sqrt(np.mean((peaks[law] - peaks[rigid])[calm] ** 2))
-        found = of_law(over_delta, "energy-consistent")["pulse_error"].sel(value=0.01)[0]
-        assert found.item() == pytest.approx(expected)
-
     def test_without_loss(self, over_e):
         here = over_e.sel(value=1.0)
         for law in ("discrete", "giannini-masiani", "makris-konstantinidis", "energy-consistent"):
             np.testing.assert_allclose(of_law(here, law)["decay_peak"], 0.5, rtol=1e-10)
-        assert "pulse_error" not in over_e
 
-    def test_figures(self, over_delta, over_e):
-        names = ["decay_error", "free_rocking", "convergence"]
-        for results, expected in ((over_delta, names), (over_e, names[:2])):
-            found = dict(figures(results))
-            assert list(found) == expected
-            assert all(isinstance(one, Figure) and one.get_figwidth() <= 5.5 for one in found.values())
-        assert found["free_rocking"].get_suptitle().startswith(f"{over_e['block'].values[0]}: ")
+    def test_figures(self, over_delta):
+        found = dict(figures(over_delta))
+        assert list(found) == ["decay_error"]
+        assert isinstance(found["decay_error"], Figure)
+        assert found["decay_error"].get_figwidth() <= 5.5
 
 
 class TestClaims:
@@ -168,7 +133,6 @@ class TestClaims:
         alike = found["Giannini–Masiani performs like discrete damping under shaking"]
         assert alike.number == pytest.approx(float(np.exp(np.log(gm / discrete).mean("block"))))
         assert alike.lower <= alike.number <= alike.upper
-        assert f"{alike.number:.2f} ({alike.lower:.2f}–{alike.upper:.2f}) times" in alike.text
         decay = found["discrete damping outperforms in free decay"]
         assert decay.number == pytest.approx(np.abs(of_law(at, "discrete", "elastic")["decay_error"]).mean().item())
         assert found["the coefficient of Vassiliou et al. does not depend on δ"].number == 0.0
@@ -202,15 +166,12 @@ class TestClaims:
 
         assert [verdict([0.0, 0.0]), verdict([0.0, 9.0]), verdict([9.0, 9.0])] == [HOLDS, OPEN, FAILS]
 
-    def test_medians_beyond_the_levels_are_left_out_and_counted(self, over_delta):
+    def test_medians_beyond_the_levels_are_left_out(self, over_delta):
         part = evidence_of(over_delta)
         broken = over_delta.copy(deep=True)
         broken["median_ratio"][0, 2] = np.inf
         broken["log_median_sample"][0, 2] = np.inf
-        ratio = part._replace(results=broken).ratio(2, None)
-        assert (ratio.known, ratio.pairs) == (1, 2)
-        assert np.isfinite(ratio.numbers).all()
-        assert "1 of 2 pairs" in ratio.words
+        assert np.isfinite(part._replace(results=broken).ratio(2, None)).all()
 
     def test_laws_that_are_missing(self, over_delta):
         found = claims(over_delta.isel(model=[5]))

@@ -1,7 +1,6 @@
 """Second predictions: they change what was measured and nothing else, and know no outcome of their own record."""
 
 import csv
-import math
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ from experiment_tables import ROW, forget_motions, granite_folder, table_of, tak
 import toppling as tp
 from toppling.benchmarks.experiments.halves import RESAMPLES, best_candidate, fit_halves, halves_of
 from toppling.benchmarks.experiments.predictions import predict, predict_measured
-from toppling.benchmarks.experiments.pulses import candidates, read_pulses, replayed_pulses
 from toppling.benchmarks.experiments.replays import read_granite_outcomes, read_runs, replay
 from toppling.benchmarks.experiments.results import fitted_band, granite
 from toppling.benchmarks.experiments.specimens import blocks_of, law_of, not_sliding
@@ -65,7 +63,7 @@ class TestMeasuredInputs:
         assert rows
         removed = [{**row, **dict.fromkeys(OUTCOMES, "")} for row in rows]
         found = [
-            [second_prediction(row, None, [], []) for row in read_experiments(table_of(tmp_path / "t.csv", *table))]
+            [second_prediction(row, None, []) for row in read_experiments(table_of(tmp_path / "t.csv", *table))]
             for table in (rows, removed)
         ]
         assert repr(found[0]) == repr(found[1])
@@ -100,7 +98,7 @@ class TestHalves:
         records = [f"r{i // 10}" for i in range(80)]
         flags = levels > np.array([0.2, 0.4, 0.55, 0.7, 0.9])[:, None]
         truth = flags[2] if overturned is None else overturned
-        return flags, truth, records, fit_halves(flags, truth, records, (levels, 0.0 * levels))
+        return flags, truth, records, fit_halves(flags, truth, records, levels)
 
     def test_it_finds_the_truth_and_scores_it_on_the_other_half(self):
         flags, truth, _, found = self.fitted(None)
@@ -109,7 +107,7 @@ class TestHalves:
         assert [half.runs for half in found.halves] == [40, 40]
         np.testing.assert_array_equal(found.predicted, truth)
         assert found.resampled.shape == (RESAMPLES, 80)
-        assert all(half.pga == 1.0 for half in found.halves)
+        assert all(half.pgv == 1.0 for half in found.halves)
         assert all(half.predicted_lower <= half.predicted <= half.predicted_upper for half in found.halves)
         assert flags[0].sum() > truth.sum()
 
@@ -132,32 +130,3 @@ class TestHalves:
         assert found.value == rocks[1].fits.predicted.mean()
         assert found.lower <= found.value <= found.upper
         assert fitted_band(one(tmp_path, specimen="a rock"), replays, rocks) is None
-
-
-class TestPulses:
-    def test_a_pulse_overturns_what_plain_integration_overturns(self):
-        """The least slender block stands, the most slender falls, under a cosine of 2 m/s² and 1.26 s; none at rest."""
-        flags = replayed_pulses(np.array([0.2, 0.2, 0.0]), np.array([2.0, 0.0, 2.0]))
-        blocks = candidates()
-        assert flags.shape == (len(blocks), 3)
-        assert not flags[:, 1:].any()
-        time = np.linspace(0.0, 2.0 * math.pi * 0.2, 101)
-        motion = tp.motions.from_array(2.0 * np.cos(time / 0.2), time[1])
-        for i in (0, 60, 150, 200, len(blocks) - 1):  # (the whole range of both)
-            run = tp.simulate(blocks[i], tp.HousnerImpact(), motion)
-            assert bool(run["overturned"]) == flags[i, 0]
-        assert flags[0, 0]
-        assert not flags[-1, 0]
-
-    def test_blocks_have_the_slenderness_and_frequency_of_their_names(self):
-        block = candidates()[20]
-        assert block.label == f"b/h {block.b / block.h:.4g}, p {block.p:.4g}/s"
-
-    def test_a_set(self, tmp_path):
-        path = tmp_path / "p.csv"
-        lines = [f"a,t,{r},{a},{int(a > 0.15)}" for r in (0.1, 0.2, 0.3, 0.4) for a in (0.05, 0.1, 0.2, 0.4)]
-        path.write_text("file,time,pgv_over_pga_s,pga_g,toppled\n" + "\n".join(lines) + "\n", encoding="utf-8")
-        (found,) = read_pulses(path)
-        assert (found.trials, found.toppled) == (16, 8)
-        assert [half.pga for half in found.fits.halves] == [1.0, 1.0]
-        assert min(half.right for half in found.fits.halves) >= 0.75

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from toppling.benchmarks.experiments.scores import best_threshold, brier, calibration, mean_ratio
+from toppling.benchmarks.experiments.scores import best_threshold, brier
 
 TABLES = 200
 
@@ -26,22 +26,6 @@ class TestByHand:
         assert found.skill == pytest.approx(1.0 - 0.23 * 4.5)
         assert (found.rows, found.trials) == (2, 3)
         assert math.isnan(brier(np.array([0.8]), np.array([2]), np.array([2])).skill)
-
-    def test_calibration(self):
-        low, high = calibration(np.array([0.0, 0.6, 0.7, 1.0])[:3], np.array([4, 10, 30]), np.array([0, 5, 20]))
-        assert (low.low, low.high, low.rows, low.trials, low.observed) == (0.0, 0.05, 1, 4, 0.0)
-        assert (high.low, high.high, high.rows, high.trials, high.overturned) == (0.5, 0.75, 2, 40, 25)
-        assert high.predicted == pytest.approx(0.675)
-        assert high.lower < 0.625 < high.upper
-        (last,) = calibration(np.array([1.0]), np.array([1]), np.array([1]))
-        assert (last.low, last.high) == (0.95, 1.0)
-
-    def test_mean_ratio(self):
-        found = mean_ratio(np.array([2.0, 8.0]), np.array([1.0, 1.0]))
-        assert found.mean == pytest.approx(4.0)
-        half = 12.706205 * math.log(2.0) * math.sqrt(2.0) / math.sqrt(2.0)
-        assert found.upper == pytest.approx(4.0 * math.exp(half), rel=1e-6)
-        assert math.isnan(mean_ratio(np.array([2.0]), np.array([1.0])).lower)
 
     def test_best_threshold_by_brute_force(self):
         random = np.random.default_rng(1)
@@ -74,19 +58,3 @@ class TestBySimulation:
     def test_brier_of_a_model_that_is_wrong(self):
         found = [brier(*table) for table in self.tables(2, bias=3.0)]
         assert sum(one.right_low <= one.score <= one.right_high for one in found) < 0.5 * TABLES
-
-    def test_calibration_of_a_model_that_is_right(self):
-        """Wilson's intervals hold the mean probability in about 95 % of the classes."""
-        classes = [one for table in self.tables(3) for one in calibration(*table)]
-        share = np.mean([one.lower <= one.predicted <= one.upper for one in classes])
-        assert len(classes) > 1000
-        assert 0.93 < share < 0.99  # (trials of several probabilities vary less than those of one)
-
-    @pytest.mark.parametrize(("bias", "right"), [(1.0, True), (1.5, False)])
-    def test_bias_of_medians_and_ratio_of_dispersions(self, bias, right):
-        random, hits = np.random.default_rng(4), 0
-        for _ in range(TABLES):
-            measured = random.lognormal(1.0, 0.4, 12)
-            found = mean_ratio(bias * measured * random.lognormal(0.0, 0.3, 12), measured)
-            hits += found.lower <= 1.0 <= found.upper
-        assert within(hits) if right else hits < 0.2 * TABLES

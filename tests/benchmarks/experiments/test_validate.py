@@ -35,22 +35,22 @@ def rows_of(path):
 
 
 def test_from_end_to_end(table, tmp_path):
-    pulses = tmp_path / "pulses.csv"
-    pulses.write_text("file,time,pgv_over_pga_s,pga_g,toppled\na,t,0.1,0.2,0\na,t,0.1,0.4,1\n", encoding="utf-8")
     out = tmp_path / "out"
-    found = validate.validate(table, out, granite_folder(tmp_path / "g", (0, 1)), pulses)
-    assert {path.name for path in out.iterdir()} == {"predictions.csv", "measured.csv", "calibration.png"}
+    found = validate.validate(table, out, granite_folder(tmp_path / "g", (0, 1)))
+    names = {path.name for path in out.iterdir()}
+    assert names == {"predictions.csv", "measured.csv", "outcomes.csv", "calibration.png"}
     made = rows_of(out / "predictions.csv")
     rows = {one.row.test.id: one for one in found.rows}
     assert list(made) == list(rows) == ["one", "two", "three", "four", "five"]
     assert float(made["one"]["predicted"]) == pytest.approx(rows["one"].prediction.value)
     assert (rows["one"].observed, made["four"]["how"]) == (0.75, "size not given")
     assert rows["five"].overlap
-    assert found.overall.brier.trials == 9
+    seen = rows_of(out / "outcomes.csv")
+    assert list(seen) == ["one", "two", "three", "five"]
+    assert (seen["one"]["observed"], seen["five"]["overlap"]) == ("0.75", "True")
+    assert found.scores["all"].trials == 9
     assert [one.rock for one in found.granite] == [1, 2]
     assert (found.granite[0].overturned, found.granite[0].runs, found.granite[0].twin) == (0, 2, 0.0)
-    assert [(one.toppled, one.trials) for one in found.pulses] == [(1, 2)]
-    assert "friction" in found.overall.ratios
 
 
 @pytest.mark.slow
@@ -98,7 +98,6 @@ def test_rows_that_have_a_value_now_get_it(table, tmp_path):
     ("given", "said"),
     [
         ("granite_folder", "granite_table_motions.npz: no such file"),
-        ("pulses", "nowhere: no such file"),
         ("blind", "nowhere: has no predictions"),
     ],
 )
@@ -115,19 +114,5 @@ def test_measured_rows_stand_beside_blind_ones(tmp_path):
     one, two = found.rows
     assert one.measured.value != one.prediction.value
     assert two.measured is None
-    assert found.second.brier.trials == 4
+    assert found.scores["with measured inputs"].trials == 4
     assert math.isnan(found.classes["cabinet"].ratio)
-
-
-def test_pulses_are_fitted_on_half(tmp_path):
-    pulses = tmp_path / "pulses.csv"
-    lines = [f"a,t,{r},{a},{int(a > 0.15)}" for r in (0.1, 0.2, 0.3, 0.4) for a in (0.05, 0.4)]
-    pulses.write_text("file,time,pgv_over_pga_s,pga_g,toppled\n" + "\n".join(lines) + "\n", encoding="utf-8")
-    row = {**WHY, "id": "set-a", "motion": "pulse", "trials": "8", "overturned": "4"}
-    validate.validate(table_of(tmp_path / "p.csv", ROW, row), tmp_path / "out", pulses=pulses)
-    found = rows_of(tmp_path / "out" / "measured.csv")["set-a"]
-    assert 0.0 <= float(found["predicted"]) <= 1.0
-    assert "fitted on the other half" in found["how"]
-    wrong = table_of(tmp_path / "p.csv", ROW, {**row, "trials": "9"})
-    with pytest.raises(ExperimentError, match="the file of pulses 8"):
-        validate.validate(wrong, tmp_path / "again", pulses=pulses)

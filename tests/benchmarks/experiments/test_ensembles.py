@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from toppling.benchmarks.experiments.jma import CLASSES, jma_intensity
+from toppling.benchmarks.experiments.ensembles import CLASSES, jma_intensity
 
 
 class TestIntensity:

@@ -1,9 +1,9 @@
-"""Newmark's block, which slides one way, under simulated motions: the engine and pyslammer's rigid analysis.
+"""Sliding blocks in the benchmark: what a sample costs, and Newmark's one-way block compared with another program.
 
-pyslammer steps with the samples: velocities by the trapezoidal rule, beginnings and ends of a slide at a sample.  The
-engine finds both between the samples.  A record with straight lines between its samples can be sampled more finely
-without a change of the motion: pyslammer's results then come to those of the engine, which stay.  What remains is that
-pyslammer has no friction at speeds below 1e-5 m/s: a block that gets there goes on at that speed.
+pyslammer's rigid analysis steps with the samples: velocities by the trapezoidal rule, beginnings and ends of a slide at
+a sample.  The engine finds both between the samples.  A record with straight lines between its samples can be sampled
+more finely without a change of the motion: pyslammer's results then come to those of the engine, which stay.  What
+remains is that pyslammer has no friction at speeds below 1e-5 m/s: a block that gets there goes on at that speed.
 """
 
 from __future__ import annotations
@@ -14,20 +14,55 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
-from ...core.aliases import Array
-from ...core.units import STANDARD_GRAVITY
-from ...models.sliding.law import Slider
-from ...models.sliding.runs import SLIDES, friction_table, run_sliders
-from ..measure import Row, seconds
-from ..speed import motions
+from ..core.aliases import Array
+from ..core.units import STANDARD_GRAVITY
+from ..models.sliding.law import Slider
+from ..models.sliding.runs import SLIDES, friction_table, run_sliders
+from .measure import Row, seconds
+from .speed import motions
 
+TARGET = 2.0
+"""Largest cost of a sample of a run in lanes, ns."""
+MEDIAN, DISPERSION, KINETIC = 0.3, 0.3, 0.85
+"""Static friction: lognormal median and dispersion; and kinetic over static friction."""
+
+
+SHAKING = {
+    "at rest": (0.5, 0.0),
+    "weak": (3.5, 0.0),
+    "weak, vertical": (3.5, 2.3),
+    "strong": (12.0, 0.0),
+    "strong, vertical": (12.0, 8.0),
+}
+"""Peaks of the floor's horizontal and vertical acceleration, m/s², by the names of the cases in the table."""
 RATIOS = (0.05, 0.1, 0.2, 0.4, 0.6)
 """Accelerations that start the block, over the peak of the record."""
 REFINED = (1, 4, 16)
 """Samples that pyslammer gets for each sample of the record."""
 QUIET = 3.0
 """Time after the motion, s, in which all blocks stop: pyslammer ends with the record."""
+
+
+def sliding_cost(runs: int = 512, repeats: int = 7) -> list[Row]:
+    """Measure ns per sample and run of each case, every sample computed (`whole`) and with skips; and its slips."""
+    static = MEDIAN * np.exp(DISPERSION * stats.norm.ppf((np.arange(runs) + 0.5) / runs))
+    friction = friction_table([Slider(mu, mu, KINETIC * mu, KINETIC * mu) for mu in static.tolist()])
+    across, upward = (one.acceleration / np.abs(one.acceleration).max() for one in motions(2))
+    dt, factors = motions(1)[0].dt, np.ones((runs, 1))
+    tasks = []
+    slips = []
+    for horizontal, vertical in SHAKING.values():
+        one = partial(run_sliders, friction, factors, horizontal * across, vertical * upward if vertical else None, dt)
+        slips.append(float(one()[:, 0, SLIDES["slips"]].mean()))
+        tasks += [partial(one, skip=False), partial(one, skip=True)]
+    each = [1e9 * taken / (runs * across.size) for taken in seconds(tasks, repeats)]
+    return [
+        {"case": case, "slips": 1e3 * slips[k] / across.size, "whole": each[2 * k], "skipping": each[2 * k + 1]}
+        | {"horizontal": horizontal, "vertical": vertical}
+        for k, (case, (horizontal, vertical)) in enumerate(SHAKING.items())
+    ]
 
 
 def newmark(number: int = 10, refined: tuple[int, ...] = REFINED) -> Row:
