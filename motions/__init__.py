@@ -14,12 +14,10 @@ if TYPE_CHECKING:
         pad as pad,
         resample as resample,
         taper as taper,
-        trim as trim,
         trim_husid as trim_husid,
     )
     from .floors.building import Building as Building
     from .floors.files import read_floors as read_floors
-    from .floors.strength import default_yield_coefficient as default_yield_coefficient
     from .floors.yielding import CollapsingBuilding as CollapsingBuilding, YieldingBuilding as YieldingBuilding
     from .generators import GENERATORS as GENERATORS
     from .intensity.dataset import measure_named as measure_named, measures as measures

@@ -6,7 +6,7 @@ fragility curves.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -234,36 +234,6 @@ class HazardCurve:
         if not np.all(np.isfinite(levels) & (levels > 0.0)):
             raise ValueError(f"k0 = {scale:g}, k1 = {slope:g}, k2 = {bend:g} put the rates at levels of no shaking")
         return cls.from_points(levels.tolist(), np.exp(at).tolist(), im, units, source, curvature=bend)
-
-    @classmethod
-    def from_realisations(
-        cls, curves: Iterable[HazardCurve], weights: Sequence[float] | None = None, source: str = ""
-    ) -> HazardCurve:
-        """One curve from the branches of a logic tree, at their common levels; its rates are their mean.
-
-        Raises
-        ------
-        TypeError, ValueError
-            Something other than hazard curves, or fewer than two; different measures; fewer than two common levels;
-            weights as in the class.
-        """
-        branches = list(curves)
-        for one in branches:
-            if not isinstance(one, HazardCurve):
-                raise TypeError(f"curves must be hazard curves, got {checks.kind(one)}")
-        if len(branches) < 2:
-            raise ValueError(f"curves must be at least two realisations, got {len(branches)}")
-        for name in ("im", "at", "curvature"):
-            values = list(dict.fromkeys(getattr(one, name) for one in branches))
-            if len(values) > 1:
-                raise ValueError(f"realisations must have one {name}, got {values[0]!r} and {values[1]!r}")
-        common = [level for level in branches[0].levels if all(level in one.levels for one in branches)]
-        if len(common) < 2:
-            raise ValueError(f"realisations must have at least two levels in common, got {len(common)}")
-        rows = [[one.rates[one.levels.index(level)] for level in common] for one in branches]
-        first = branches[0]
-        text = source or f"{len(branches)} realisations: {first.source}, …"
-        return cls(common, (), first.im, text, rows, weights, first.curvature, None, first.at)
 
     def rate_at(self, levels: Any, below: str = EXTEND, above: str = EXTEND) -> Array:
         """Annual rate of exceedance at `levels` (SI, any shape), 1/year; rules beyond its points as `annual_rate`."""

@@ -96,7 +96,7 @@ class TestPulses:
 
     def test_jump_is_the_mean_of_its_sides(self):
         """The impulse of the rectangle, and so its PGV, is amplitude x length."""
-        motion = mo.RectangularPulse.of_duration(3.0, 0.4, dt=0.01).sample(1)
+        motion = mo.RectangularPulse(3.0, math.pi / 0.4, dt=0.01).sample(1)
         values = motion.values[0]
         assert values[:41].tolist() == [3.0] * 40 + [1.5]
         assert float(mo.measures(motion).pgv[0]) == pytest.approx(3.0 * 0.4, rel=1e-12)

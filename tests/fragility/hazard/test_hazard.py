@@ -125,16 +125,12 @@ class TestPoints:
             HazardCurve.from_points([1.0, 2.0], [2e-3, 1e-3], "pgv", "g")
 
     def test_realisations(self):
-        low = HazardCurve([1.0, 2.0, 4.0], [1e-2, 1e-3, 1e-4], "pga", "low")
-        high = HazardCurve([1.0, 2.0, 4.0, 8.0], [4e-2, 4e-3, 4e-4, 1e-5], "pga", "high")
-        both = HazardCurve.from_realisations([low, high], [0.25, 0.75])
-        assert both.levels == (1.0, 2.0, 4.0)
+        rows = (1e-2, 1e-3, 1e-4), (4e-2, 4e-3, 4e-4)
+        both = HazardCurve([1.0, 2.0, 4.0], (), "pga", realisations=rows, weights=[0.25, 0.75])
         np.testing.assert_allclose(both.rates, [3.25e-2, 3.25e-3, 3.25e-4], rtol=1e-15)
-        assert both.realisations == (low.rates, high.rates[:3])
+        assert both.realisations == rows
         assert both.weights == (0.25, 0.75)
         assert both.describe()["weights"] == [0.25, 0.75]
-        with pytest.raises(ValueError, match="must have one im, got 'pga' and 'pgv'"):
-            HazardCurve.from_realisations([low, HazardCurve([1.0, 2.0], [2e-2, 1e-2], "pgv")])
 
     @pytest.mark.parametrize("weights", [None, [0.25, 0.75]])
     def test_given_rates_are_the_mean_of_their_realisations(self, weights):
@@ -640,11 +636,12 @@ def test_what_lies_above_is_not_held_below():
 
 def test_a_curve_describes_its_realisations():
     """What made a rate is all there: the branches, too."""
-    low, high = (HazardCurve([1.0, 2.0], [1e-2 * factor, 1e-3 * factor], "pga") for factor in (0.5, 1.5))
-    told = HazardCurve.from_realisations([low, high], [0.25, 0.75]).describe()
-    assert told["realisations"] == [list(low.rates), list(high.rates)]
+    rows = [[5e-3, 5e-4], [1.5e-2, 1.5e-3]]
+    tree = HazardCurve([1.0, 2.0], (), "pga", realisations=rows, weights=[0.25, 0.75])
+    told = tree.describe()
+    assert told["realisations"] == rows
     again = HazardCurve(told["levels"], told["rates"], told["im"], "", told["realisations"], told["weights"])
-    assert again.rates == HazardCurve.from_realisations([low, high], [0.25, 0.75]).rates
+    assert again.rates == tree.rates
 
 
 @pytest.mark.parametrize(

@@ -110,7 +110,8 @@ def efficiency():
 def hazards():
     points = fragility.HazardCurve.from_points([0.1, 0.4, 1.0], [1e-2, 1e-3, 1e-4], "pga", "g", source="points")
     quadratic = fragility.HazardCurve.log_quadratic(1e-4, 2.5, 0.2, "pga", units="g")
-    mean = fragility.HazardCurve.from_realisations([points, HAZARD.resampled(points.levels)], [0.4, 0.6])
+    rows = [points.rates, HAZARD.resampled(points.levels).rates]
+    mean = fragility.HazardCurve(points.levels, (), "pga", realisations=rows, weights=[0.4, 0.6])
     try:
         fragility.read_hazard("target.csv")
     except fragility.HazardError as error:
