@@ -1,7 +1,7 @@
 """Writing of curves as OpenQuake's fragility models (NRML 0.5): lognormal functions, and discrete ones for all others.
 
 NRML's mean and stddev are those of the lognormal variable itself, not its median and dispersion; PGA and SA are in g,
-PGV and PGD in cm/s and cm.  `reading` reads the models back.
+PGV and PGD in cm/s and cm.
 """
 
 from __future__ import annotations
@@ -21,11 +21,10 @@ from ....core import checks
 from ....core.aliases import Array
 from ....core.units import STANDARD_GRAVITY
 from ....motions.intensity.naming import GROUND
-from ..datasets import curve_set
 from ..discrete import grid, probability_at
 from ..files import ExchangeError, target, write_text
-from ..ids import OPENQUAKE_MARKS, component_record
-from ..rows import CurveRow, CurveSet, Written, spectral_period
+from ..ids import OPENQUAKE_MARKS
+from ..rows import CurveRow, CurveSet, Written, component_record, curve_set, spectral_period
 
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 CATEGORY = "contents"  # of the assets, and of the losses: one that OpenQuake knows

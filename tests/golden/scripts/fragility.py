@@ -156,12 +156,12 @@ def exchange():
     }
     assert all(isinstance(files, fragility.Written) for files in written.values())
     try:
-        fragility.read_pelicun("target.csv")
+        fragility.write_pelicun(curves, "fragility.json")
     except fragility.ExchangeError as error:
         refused = str(error)
     return {
         "ids": {name: files.ids for name, files in written.items()},
-        "read_pelicun": fragility.read_pelicun("fragility_pelicun.csv"),
+        "texts": {name: [path.read_text() for path in files.paths] for name, files in written.items()},
         "refused": refused,
     }
 
