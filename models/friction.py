@@ -43,11 +43,6 @@ def friction_at_uplift(
         Dimensionless: |a|/g where |a|/g is below b/h (the block moves with the floor); b/h at uplift; above it, the
         coefficient that the rocking block needs while its rotation is still small.
 
-    Raises
-    ------
-    ValueError
-        Slenderness not > 0, an inertia factor not > 1, an acceleration that is not finite.
-
     Notes
     -----
     With a = |u''|/g and gamma = h/b, rotation about the corner with theta'' = g (a h - b)/(lambda R²) needs a
@@ -98,11 +93,6 @@ def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Array:
     -------
     numpy.ndarray
         (h/b) (1 - e)/(1 + e), dimensionless.
-
-    Raises
-    ------
-    ValueError
-        Slenderness not > 0, e outside [0, 1].
 
     Notes
     -----

@@ -51,11 +51,6 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
 def static_capacity(block: Block) -> float:
     """Return the static acceleration at which a block tips to the front, its restraint at its strength, m s-2.
 
-    Raises
-    ------
-    ValueError
-        A block that has a restraint but no mass (which `Block` refuses).
-
     Notes
     -----
     a_u = g tan(alpha) (1 + F d/(m g b)) with the strength F of all restraints and their moment arm d about the front
@@ -77,12 +72,7 @@ def static_capacity(block: Block) -> float:
 
 
 def half_weight(block: Block) -> float:
-    """Return half of the weight of a block, N: a rule of thumb for the strength of its anchor.
-
-    Raises
-    ------
-    ValueError
-        A block without mass.
+    """Return half of the weight of a block, N, which must have a mass: a rule of thumb for its anchor.
 
     Notes
     -----

@@ -327,13 +327,8 @@ def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
     K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
     databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
     number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
-    the name, except in the second line of AT2 files: a warning says if it differs.
-
-    Raises
-    ------
-    RecordError
-        A component without another one, or more than two horizontal components, or two that are not perpendicular; the
-        sentence names the files.
+    the name, except in the second line of AT2 files: a warning says if it differs.  RecordError for one component
+    alone, and for horizontal ones that are more than two or not perpendicular.
     """
     recordings: dict[str, list[_Channel]] = {}
     for path, arrays in read.items():

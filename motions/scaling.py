@@ -75,13 +75,7 @@ def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") ->
 
 
 def scale_to_mean(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
-    """Scale all motions by one common factor, so that the mean of their intensity measure is `target` (SI, > 0).
-
-    Raises
-    ------
-    ValueError
-        As `scale_to`.
-    """
+    """Scale all motions by one common factor, so that the mean of their intensity measure is `target` (SI, > 0)."""
     ratio = checks.number("target", target, above=0.0) / float(_values(motions, im).mean())
     factor = float(measure_named(im).factors(np.array(ratio)))
     return (motions * factor).assign_attrs(motions.attrs).rename(motions.name)

@@ -100,11 +100,6 @@ def p58_regression(width: Any, height: Any) -> Array:
     numpy.ndarray
         exp(1.05) B^1.48 H^-1.07.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Sizes that are no numbers, not finite or not positive.
-
     Warns
     -----
     ImplausibleInput

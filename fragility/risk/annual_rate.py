@@ -277,11 +277,6 @@ def rate_share_above(
     xarray.DataArray
         On the dimensions of the curves, 0 to 1; NaN where there is no rate.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `annual_rate`.
-
     Examples
     --------
     >>> import xarray as xr

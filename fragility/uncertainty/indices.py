@@ -167,11 +167,6 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
         (of a choice, its least and greatest), and `swing`, their absolute difference; `base`, at the medians (and the
         likeliest choices).
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `sobol_indices`.
-
     Examples
     --------
     >>> from toppling.fragility import Uniform

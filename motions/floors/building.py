@@ -112,11 +112,6 @@ class Building:
         modes : int
             Number of modes, 1 to 100; the others move with the ground.
 
-        Raises
-        ------
-        TypeError, ValueError
-            A value out of range, a sequence of the wrong length.
-
         Notes
         -----
         Mode shapes, period ratios and participation factors of the uniform beam (`modes.beam_modes`).
@@ -426,11 +421,6 @@ class Building:
             ``pfa`` (m s-2) and ``pfv`` (m s-1) on (motion, floor), with ``height`` on floor and dt, duration and source
             on motion.  The velocity is absolute: the velocity of the ground, from zero and not corrected, plus the
             velocity of the building.
-
-        Raises
-        ------
-        TypeError, ValueError
-            As `floor_motions`.
 
         Examples
         --------

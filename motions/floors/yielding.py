@@ -219,11 +219,6 @@ class YieldingBuilding:
             yield drift, and ``residual`` plastic drift (m).  On (factor, motion): ``collapsed``, the storey, 0 for
             none, and of an isolated building ``isolator_displacement``, the greatest (m); peaks of a collapsed building
             are those until then.  On motion ``strength_factor``, where the strength is uncertain.
-
-        Raises
-        ------
-        TypeError, ValueError
-            As `floor_motions`.
         """
         scales = np.atleast_1d(checks.finite_array("factors", np.atleast_1d(np.asarray(factors))))
         if scales.min() <= 0.0:

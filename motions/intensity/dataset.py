@@ -49,11 +49,6 @@ def measure_named(
         Words for the message: the quantity that is named, further names that are allowed, and those of `MEASURES` that
         the caller allows.
 
-    Raises
-    ------
-    TypeError, ValueError
-        An unknown name, wrong parameters.
-
     Examples
     --------
     >>> measure_named("Sa(1.0, 0.02)")
