@@ -96,20 +96,13 @@ def capacity_trends(ends: Sequence[LogCapacityEnds], covariates: Sequence[xr.Dat
     return Trends(slope, error, p, counts)
 
 
-class DemandTrends(NamedTuple):
-    """Slope of ln demand on ln im and scatter about it, (block, model, measure, sample of motions)."""
-
-    slope: Array
-    scatter: Array
-
-
 def demand_trends(
     runs: xr.Dataset, ordered: OrderedRuns, candidates: Sequence[Candidate], weights: Array, least: float, pool: bool
-) -> DemandTrends:
+) -> tuple[Array, Array]:
     """Regress ln(|theta|/alpha) on ln im by least squares, over runs that rock (above `least`) without overturning.
 
-    weights (sample, motion): how often each motion counts.  The sums for every measure follow from the same sums over
-    the levels of each motion.
+    Returns the slope and the scatter about it, (block, model, measure, sample of motions).  weights (sample, motion):
+    how often each motion counts.  The sums for every measure follow from the same sums over the levels of each motion.
     """
     order = ("block", "model", "motion", "level")
     demand = ordered.in_order(runs["peak_rotation"]) / without_coordinates(runs["alpha"])
@@ -149,7 +142,7 @@ def demand_trends(
             rest = np.maximum(yy - sy * sy / n - b * joint, 0.0)
             slope[:, :, j] = b
             scatter[:, :, j] = np.sqrt(np.where(n > 2.0, rest / (n - 2.0), np.nan))
-    return DemandTrends(slope, scatter)
+    return slope, scatter
 
 
 def _elastic_zone_edge(runs: xr.Dataset) -> xr.DataArray:

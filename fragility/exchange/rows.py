@@ -182,10 +182,6 @@ class CurveSet(NamedTuple):
             found.setdefault(name, []).append(curve)
         return found
 
-    def labels_of(self, curve: CurveRow) -> dict[str, str]:
-        """Return a curve's labels by dimension."""
-        return dict(zip(self.dims, curve.labels, strict=True))
-
     def missing(self) -> dict[str, str]:
         """Return the reasons for missing curves, by the ids of components that lack at least one limit state."""
         return {
@@ -218,13 +214,6 @@ class Written(NamedTuple):
     missing: dict[str, str]
 
 
-def levels_problem(levels: Array) -> str | None:
-    """Return the error in the levels of curves without parameters; None for valid levels."""
-    if levels.size == 0 or not np.isfinite(levels).all() or levels[0] <= 0.0:
-        return "levels must be finite and > 0, one at least"
-    return "levels must be strictly increasing" if np.any(np.diff(levels) <= 0.0) else None
-
-
 def known_measure(im: str) -> Measure | BlockMeasure | None:
     """Return the measure of a label; None for plain factors, an empty label, and user-defined measures."""
     try:
@@ -244,7 +233,7 @@ def spectral_period(im: str) -> tuple[str, float] | None:
 
 def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
     """Return our record of a component in the types that JSON holds."""
-    labels = found.labels_of(rows[0])
+    labels = dict(zip(found.dims, rows[0].labels, strict=True))
     labels.pop(LIMIT_STATE, None)
     reason = next((row.status for row in rows if not row.estimated), None)
     return {
@@ -337,9 +326,10 @@ def _levels(curves: xr.Dataset) -> Array:
     if "level" not in curves["probability"].dims or "level" not in curves.coords:
         raise ValueError(f"probability of curves must lie on level, got {curves['probability'].dims}")
     levels = np.asarray(curves["level"].values, dtype=float)
-    problem = levels_problem(levels)
-    if problem:
-        raise ValueError(f"{problem}, got {levels[:5].tolist()}")
+    if levels.size == 0 or not np.isfinite(levels).all() or levels[0] <= 0.0:
+        raise ValueError(f"levels must be finite and > 0, one at least, got {levels[:5].tolist()}")
+    if np.any(np.diff(levels) <= 0.0):
+        raise ValueError(f"levels must be strictly increasing, got {levels[:5].tolist()}")
     return levels
 
 

@@ -97,7 +97,7 @@ def sobol_indices(
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
     times = checks.count("replicates", replicates, at_least=2)
     d = len(inputs.names)
-    problem = _problem(inputs)
+    problem = {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}  # (the cube of probabilities)
     points = sobol_sample.sample(problem, size, calc_second_order=second_order, seed=stream(start, 0))
     values, rest = _evaluate(inputs, function, points)
     shape = (d, values.shape[1])
@@ -240,12 +240,6 @@ def _independent(inputs: Any) -> None:
     if not inputs.independent:
         pairs = ", ".join(f"{a} and {b}" for (a, b), value in inputs.rank_correlation.items() if value)
         raise ValueError(f"inputs must be independent to have shares of their own, got a correlation of {pairs}")
-
-
-def _problem(inputs: RandomInputs) -> dict[str, Any]:
-    """The unit cube of the inputs' probabilities as a problem of SALib."""
-    d = len(inputs.names)
-    return {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}
 
 
 def _evaluate(inputs: RandomInputs, function: Response, points: Array) -> tuple[Array, xr.DataArray]:

@@ -234,10 +234,6 @@ def _all(flags: Flags, _: slice) -> Flags:
     return flags
 
 
-def _along_width(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
-    return [pair]
-
-
 def _across(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
     block, law = pair
     return [(block.across, law)]
@@ -268,7 +264,7 @@ def _flips(
             found.append(None)
             continue
         records = [kept[place] for place in curve.motions[own].tolist()]
-        axes = [Axis(_along_width, records)]
+        axes = [Axis(lambda pair: [pair], records)]
         if about == 2:
             axes.append(Axis(_across, [along_depth(one) for one in records]))
         flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]

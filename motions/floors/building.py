@@ -133,12 +133,12 @@ class Building:
         count = _up_to("modes", modes, MOST_BEAM_MODES)
         heights = storey_heights(storey_height, number)
         warn(building_doubts(first, damping, heights))
-        found = beam_modes(shape, count, heights / heights[-1])
+        ratios, shares = beam_modes(shape, count, heights / heights[-1])
         text = (
             f"flexural-shear building, {number} storeys, {heights[-1]:g} m, T1 = {first:g} s, alpha0 = {shape:g}, "
             f"{count} modes, {_damping_text(damping)}"
         )
-        return cls(first / found.ratios, _damping(damping, count), found.shares, heights, text)
+        return cls(first / ratios, _damping(damping, count), shares, heights, text)
 
     @overload
     @classmethod

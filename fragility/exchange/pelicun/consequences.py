@@ -88,7 +88,8 @@ def write_consequences(
         write_text(table.with_suffix(".json"), _metadata(found, title, about)),
     ]
     if valued and unit != KNOWN_CURRENCY:
-        paths.append(write_text(folder / UNITS, _units(unit)))
+        measures = {f"measure {si}": units for si, units in _UNITS_OF_MEASURES.items()}
+        paths.append(write_text(folder / UNITS, json_of({**measures, **_OTHER_UNITS, "currency": {unit: 1.0}})))
     return paths
 
 
@@ -129,8 +130,3 @@ def _what(one: Consequence) -> list[str]:
     """Return in words what a component's consequences are of."""
     of_time = f"downtime of {one.pieces} that fall together" if one.pieces > 1 else "downtime of one"
     return ["cost of one", *([of_time] if one.downtime is not None else [])]
-
-
-def _units(currency: str) -> str:
-    measures = {f"measure {si}": units for si, units in _UNITS_OF_MEASURES.items()}
-    return json_of({**measures, **_OTHER_UNITS, "currency": {currency: 1.0}})
