@@ -196,7 +196,7 @@ def uncertainty():
         "description": [inputs.description, inputs.independent, inputs.names],
         "response": response(samples),
         "uncertain_ida": shakes,
-        "sobol_indices": fragility.sobol_indices(free, response, 8, second_order=True, replicates=20),
+        "sobol_indices": fragility.sobol_indices(free, response, 8, replicates=20),
         "tornado": fragility.tornado(free, response),
         "capacity_variance_shares": fragility.capacity_variance_shares(shakes),
         "variance_shares": fragility.variance_shares(
