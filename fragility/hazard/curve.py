@@ -71,8 +71,8 @@ class HazardCurve:
     Examples
     --------
     >>> hazard = HazardCurve([1.0, 2.0, 4.0], [1e-2, 2e-3, 2e-4], "pga")
-    >>> hazard.units, round(float(hazard.rate_at(2.0)), 9), round(float(hazard.level_at(1 / 475)), 3)
-    ('m s-2', 0.002, 1.956)
+    >>> hazard.units, round(float(hazard.rate_at(2.0)), 9)
+    ('m s-2', 0.002)
     """
 
     levels: Sequence[float]
@@ -261,23 +261,6 @@ class HazardCurve:
         log_levels = np.log(self.levels)
         rows = [self.rates, *(self.realisations or ())]
         return [pieces_of(log_levels, np.log(row), self.curvature, below, above) for row in rows]
-
-    def level_at(self, rate: Any) -> Array:
-        """Level exceeded at an annual rate (any shape, 1/year), SI; ValueError outside the curve's own rates."""
-        wanted = np.asarray(rate, dtype=np.float64)
-        low, high = self.rates[-1], self.rates[0]
-        if not np.all((wanted >= low * (1.0 - 1e-12)) & (wanted <= high * (1.0 + 1e-12))):
-            shown = wanted.reshape(-1)[0] if wanted.size == 1 else f"{wanted.min():g} to {wanted.max():g}"
-            raise ValueError(f"rate must lie within the curve's, {low:g} to {high:g} per year, got {shown}")
-        log_levels, log_rates = np.log(self.levels), np.log(self.rates)
-        target = np.log(wanted)
-        at = np.clip(np.searchsorted(-log_rates, -target, side="right") - 1, 0, log_rates.size - 2)
-        slopes = segment_slopes(log_levels, log_rates, self.curvature)[at]
-        drop = np.maximum(log_rates[at] - target, 0.0)
-        # slope d + curvature d² = drop, solved in the form that stays accurate for a small curvature
-        root = slopes + np.sqrt(slopes**2 + 4.0 * self.curvature * drop)
-        distance = np.divide(2.0 * drop, root, out=np.zeros_like(root), where=root > 0.0)
-        return np.asarray(np.exp(log_levels[at] + distance))
 
     def describe(self) -> dict[str, Any]:
         """Return the curve as plain values for the attributes of a dataset."""

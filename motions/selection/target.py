@@ -52,20 +52,6 @@ class Conditional:
         """Standard deviations of the logarithms, shape (measure,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
-    @property
-    def dataset(self) -> xr.Dataset:
-        """The same with labels: `median` and `sigma` on measure, `covariance` on (measure, other)."""
-        labels = [one.label for one in self.measures]
-        return xr.Dataset(
-            {
-                "median": ("measure", self.medians, {"long_name": "median, in the unit of each measure", "units": "1"}),
-                "sigma": ("measure", self.sigmas, {"long_name": "standard deviation of the logarithm", "units": "1"}),
-                "covariance": (("measure", "other"), self.covariance, {"units": "1"}),
-            },
-            coords={"measure": labels, "other": labels, "unit": ("measure", [one.units for one in self.measures])},
-            attrs={"given": self.given.label, "level": self.level, "epsilon": self.epsilon},
-        )
-
 
 MOST_SIGMA = 3.0
 """Largest standard deviation of a logarithm that is no slip: percents and values in other units are above it."""

@@ -598,26 +598,16 @@ def test_tornado():
 
 
 class TestOverturningResponse:
-    def test_probabilities_and_medians_of_every_sample(self):
+    def test_probabilities_of_every_sample(self):
         levels = np.geomspace(1.0, 40.0, 8)
         inputs = RandomInputs({"e": Uniform(0.8, 1.0), "alpha_factor": Uniform(0.9, 1.1)})
-        response = overturning_response(inputs, SHELF, tp.HousnerImpact(), SHAKES, levels, median=True)
+        response = overturning_response(inputs, SHELF, tp.HousnerImpact(), SHAKES, levels)
         samples = inputs.sample(4)
         found = response(samples)
         assert found["output"].values.tolist()[0] == "P at 1 m s-2"
         runs = uncertain_ida(inputs, SHELF, tp.HousnerImpact(), SHAKES, levels, samples=samples)
         counts = tp.overturning_probability(runs)
-        np.testing.assert_array_equal(found.values[:, :8], counts["probability"].values)
-        np.testing.assert_array_equal(found.values[:, 8], tp.fit_fragility(counts)["median"].values)
-        half = overturning_response(inputs, SHELF, tp.HousnerImpact(), SHAKES, levels, state=0.3)(samples)
-        expected = tp.overturning_probability(runs, state=0.3)["probability"]
-        np.testing.assert_array_equal(half.values, expected.values)
-
-    def test_a_sample_without_a_median_is_said(self):
-        inputs = RandomInputs({"e": Uniform(0.8, 1.0)})
-        response = overturning_response(inputs, SHELF, tp.HousnerImpact(), SHAKES, [0.1, 0.2], median=True)
-        with pytest.raises(ValueError, match=r"must have a median, got 3 of 3 without .no overturning.: extend"):
-            response(inputs.sample(3))
+        np.testing.assert_array_equal(found.values, counts["probability"].values)
 
     def test_indices_of_an_overturning_probability(self):
         """A slenderness that varies by 30 % and a restitution that hardly does."""

@@ -118,7 +118,6 @@ def hazards():
         refused = str(error)
     return {
         "describe": points.describe(),
-        "level_at": points.level_at([1e-3, 5e-4]),
         "rate_at": [curve.rate_at([0.8, 3.0, 12.0]) for curve in (points, quadratic, mean, HAZARD)],
         "pieces": points.pieces(above="none"),
         "resampled": HAZARD.resampled([0.5, 2.0]),

@@ -219,7 +219,7 @@ def selection():
     factors = pool.factors(sa[1], 1.5)
     warnings = [motions.DoubtfulCorrelations, motions.InconsistentSelection]
     return {
-        "target": [target.at(4.0).dataset, target.at(4.0).medians, target.at(4.0).sigmas],
+        "target": [target.at(4.0).covariance, target.at(4.0).medians, target.at(4.0).sigmas],
         "mixture": mixture.at(4.0),
         "stated": [stated.at(1.4), stated.levels, stated.correlation_change],
         "candidates": [pool.values(sa[0]), factors, pool.scaled(sa[2], factors), len(pool)],

@@ -212,11 +212,6 @@ class TestConditional:
         assert np.all(np.abs(fine) < [2e-6, 2e-6, 1e-5])
         assert np.all(np.abs(rebuilt(np.geomspace(0.03, 1.5, 11) * G)) < [0.03, 0.06, 0.12])
 
-    def test_labels(self):
-        found = target("Sa(1.0)").at(0.4 * G).dataset
-        assert found["sigma"].sel(measure="Sa(1.0)").item() == 0.0
-        assert found["unit"].values.tolist() == ["m s-2"] * 7 + ["m s-1", "s"]
-
     def test_labelled_correlations_are_taken_by_label(self):
         matrix = np.array([[1.0, 0.3, 0.6], [0.3, 1.0, 0.2], [0.6, 0.2, 1.0]])
         names = ["cav", "arias", "pga"]
