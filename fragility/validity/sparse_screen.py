@@ -247,7 +247,7 @@ def _flips(
     runner: Runner,
     progress: Progress | None,
 ) -> list[FlipCounts | None]:
-    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`undecided_outcomes`).
+    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`count_flips`).
 
     None for a curve without a run under these motions.
     """

@@ -418,7 +418,7 @@ class TestNothingSelected:
     @pytest.mark.parametrize(
         ("name", "dim"),
         [
-            *product(("screen", "rank_measures", "undecided_outcomes", "notes"), ("block", "model", "level", "motion")),
+            *product(("screen", "rank_measures", "notes"), ("block", "model", "level", "motion")),
             ("fit_fragility", "level"),
             ("fit_fragility", "motion"),
         ],

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from flips import undecided_outcomes
 from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, undecided_outcomes, wilson_interval
+from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, wilson_interval
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from toppling.fragility.runs import plan
 from toppling.fragility.validity import undecided as perturbed

@@ -77,7 +77,6 @@ def estimates():
         "resurrections": fragility.resurrections(runs),
         "reached": fragility.reached(runs),
         "reached_slip": fragility.reached(slid, slip),
-        "undecided_outcomes": fragility.undecided_outcomes(runs, GROUND),
         "binomial_interval": fragility.binomial_interval([0, 3, 12], 12, method="jeffreys"),
         "wilson_interval": fragility.wilson_interval([0, 3, 12], 12),
     }
