@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from .readers.csv import read_csv as read_csv
     from .readers.lines import RecordError as RecordError
     from .readers.read import example_path as example_path, read as read, read_all as read_all
-    from .scaling import parabolic_baseline as parabolic_baseline, scale_to as scale_to, scale_to_mean as scale_to_mean
+    from .scaling import scale_to as scale_to, scale_to_mean as scale_to_mean
     from .selection.candidates import Candidates as Candidates
     from .selection.correlations import DoubtfulCorrelations as DoubtfulCorrelations
     from .selection.expected import expected_target as expected_target

@@ -16,20 +16,6 @@ from .intensity.peaks import velocity
 def parabolic_baseline(acceleration: Array, dt: float) -> Array:
     """Subtract the parabola c0 + c1 t + c2 t² for which the mean square velocity is least.
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (time,) or (motion, time)
-        m/s², at least 5 samples, all finite.
-    dt : float
-        Time step, s, > 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A wrong shape, NaN or infinity, fewer than 5 samples, dt <= 0.
-
-    References
-    ----------
     Berg, G. V. and Housner, G. W. (1961). Integrated velocity and displacement of strong earthquake ground motion.
     Bulletin of the Seismological Society of America 51(2), 175-189.
     """

@@ -264,7 +264,7 @@ def _flips(
             found.append(None)
             continue
         records = [kept[place] for place in curve.motions[own].tolist()]
-        axes = [Axis(lambda pair: [pair], records)]
+        axes: list[Axis[tuple[Block, Law]]] = [Axis(lambda pair: [pair], records)]
         if about == 2:
             axes.append(Axis(_across, [along_depth(one) for one in records]))
         flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]

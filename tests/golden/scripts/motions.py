@@ -121,7 +121,6 @@ def corrections():
         "highpass": motions.highpass(GROUND, 0.2, zero_phase=False),
         "lowpass": motions.lowpass(GROUND, 15.0, order=2),
         "pad": motions.pad(GROUND, 1.0, 0.5),
-        "parabolic_baseline": motions.parabolic_baseline(GROUND.values[0], 0.02),
         "resample": motions.resample(GROUND, 0.01),
         "taper": motions.taper(GROUND, 0.5),
         "trim_husid": motions.trim_husid(GROUND[:1]),

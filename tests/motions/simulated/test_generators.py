@@ -22,7 +22,6 @@ from toppling.motions.intensity.peaks import displacement, peak_velocity, veloci
 from toppling.motions.kernels.drifting_filters import drifting_noise
 from toppling.motions.simulated import directivity, generator as generator_module, scenario
 from toppling.motions.simulated.filters import filtered
-from toppling.motions.simulated.fitting import crossing_frequency, small_extremes
 from toppling.motions.simulated.generator import normals
 from toppling.motions.simulated.marginals import (
     BoundedBeta,
@@ -33,6 +32,7 @@ from toppling.motions.simulated.marginals import (
 )
 from toppling.motions.simulated.modulation import modulation, ratio_limits
 from toppling.motions.simulated.scenario import SiteBasedEquations
+from toppling.motions.simulated.site_based import crossing_frequency, small_extremes
 
 EVOLUTIONARY = mo.EvolutionaryKanaiTajimi(omega_g=(30.0, 8.0), duration=5.0, dt=0.01)
 SITE_BASED = mo.SiteBased(d5_95=5.0, t_mid=3.0, f_c=0.4, dt=0.01)
