@@ -26,11 +26,6 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     float
         N; 0 where the block does not uplift.
 
-    Raises
-    ------
-    ValueError
-        A block without mass, a value out of range.
-
     Notes
     -----
     Moments about the front lower edge, with the acceleration as a static load (derived): F = m (a h - g b)/z.  With the

@@ -138,11 +138,6 @@ def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
     azimuth : float
         Direction of the new h1, rad, clockwise from north (from h1 towards h2 where azimuths are not known).
 
-    Raises
-    ------
-    TypeError, ValueError
-        An argument that `join` did not make, an azimuth that is not finite.
-
     Notes
     -----
     With azimuths a1 and a2 of the components, the acceleration in a direction φ is h1 cos(φ - a1) + h2 cos(φ - a2).
@@ -210,11 +205,6 @@ def both_axes(
         The pairs turned as by `rotate`, h1 along the width and h2 along the depth, with the coordinate ``shakes``, for
         `toppling.ida`, `toppling.stripes` and `toppling.cloud`; their levels are of measures of both components, such
         as ``RotD50(pga)``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `as_recorded`; another azimuth, a negative seed.
 
     Examples
     --------

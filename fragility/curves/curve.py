@@ -260,11 +260,6 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     xarray.DataArray
         On the dimensions of the curves and ``level``; NaN where there is no estimate.
 
-    Raises
-    ------
-    TypeError, ValueError
-        No dataset of curves, or levels that are not > 0; a level beyond the curve's own with ``outside="refuse"``.
-
     Notes
     -----
     P(x) = Phi(ln(x/uplift_median)/uplift_dispersion) Phi(ln(x/median)/dispersion); a dispersion of 0 is a step, 0 below

@@ -46,9 +46,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     path : path
         The CSV.
     ids : sequence of str, optional
-        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
-        the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
-        given, the curves' own (coordinate ``id``) or ids made of the labels.
+        As for `write_pelicun`.
 
     Returns
     -------

@@ -26,10 +26,8 @@ def is_id(text: str, marks: str = "_") -> bool:
     """Return True if a text is an id: a letter, then letters, digits and `marks`, at most `MAX_ID` characters.
 
     With underscores as the only marks every program accepts it. A word that a table reads as a missing number is no id.
-    OpenQuake takes any text as the id of a function, which is the taxonomy of assets; its rule is that of its other ids
-    (assets, models), so that a name can serve in both places: openquake.hazardlib.valid.SimpleId, letters, digits,
-    ``_`` and ``-``, at most 60 characters, with the engine of 2017 (read); the colon is that of newer engines
-    (recalled).
+    OpenQuake's rule is that of assets and models: openquake.hazardlib.valid.SimpleId, with the engine of 2017 (read);
+    the colon is that of newer engines (recalled).
     """
     allowed = rf"[A-Za-z][A-Za-z0-9{re.escape(marks)}]{{0,{MAX_ID - 1}}}"
     return re.fullmatch(allowed, text) is not None and text.lower() not in _RESERVED

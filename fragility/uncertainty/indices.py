@@ -54,11 +54,6 @@ def sobol_indices(
         On input and the function's other dimensions: `first` (alone) and `total` (with all others), each with its
         interval, `_lower` and `_upper`.  `mean` and `variance` of the function.  NaN where it does not vary.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Correlated inputs, n that is no power of 2, a function whose result is not finite or not on sample.
-
     Notes
     -----
     First and total order by the estimators of Saltelli et al. (2010), on scrambled Sobol' points.  The indices are

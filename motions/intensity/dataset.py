@@ -150,12 +150,6 @@ def measures(
         All but t_mean, which is computed from the samples, are exact for acceleration that is linear between samples;
         peaks between samples are included.  Durations and mean period of a motion of zeros are NaN.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.motions.records`: an argument that is no labelled acceleration, labels that are not unique, values
-        that are not finite.  An unknown measure.
-
     Examples
     --------
     >>> from toppling import motions

@@ -207,11 +207,6 @@ def scale_to_model(
     xarray.DataArray
         The scaled motions.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `expected_motions` and `toppling.motions.scale_to`; a measure that the model does not give.
-
     Notes
     -----
     ln im = ln median + tau b + phi w with standard normal b and w.  Each motion is of an earthquake of its own, so that

@@ -34,11 +34,6 @@ class Support:
     one_way : bool
         True to leave the reaction out all the same.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Values out of range; a heavy block without `one_way`.
-
     Notes
     -----
     u'' + 2 zeta omega u' + omega² u = -a under the acceleration a of its floor, which is linear between samples; on top

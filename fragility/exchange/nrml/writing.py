@@ -66,10 +66,8 @@ def write_nrml(
         function as constant, 1e-9 to 0.01: minIML (and noDamageLimit) and maxIML lie where the curve is that far from 0
         and 1.
     ids : sequence of str, optional
-        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
-        the curves changes fastest): a letter, then letters, digits, ``_``, ``:`` and ``-``, at most 60 characters.
-        Where not given, the curves' own (coordinate ``id``), whose points become underscores because OpenQuake's
-        ids have none, or ids made of the labels.
+        As for `write_pelicun`, of letters, digits, ``_``, ``:`` and ``-``: points of the curves' own ids become
+        underscores, because OpenQuake's ids have none.
 
     Returns
     -------
