@@ -24,6 +24,8 @@ KEYS, ENTRIES = 1_000, 100_000
 """Of a table of a study, and of a list: unknown keys are compared with all known keys, entries are read."""
 RECORD_BYTES, OBSPY_BYTES = 512 * 2**20, 128 * 2**20
 """Of a record as text, and as a binary file (miniSEED, SAC), whose samples unfold to four times as much."""
+CURVE_BYTES = 32 * 2**20
+"""Of curves and hazards for other programs (CSV, JSON, NRML)."""
 DECLARED_BYTES, DECLARED_RATIO = 2**28, 20
 """Of the arrays that a netCDF file declares: so much in any file, and so many times the bytes of larger ones; results
 are stored as they are, and compressed accelerations take half to a tenth."""

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .exchange.curve_csv import write_curve_csv as write_curve_csv
     from .exchange.files import ExchangeError as ExchangeError
     from .exchange.nrml.writing import write_nrml as write_nrml
+    from .exchange.pelicun.reading import read_pelicun as read_pelicun
     from .exchange.pelicun.writing import write_pelicun as write_pelicun
     from .exchange.rows import Written as Written
     from .fitting.fit import FORMS as FORMS, fit_fragility as fit_fragility

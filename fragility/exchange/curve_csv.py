@@ -16,6 +16,7 @@ import xarray as xr
 
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
+from .datasets import curve_set
 from .files import target, write_text
 from .ids import TABLE_MARKS
 from .rows import (
@@ -29,10 +30,9 @@ from .rows import (
     CurveRow,
     CurveSet,
     Written,
-    curve_set,
 )
 
-_IN_LEVELS = ("median", "uplift_median", "level", *(name for name, unit in CURVE_NUMBERS.items() if unit == LEVEL))
+_IN_LEVELS = ("median", "uplift_median", "level", *(name for name, (unit, _) in CURVE_NUMBERS.items() if unit == LEVEL))
 _SPELLED = {"m s-2": "m/s2", "m s-1": "m/s", PER_YEAR: "1/year"}
 
 
@@ -46,7 +46,9 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     path : path
         The CSV.
     ids : sequence of str, optional
-        As for `write_pelicun`.
+        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
+        the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
+        given, the curves' own (coordinate ``id``) or ids made of the labels.
 
     Returns
     -------
@@ -102,7 +104,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
 
 
 def _with_unit(name: str, units: str) -> str:
-    unit = units if name in _IN_LEVELS else CURVE_NUMBERS.get(name, DIMENSIONLESS)
+    unit = units if name in _IN_LEVELS else CURVE_NUMBERS[name][0] if name in CURVE_NUMBERS else DIMENSIONLESS
     return f"{name} ({_SPELLED.get(unit, unit)})"
 
 

@@ -1,16 +1,51 @@
-"""Atomic writing, and the error that all exchange formats raise."""
+"""Reading of small files, atomic writing, and the error that all exchange formats raise."""
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 
+from ...core.limits import CURVE_BYTES
 from ...core.wording import system_reason
 from ...core.writing import write_bytes
 
 
 class ExchangeError(ValueError):
-    """A file that cannot be written, or curves that a format cannot hold; the message gives the reason."""
+    """A file of curves that cannot be read, or curves that a format cannot hold; the message gives the reason."""
+
+
+def read_text(path: str | os.PathLike[str]) -> tuple[Path, str]:
+    """Read a small text file; ExchangeError where it is missing, too large, empty, or not UTF-8."""
+    file, content = read_bytes(path)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ExchangeError(f"{file}: not text in UTF-8") from None
+    if "\0" in text:
+        raise ExchangeError(f"{file}: not text (holds NUL bytes)")
+    return file, text
+
+
+def read_bytes(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
+    """Read a small file; ExchangeError where it is missing, too large or empty."""
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be a path, got {type(path).__name__}")
+    file = Path(path)
+    try:
+        if not file.is_file():
+            raise ExchangeError(f"{file}: no such file" if not file.exists() else f"{file}: not a file")
+        with file.open("rb") as stream:
+            content = stream.read(CURVE_BYTES + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, ExchangeError):
+            raise
+        raise ExchangeError(f"{file}: cannot be read ({system_reason(error)})") from None
+    if len(content) > CURVE_BYTES:
+        raise ExchangeError(f"{file}: larger than {CURVE_BYTES // 2**20} MiB, no set of curves is")
+    if not content.strip():
+        raise ExchangeError(f"{file}: empty")
+    return file, content
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -27,3 +62,16 @@ def target(path: str | os.PathLike[str]) -> Path:
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"path must be a path, got {type(path).__name__}")
     return Path(path)
+
+
+def number(file: Path, where: str, text: str) -> float:
+    """Return the number in a text; ExchangeError where it is no number, or not finite."""
+    stripped = text.strip()
+    try:
+        # float() reads 1_000 and the digits of every script; a table has neither
+        found = float(stripped) if stripped.isascii() and "_" not in stripped else math.nan
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise ExchangeError(f"{file}: {where} must be a finite number, got {stripped[:30]!r}")
+    return found

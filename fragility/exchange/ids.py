@@ -1,15 +1,33 @@
-"""Ids of curves in files, which the programs accept."""
+"""Identity of curves in files: ids that the programs accept, and the labels that are written beside them.
+
+Each format stores the labels in its own way, so that curves are read back with them.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
+import math
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from ...core.doubts import warn
+from ..fitting.states import OK, SEPARATED
+from ..validity.plausibility import level_doubts
 from .files import ExchangeError
+from .rows import LARGEST, LIMIT_STATE, OVERTURNING, SMALLEST, CurveRow, CurveSet
+
+SIZES = ("width", "height")
+
+GUESSED = "The data are separated: the dispersion is a guess (penalised likelihood)."
+"""Note on a curve whose dispersion few runs determine."""
 
 MAX_ID = 60
 OPENQUAKE_MARKS = "_:-"
@@ -26,8 +44,10 @@ def is_id(text: str, marks: str = "_") -> bool:
     """Return True if a text is an id: a letter, then letters, digits and `marks`, at most `MAX_ID` characters.
 
     With underscores as the only marks every program accepts it. A word that a table reads as a missing number is no id.
-    OpenQuake's rule is that of assets and models: openquake.hazardlib.valid.SimpleId, with the engine of 2017 (read);
-    the colon is that of newer engines (recalled).
+    OpenQuake takes any text as the id of a function, which is the taxonomy of assets; its rule is that of its other ids
+    (assets, models), so that a name can serve in both places: openquake.hazardlib.valid.SimpleId, letters, digits,
+    ``_`` and ``-``, at most 60 characters, with the engine of 2017 (read); the colon is that of newer engines
+    (recalled).
     """
     allowed = rf"[A-Za-z][A-Za-z0-9{re.escape(marks)}]{{0,{MAX_ID - 1}}}"
     return re.fullmatch(allowed, text) is not None and text.lower() not in _RESERVED
@@ -97,3 +117,103 @@ def _slug(label: str) -> str:
 
 def _digest(labels: tuple[str, ...]) -> str:
     return hashlib.sha256(json.dumps(labels).encode()).hexdigest()[:DIGITS]
+
+
+class Component(NamedTuple):
+    """Our record of a component: labels by dimension, limit states, sizes (m), and the reason for a missing curve."""
+
+    labels: Mapping[str, str]
+    limit_states: Sequence[str]
+    sizes: Mapping[str, float]
+    reason: str | None
+
+
+def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
+    """Return our record of a component in the types that JSON holds."""
+    labels = found.labels_of(rows[0])
+    labels.pop(LIMIT_STATE, None)
+    reason = next((row.status for row in rows if not row.estimated), None)
+    return {
+        "labels": labels,
+        **({} if found.limit_states == (OVERTURNING,) else {"limit_states": list(found.limit_states)}),
+        **{name: rows[0].numbers[name] for name in SIZES if name in rows[0].numbers},
+        **({} if reason is None else {"status": reason}),
+        **({"note": GUESSED} if reason is None and any(row.status == SEPARATED for row in rows) else {}),
+    }
+
+
+def component_of(written: Any) -> Component | None:
+    """Return the component of a record that was read back; None for anything that `component_record` does not make."""
+    labels = written.get("labels") if isinstance(written, dict) else None
+    if not isinstance(written, dict) or not isinstance(labels, dict) or LIMIT_STATE in labels:
+        return None
+    if not all(isinstance(value, str) and re.fullmatch(r"[a-z_]{1,40}", key) for key, value in labels.items()):
+        return None
+    states = written.get("limit_states")
+    reason = written.get("status")
+    return Component(
+        labels,
+        [one for one in states if isinstance(one, str)] if isinstance(states, list) else [],
+        {key: size for key in SIZES if isinstance(size := written.get(key), float) and SMALLEST < size < LARGEST},
+        reason if isinstance(reason, str) and reason != OK else None,
+    )
+
+
+def labelled_curves(
+    file: Path,
+    rows: Sequence[tuple[str, int, CurveRow]],
+    components: Mapping[str, Component],
+    states: Sequence[str],
+    units: str,
+) -> tuple[tuple[str, ...], tuple[CurveRow, ...]]:
+    """Return dimensions, and curves with all their labels, from rows of (id, index of the limit state, curve).
+
+    Labels come from our records where every component has them on the same dimensions, else from the ids, on ``block``;
+    limit states form a dimension where a component has more than the first.
+    """
+    # (what we wrote may have states of any order, and medians that are far extrapolated)
+    foreign = [row for row in rows if row[0] not in components]
+    for (better, lower, lesser), (name, at, worse) in itertools.pairwise(foreign):
+        (least, spread, *_), (median, dispersion, *_) = lesser.parameters, worse.parameters
+        more = median < least and math.isclose(dispersion, spread, rel_tol=1e-6)
+        if worse.probability is not None and lesser.probability is not None:
+            more = bool(np.any(worse.probability > lesser.probability + 1e-6))
+        if better == name and at > lower and more:
+            raise ExchangeError(
+                f"{file}: {states[at]} of {name!r:.80} is more likely than {states[lower]}, a lesser state, which "
+                "contains it: correct the median of one"
+            )
+    doubts = level_doubts(np.array([row.parameters.median for *_, row in foreign if row.estimated]), units)
+    warn(
+        doubt._replace(sentence=f"{file}: {doubt.sentence.replace('highest level', 'highest median')}")
+        for doubt in doubts
+    )
+    written = [components.get(name) for name, _, _ in rows]
+    dims_of = {None if one is None else tuple(one.labels) for one in written}
+    dims = next(iter(dims_of)) if len(dims_of) == 1 else None
+    several = any(at > 0 for _, at, _ in rows)
+    named = []
+    for (name, at, curve), one in zip(rows, written, strict=True):
+        labels = (name,) if dims is None or one is None else tuple(one.labels.values())
+        state, status, sizes = states[at], curve.status, {}
+        if one is not None:
+            state = one.limit_states[at] if at < len(one.limit_states) else state
+            status = one.reason if status != OK and one.reason is not None else status
+            sizes = dict(one.sizes)
+        named.append(
+            curve._replace(
+                labels=(*labels, state) if several else labels, status=status, numbers={**curve.numbers, **sizes}
+            )
+        )
+    found = ("block",) if dims is None else dims
+    return (*found, LIMIT_STATE) if several else found, tuple(named)
+
+
+def common_limit_state(
+    rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component], state: str
+) -> str:
+    """Return the limit state of curves that have only one: that of our records, `state` where these differ or lack."""
+    written = [components.get(name) for name, _, _ in rows]
+    named = {None if one is None else (*one.limit_states, OVERTURNING)[0] for one in written}
+    found = named.pop() if len(named) == 1 else None
+    return state if found is None else found

@@ -1,32 +1,32 @@
-"""Curves as flat rows, one row a curve, which all exchange formats write: no format is known here."""
+"""Curves as flat rows, one row a curve, which all exchange formats read and write.
+
+`datasets` converts datasets to rows and back, `ids` makes ids, `files` reads files; no format is known here.
+"""
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS, METRE, PER_YEAR, UNITS
+from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
-from ...motions.intensity.naming import FLOOR, GROUND, long_name_at, place_in
+from ...motions.intensity.naming import FLOOR, GROUND, long_name_at
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
-from ..fitting.states import INCOMPLETE, OK, SEPARATED
+from ..fitting.states import INCOMPLETE, OK
 from ..fitting.uplift import LOWEST
-from ..runs.provenance import levels_of_the_ground
 from ..runs.scaling import SCALE, BlockMeasure, intensity_measure
-from .ids import OPENQUAKE_MARKS, TABLE_MARKS, check_ids, is_id, make_ids
+from .files import ExchangeError
 
+Entries = TypeVar("Entries")
 PLACES = (FLOOR, GROUND)
 """Places of a measure, by whether it is of the ground."""
 
@@ -34,44 +34,49 @@ FORMS = (LOGNORMAL, UPLIFT, *LINKED, ISOTONIC)
 LIMIT_STATE = "limit_state"
 OVERTURNING = "overturning"
 
-MAX_CURVES, MAX_NUMBERS = 100_000, 5_000_000
+MAX_CURVES = 100_000
 MAX_DISPERSION = 20.0
 SMALLEST, LARGEST = 1e-100, 1e100
 
 LEVEL = "level"  # in a table of units: the unit of the measure's levels
-CURVE_NUMBERS = {
-    "median_lower": LEVEL,
-    "median_upper": LEVEL,
-    "dispersion_lower": DIMENSIONLESS,
-    "dispersion_upper": DIMENSIONLESS,
-    "modelling_dispersion": DIMENSIONLESS,
-    "width": METRE,
-    "height": METRE,
-    "rate": PER_YEAR,
-    "rate_lower": PER_YEAR,
-    "rate_upper": PER_YEAR,
-    "rate_modelling_lower": PER_YEAR,
-    "rate_modelling_upper": PER_YEAR,
-    "rate_modelling_dispersion": DIMENSIONLESS,
-    "fitted_rate": PER_YEAR,
-    "fitted_rate_lower": PER_YEAR,
-    "fitted_rate_upper": PER_YEAR,
-    "risk_probability": DIMENSIONLESS,
-    "risk_probability_lower": DIMENSIONLESS,
-    "risk_probability_upper": DIMENSIONLESS,
-    "risk_probability_modelling_lower": DIMENSIONLESS,
-    "risk_probability_modelling_upper": DIMENSIONLESS,
-    "directional": DIMENSIONLESS,
-    "offset": DIMENSIONLESS,
+CURVE_NUMBERS: dict[str, tuple[str, str]] = {
+    "median_lower": (LEVEL, "lower end of the interval of the median"),
+    "median_upper": (LEVEL, "upper end of the interval of the median"),
+    "dispersion_lower": (DIMENSIONLESS, "lower end of the interval of the dispersion"),
+    "dispersion_upper": (DIMENSIONLESS, "upper end of the interval of the dispersion"),
+    "modelling_dispersion": (
+        DIMENSIONLESS,
+        "modelling uncertainty that the dispersion holds beside that of the motions",
+    ),
+    "width": (METRE, "full width"),
+    "height": (METRE, "full height"),
+    "rate": (PER_YEAR, "annual rate of overturning"),
+    "rate_lower": (PER_YEAR, "lower end of the interval of the annual rate"),
+    "rate_upper": (PER_YEAR, "upper end of the interval of the annual rate"),
+    "rate_modelling_lower": (PER_YEAR, "lower end of its range if all capacities are off by one factor"),
+    "rate_modelling_upper": (PER_YEAR, "upper end of that range"),
+    "rate_modelling_dispersion": (
+        DIMENSIONLESS,
+        "modelling uncertainty in rates and risk probabilities, given if the dispersion has another",
+    ),
+    "fitted_rate": (PER_YEAR, "annual rate of the curve itself, where `rate` is without a form of curve"),
+    "fitted_rate_lower": (PER_YEAR, "lower end of its interval"),
+    "fitted_rate_upper": (PER_YEAR, "upper end of its interval"),
+    "risk_probability": (DIMENSIONLESS, "probability of overturning in the years of the study"),
+    "risk_probability_lower": (DIMENSIONLESS, "lower end of its interval"),
+    "risk_probability_upper": (DIMENSIONLESS, "upper end of its interval"),
+    "risk_probability_modelling_lower": (
+        DIMENSIONLESS,
+        "lower end of its range if all capacities are off by one factor",
+    ),
+    "risk_probability_modelling_upper": (DIMENSIONLESS, "upper end of that range"),
+    "directional": (DIMENSIONLESS, "whether the demand is taken in the component's own direction"),
+    "offset": (DIMENSIONLESS, "floors between the component and its demand"),
 }
-"""Numbers that may accompany a curve, and their units."""
+"""Numbers that may accompany a curve: unit and long name."""
 
-CURVE_WORDS = ("weights",)
-"""Texts that may accompany a curve: shares of the damage states that the limit state stands for."""
-
-SIZES = ("width", "height")
-GUESSED = "The data are separated: the dispersion is a guess (penalised likelihood)."
-"""Note on a curve whose dispersion few runs determine."""
+CURVE_WORDS = {"weights": "shares of the damage states that the limit state stands for"}
+"""Texts that may accompany a curve, with their long names."""
 
 
 class CurveParameters(NamedTuple):
@@ -182,6 +187,10 @@ class CurveSet(NamedTuple):
             found.setdefault(name, []).append(curve)
         return found
 
+    def labels_of(self, curve: CurveRow) -> dict[str, str]:
+        """Return a curve's labels by dimension."""
+        return dict(zip(self.dims, curve.labels, strict=True))
+
     def missing(self) -> dict[str, str]:
         """Return the reasons for missing curves, by the ids of components that lack at least one limit state."""
         return {
@@ -214,6 +223,13 @@ class Written(NamedTuple):
     missing: dict[str, str]
 
 
+def levels_problem(levels: Array) -> str | None:
+    """Return the error in the levels of curves without parameters; None for valid levels."""
+    if levels.size == 0 or not np.isfinite(levels).all() or levels[0] <= 0.0:
+        return "levels must be finite and > 0, one at least"
+    return "levels must be strictly increasing" if np.any(np.diff(levels) <= 0.0) else None
+
+
 def known_measure(im: str) -> Measure | BlockMeasure | None:
     """Return the measure of a label; None for plain factors, an empty label, and user-defined measures."""
     try:
@@ -231,172 +247,25 @@ def spectral_period(im: str) -> tuple[str, float] | None:
     return (match[1], float(measure.period)) if measure.damping == 0.05 else None  # type: ignore[attr-defined]
 
 
-def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
-    """Return our record of a component in the types that JSON holds."""
-    labels = dict(zip(found.dims, rows[0].labels, strict=True))
-    labels.pop(LIMIT_STATE, None)
-    reason = next((row.status for row in rows if not row.estimated), None)
-    return {
-        "labels": labels,
-        **({} if found.limit_states == (OVERTURNING,) else {"limit_states": list(found.limit_states)}),
-        **{name: rows[0].numbers[name] for name in SIZES if name in rows[0].numbers},
-        **({} if reason is None else {"status": reason}),
-        **({"note": GUESSED} if reason is None and any(row.status == SEPARATED for row in rows) else {}),
-    }
+def select_measure(
+    file: Path, found: Mapping[tuple[str, bool], Entries], im: str | None
+) -> tuple[tuple[str, bool], Entries]:
+    """Return the measure (label, of the ground) that `im` selects, or the only one of a file, with its entries.
 
-
-def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = None) -> CurveSet:
-    """Return the curves of a dataset as rows, with ids of letters, digits and `marks`: the `chosen` ones, if any."""
-    if not isinstance(curves, xr.Dataset):
-        raise TypeError(f"curves must be a dataset of fragility curves, got {type(curves).__name__}")
-    form = _form(curves)
-    base = curves["probability" if form == ISOTONIC else "median"]
-    if base.size > MAX_NUMBERS:
-        raise ValueError(f"curves must hold at most {MAX_NUMBERS:,} numbers, got {base.size:,}")
-    levels = _levels(curves) if form == ISOTONIC else None
-    dims = tuple(str(dim) for dim in base.dims if dim != "level")
-    of_levels = curves["level"] if "level" in curves.coords else base
-    im = str(curves.attrs.get("im") or of_levels.attrs.get("im", ""))
-    units = _si_unit(im, str((of_levels if form == ISOTONIC else base).attrs.get("units", DIMENSIONLESS)))
-    axes = [[_text(value) for value in _axis(curves, dim)] for dim in dims]
-    labels = list(itertools.product(*axes))
-    parameters = [CurveParameters()] * len(labels)
-    probabilities: list[Array | None] = [None] * len(labels)
-    if form == ISOTONIC:
-        table = np.asarray(base.transpose(*dims, "level").values, dtype=float).reshape(len(labels), -1)
-        probabilities = [None if np.isnan(one).all() else one for one in table]
-    else:
-        names = PARAMETERS if form == UPLIFT else PARAMETERS[:2]
-        columns = {name: column for name in names if (column := _column(curves, name, dims)) is not None}
-        if len(columns) < len(names):
-            raise ValueError(f"{' and '.join(names)} of curves must be numbers on {dims}")
-        parameters = [
-            CurveParameters(**dict(zip(names, numbers, strict=True)), link=form if form in LINKED else LOGNORMAL)
-            for numbers in zip(*(columns[name].tolist() for name in names), strict=True)
-        ]
-    accompanying = {name: column for name in CURVE_NUMBERS if (column := _column(curves, name, dims)) is not None}
-    words = {name: texts for name in CURVE_WORDS if (texts := _texts(curves, name, dims)) is not None}
-    statuses = _texts(curves, "status", dims) or [OK] * len(labels)
-    rows = []
-    for i, label in enumerate(labels):
-        row = CurveRow(
-            label,
-            parameters[i],
-            statuses[i],
-            probabilities[i],
-            {name: float(column[i]) for name, column in accompanying.items() if math.isfinite(column[i])},
-            {name: texts[i] for name, texts in words.items() if texts[i]},
-        )
-        if row.problem:
-            raise ValueError(f"curve {' / '.join(label)!r:.100}: {row.problem}")
-        rows.append(row.with_reason())
-    title = str(curves.attrs.get("title", "Fragility curves"))
-    ids = _ids(curves, dims, labels, marks, chosen)
-    at_ground = levels_of_the_ground(curves)
-    return CurveSet(
-        im,
-        units,
-        at_ground,
-        dims,
-        ids,
-        tuple(rows),
-        form,
-        levels,
-        title,
-        tuple(_text(one) for one in curves["floor"].values.reshape(-1)) if "floor" in curves.coords else (),
-        _text(curves.attrs.get("state", OVERTURNING)),
-        GROUND if at_ground else place_in(str(of_levels.attrs.get("long_name", ""))) or FLOOR,
-    )
-
-
-def _form(curves: xr.Dataset) -> str:
-    stated = curves.attrs.get("form")
-    if stated is None:
-        stated = UPLIFT if "uplift_median" in curves else LOGNORMAL
-    if stated not in FORMS:
-        raise ValueError(f"form of curves must be one of {', '.join(FORMS)}, got {stated!r:.60}")
-    needed = {UPLIFT: PARAMETERS, ISOTONIC: ("probability",)}.get(str(stated), PARAMETERS[:2])
-    if not all(name in curves for name in needed):
-        held = ", ".join(map(str, curves.data_vars)) or "nothing"
-        raise ValueError(f"{stated} curves must hold {' and '.join(needed)}, got {held:.200}")
-    return str(stated)
-
-
-def _levels(curves: xr.Dataset) -> Array:
-    if "level" not in curves["probability"].dims or "level" not in curves.coords:
-        raise ValueError(f"probability of curves must lie on level, got {curves['probability'].dims}")
-    levels = np.asarray(curves["level"].values, dtype=float)
-    if levels.size == 0 or not np.isfinite(levels).all() or levels[0] <= 0.0:
-        raise ValueError(f"levels must be finite and > 0, one at least, got {levels[:5].tolist()}")
-    if np.any(np.diff(levels) <= 0.0):
-        raise ValueError(f"levels must be strictly increasing, got {levels[:5].tolist()}")
-    return levels
-
-
-def _si_unit(im: str, stated: str) -> str:
-    """Return the unit of the curves, which must be that of the measure; a user-defined measure may have any unit."""
-    measure = known_measure(im)
-    if measure is not None and UNITS.get(stated) != (1.0, measure.units):
-        raise ValueError(f"curves of {im} must be in {measure.units}, got {stated!r:.40}")
-    return stated if measure is None else measure.units
-
-
-def _column(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> Array | None:
-    """Return a variable at every row; None if the dataset has no such numbers on (some of) these dimensions."""
-    array = _at_every_row(curves, name, dims)
-    return None if array is None or array.dtype.kind not in "iufb" else np.asarray(array, dtype=float)
-
-
-def _texts(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> list[str] | None:
-    array = _at_every_row(curves, name, dims)
-    return None if array is None else [_text(value) for value in array]
-
-
-def _at_every_row(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArray[Any] | None:
-    if name not in curves.variables or not {str(dim) for dim in curves[name].dims} <= set(dims):
-        return None
-    like = xr.DataArray(np.empty([curves.sizes[dim] for dim in dims], dtype=bool), dims=dims)
-    spread = curves[name].variable.to_base_variable()
-    return np.asarray(xr.DataArray(spread).broadcast_like(like).transpose(*dims).values).reshape(-1)
-
-
-def _axis(curves: xr.Dataset, dim: str) -> NDArray[Any]:
-    return np.asarray(curves[dim].values if dim in curves.coords else np.arange(curves.sizes[dim]))
-
-
-def _text(value: Any) -> str:
-    text = str(value)
-    try:
-        text.encode("utf-8")
-    except UnicodeEncodeError:
-        raise ValueError(f"label {text!r:.60} holds characters that no text file can hold") from None
-    return text
-
-
-def _ids(
-    curves: xr.Dataset,
-    dims: tuple[str, ...],
-    labels: Sequence[tuple[str, ...]],
-    marks: str,
-    chosen: Sequence[str] | None,
-) -> tuple[str, ...]:
-    """Return the chosen ids, else the dataset's own if there is one a component, else ids made of the labels.
-
-    The dataset's own ids are kept where they are legal with `marks`; those of another program are made legal.
+    `im` is a label, or where a file has the measure of both, with its place: ``pga of the ground``.
     """
-    at = [k for k, dim in enumerate(dims) if dim != LIMIT_STATE]
-    keys = [tuple(label[k] for k in at) for label in labels]
-    components = list(dict.fromkeys(keys))
-    if chosen is not None:
-        by_key = dict(zip(components, check_ids(chosen, len(components), marks), strict=True))
-        return tuple(by_key[key] for key in keys)
-    of_components = [dims[k] for k in at]
-    brought = _texts(curves, "id", dims)
-    if brought is not None:
-        own = dict(zip(keys, brought, strict=True)).values()
-        if len(set(own)) == len(components) and all(is_id(one, OPENQUAKE_MARKS + TABLE_MARKS) for one in own):
-            if all(is_id(one, marks) for one in own):
-                return tuple(brought)
-            keys, of_components = [(one,) for one in brought], []
-    made = make_ids(list(dict.fromkeys(keys)), of_components)
-    return tuple(made[key] for key in keys)
+    named, _, place = ("", "", "") if im is None else im.partition(" of the ")
+    if place not in PLACES:
+        named, place = im or "", ""
+    measure = intensity_measure(named) if named else None
+    wanted = None if im is None else SCALE if measure is None else measure.label
+    keys = [key for key in found if wanted in (None, key[0]) and place in ("", PLACES[key[1]])]
+    # (the place is said of the ground, and where a measure is there of both)
+    held = ", ".join(
+        f"{label} of the {PLACES[ground]}" if ground or (label, True) in found else label for label, ground in found
+    )
+    if not keys:
+        raise ExchangeError(f"{file}: holds no curves of {im}" + (f", but of {held}" if held else ""))
+    if len(keys) > 1:
+        raise ExchangeError(f"{file}: holds curves of {held}: choose one with im, or rows by their ids")
+    return keys[0], found[keys[0]]

@@ -78,6 +78,7 @@ CROSSED: Final = "crosses the target more than once"
 NO_RATE: Final = "no rate"
 
 # Statuses of a curve in a file of another program
+ABSENT: Final = "not in the file"
 INCOMPLETE: Final = "incomplete"
 
 

@@ -1,6 +1,5 @@
-"""Curves with awkward names, numbers and forms, and the formats that they go through; plain readers of them."""
+"""Curves with awkward names, numbers and forms, and the formats that they go through; plain readers of two of them."""
 
-import csv
 import json
 import math
 import re
@@ -11,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.fragility import write_curve_csv, write_nrml, write_pelicun
+from toppling.fragility import read_pelicun, write_curve_csv, write_nrml, write_pelicun
 
 NS = "{http://openquake.org/xmlns/nrml/0.5}"
 
@@ -75,33 +74,8 @@ def read_model(path):
     return on_labels(table, [name for name in table.columns if name in (*labels, "limit_state", "level")])
 
 
-def read_fragility(path):
-    """Curves of a table of pelicun, SI; labels are those of the records in the JSON beside it."""
-    about = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-    with path.open(encoding="utf-8", newline="") as lines:
-        components = list(csv.DictReader(lines))
-    parametric = all(row["LS1-Family"] == "lognormal" for row in components)
-    rows, dims = [], []
-    for component in components:
-        record = json.loads(about[component["ID"]]["Comments"].rpartition("\nLabels for toppling: ")[2])
-        unit = G if component["Demand-Unit"] == "g" else 1.0
-        states = record.get("limit_states", ["overturning"])
-        dims = [*record["labels"], *(["limit_state"] if len(states) > 1 else [])]
-        for i, state in enumerate(states, start=1):
-            row = {"id": component["ID"], "status": "ok", **record, **record["labels"], "limit_state": state}
-            theta = component[f"LS{i}-Theta_0"]
-            if parametric:
-                dispersion = float(component[f"LS{i}-Theta_1"] or "nan")
-                rows.append({**row, "median": float(theta or "nan") * unit, "dispersion": dispersion})
-            elif theta:
-                levels, p = ([float(one) for one in part.split(",")] for part in theta.split("|"))
-                rows += [{**row, "level": x * unit, "probability": y} for x, y in zip(levels, p, strict=True)]
-    found = on_labels(pd.DataFrame(rows), dims if parametric else [*dims, "level"])
-    return found.assign_attrs(state=states[0], form="lognormal" if parametric else "isotonic")
-
-
 FORMATS = {
-    "pelicun": (write_pelicun, read_fragility, "fragility.csv"),
+    "pelicun": (write_pelicun, read_pelicun, "fragility.csv"),
     "nrml": (write_nrml, read_model, "fragility.xml"),
     "csv": (write_curve_csv, read_table, "curves.csv"),
 }

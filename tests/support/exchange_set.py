@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from exchange_cases import read_fragility
 from scipy.optimize import isotonic_regression
 from scipy.special import ndtr
 
@@ -100,7 +99,7 @@ def main(folder: Path) -> None:
     for name, (curves, im) in sets.items():
         table = write_pelicun(curves, folder / f"{name}.csv")
         model = write_nrml(curves, folder / f"{name}.xml", tail=1e-6)
-        named = read_fragility(table.paths[0])  # for the ids alone: the numbers expected are the curves' own
+        named = tp.fragility.read_pelicun(table.paths[0])  # for the ids alone: the numbers expected are the curves' own
         named = named.assign({key: (curves[key].dims, curves[key].values) for key in ("median", "dispersion")})
         assert {plain(one) for one in table.missing} == {plain(one) for one in table.ids} - set(model.ids)
         demand, unit, factor = ("PGV", "mps", 1.0) if name == "ground" else DEMANDS[im]

@@ -1,7 +1,7 @@
 """Writing of curves as OpenQuake's fragility models (NRML 0.5): lognormal functions, and discrete ones for all others.
 
 NRML's mean and stddev are those of the lognormal variable itself, not its median and dispersion; PGA and SA are in g,
-PGV and PGD in cm/s and cm.
+PGV and PGD in cm/s and cm.  `reading` reads the models back.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from ....core import checks
 from ....core.aliases import Array
 from ....core.units import STANDARD_GRAVITY
 from ....motions.intensity.naming import GROUND
+from ..datasets import curve_set
 from ..discrete import grid, probability_at
 from ..files import ExchangeError, target, write_text
-from ..ids import OPENQUAKE_MARKS
-from ..rows import CurveRow, CurveSet, Written, component_record, curve_set, spectral_period
+from ..ids import OPENQUAKE_MARKS, component_record
+from ..rows import CurveRow, CurveSet, Written, spectral_period
 
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 CATEGORY = "contents"  # of the assets, and of the losses: one that OpenQuake knows
@@ -66,8 +67,10 @@ def write_nrml(
         function as constant, 1e-9 to 0.01: minIML (and noDamageLimit) and maxIML lie where the curve is that far from 0
         and 1.
     ids : sequence of str, optional
-        As for `write_pelicun`, of letters, digits, ``_``, ``:`` and ``-``: points of the curves' own ids become
-        underscores, because OpenQuake's ids have none.
+        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
+        the curves changes fastest): a letter, then letters, digits, ``_``, ``:`` and ``-``, at most 60 characters.
+        Where not given, the curves' own (coordinate ``id``), whose points become underscores because OpenQuake's
+        ids have none, or ids made of the labels.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""pelicun's fragility tables and performance models of buildings."""
+"""pelicun's fragility tables and performance models of buildings, written; its tables read."""

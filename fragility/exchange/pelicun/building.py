@@ -14,9 +14,10 @@ import numpy as np
 import xarray as xr
 
 from ....core.units import DIMENSIONLESS
+from ..datasets import curve_set
 from ..files import ExchangeError, write_text
 from ..ids import TABLE_MARKS
-from ..rows import MAX_CURVES, Written, curve_set
+from ..rows import MAX_CURVES, Written
 from .consequences import REPLACED, TABLE, UNITS, Amount, Consequence, write_consequences
 from .metadata import metadata_text
 from .writing import csv_text, write_table

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from ....core.units import STANDARD_GRAVITY
 from ..files import write_text
+from .demands import UNITS_OF_MEASURES
 from .metadata import general_information, json_of
 from .writing import csv_text
 
@@ -16,12 +16,6 @@ TABLE = "consequence_repair.csv"
 """Name of the table; a JSON of the same name describes it."""
 UNITS = "units.json"
 """Name of the file of pelicun's option ``UnitsFile``, for a currency that it does not know."""
-_UNITS_OF_MEASURES = {
-    "m s-2": {"g": STANDARD_GRAVITY, "mps2": 1.0, "inps2": 0.0254, "inchps2": 0.0254, "ftps2": 0.3048},
-    "m s-1": {"mps": 1.0, "cmps": 0.01, "inps": 0.0254, "inchps": 0.0254, "ftps": 0.3048, "mph": 0.44704},
-    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "inch": 0.0254, "ft": 0.3048},
-}
-"""SI values of pelicun's units, by the SI unit of the quantity."""
 _OTHER_UNITS = {
     "time": {"sec": 1.0, "minute": 60.0, "hour": 3600.0, "day": 86400.0},
     "area": {"m2": 1.0, "in2": 0.0254**2, "ft2": 0.3048**2, "SF": 0.3048**2},
@@ -88,8 +82,7 @@ def write_consequences(
         write_text(table.with_suffix(".json"), _metadata(found, title, about)),
     ]
     if valued and unit != KNOWN_CURRENCY:
-        measures = {f"measure {si}": units for si, units in _UNITS_OF_MEASURES.items()}
-        paths.append(write_text(folder / UNITS, json_of({**measures, **_OTHER_UNITS, "currency": {unit: 1.0}})))
+        paths.append(write_text(folder / UNITS, _units(unit)))
     return paths
 
 
@@ -130,3 +123,8 @@ def _what(one: Consequence) -> list[str]:
     """Return in words what a component's consequences are of."""
     of_time = f"downtime of {one.pieces} that fall together" if one.pieces > 1 else "downtime of one"
     return ["cost of one", *([of_time] if one.downtime is not None else [])]
+
+
+def _units(currency: str) -> str:
+    measures = {f"measure {si}": units for si, units in UNITS_OF_MEASURES.items()}
+    return json_of({**measures, **_OTHER_UNITS, "currency": {currency: 1.0}})

@@ -1,4 +1,4 @@
-"""The JSON beside a fragility table of pelicun: what each id is, to people.
+"""The JSON beside a fragility table of pelicun: what each id is, to people and to `read_pelicun`.
 
 Its keys are those that the Damage and Loss Model Library allows, and no others: our own record of a component is the
 last line of its comments.
@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
-from ..rows import CurveRow, CurveSet, component_record
+from ..files import ExchangeError, read_text
+from ..ids import Component, component_of, component_record
+from ..rows import CurveRow, CurveSet
 from .multilinear import FINE, ROUGH
 
 GENERAL = "_GeneralInformation"
@@ -24,6 +27,13 @@ ADVICE = (
     "size: give the component direction 1 or 2. In direction 0, or with Demand-Directional 0, pelicun takes 1.2 times "
     "the larger of both directions."
 )
+
+
+class Metadata(NamedTuple):
+    """Title of the table, and our records of its components, by id."""
+
+    title: str = ""
+    components: Mapping[str, Component] = MappingProxyType({})
 
 
 def general_information(title: str, description: str, ids: Iterable[str]) -> dict[str, Any]:
@@ -92,3 +102,34 @@ def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
     elif beta is not None:
         parts = f"The dispersion holds that of the motions and a modelling uncertainty of {beta:g}."
     return [parts] if all(row.lognormal for row in rows) else [FINE, parts]
+
+
+def read_metadata(file: Path) -> Metadata:
+    """Read the JSON beside a table; empty metadata without such a file, ExchangeError for any other JSON."""
+    if not file.is_file():
+        return Metadata()
+    _, text = read_text(file)
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        raise ExchangeError(f"{file}: no JSON") from None
+    if not isinstance(found, dict):
+        raise ExchangeError(f"{file}: must say something of each component, got {type(found).__name__}")
+    general = found.get(GENERAL)
+    title = general.get("ShortName") if isinstance(general, dict) else None
+    entries = {name: component_of(_record(entry)) for name, entry in found.items() if isinstance(entry, dict)}
+    return Metadata(
+        title if isinstance(title, str) else "", {name: one for name, one in entries.items() if one is not None}
+    )
+
+
+def _record(entry: Mapping[str, Any]) -> Any:
+    """Return our record of a component; None where its comments hold none."""
+    comments = entry.get("Comments")
+    if not isinstance(comments, str):
+        return None
+    _, mark, record = comments.rpartition(f"\n{RECORD}")
+    try:
+        return json.loads(record) if mark else None
+    except (ValueError, RecursionError):
+        return None

@@ -5,12 +5,15 @@ pelicun keeps six digits of each number, and wants probabilities that begin with
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+
 import numpy as np
 
 from ....core.aliases import Array
 from ..discrete import grid, probability_at
-from ..files import ExchangeError
-from ..rows import CurveRow
+from ..files import ExchangeError, number
+from ..rows import CurveRow, levels_problem
 
 FAMILY = "multilinear_CDF"
 FAR = 1e6
@@ -42,6 +45,26 @@ def theta(row: CurveRow, levels: Array | None, factor: float) -> str:
     if np.any(np.diff(kept) <= 0.0):
         raise ExchangeError("pelicun keeps six digits of a level, and two levels of a curve are closer than that")
     return f"{','.join(map(repr, (x / factor).tolist()))}|{','.join(f'{one:.6g}' for one in _rising(y))}"
+
+
+def points(file: Path, where: str, theta_0: str, factor: float) -> tuple[Array, Array]:
+    """Return the levels (SI) and the probabilities of a curve in a table; levels are in a unit of `factor`.
+
+    A last point that only ends the list, at `FAR` times the level before, is left out: the curve is constant there.
+    """
+    texts = [part.split(",") for part in theta_0.split("|")]
+    if len(texts) != 2 or len(texts[0]) != len(texts[1]):
+        raise ExchangeError(f"{file}: Theta_0 {where} must be levels|probabilities, as many of both, with commas")
+    x, p = (np.array([number(file, f"Theta_0 {where}", one) for one in part]) for part in texts)
+    x = x * factor
+    problem = levels_problem(x)
+    if problem is None and (x.size < 2 or p[0] != 0.0 or p[-1] != 1.0 or np.any(np.diff(p) < 0.0)):
+        problem = "probabilities must begin with 0, end with 1 and not decrease with the level"
+    if problem is not None:
+        raise ExchangeError(f"{file}: Theta_0 {where} is no curve: {problem}")
+    if math.isclose(x[-1], FAR * x[-2], rel_tol=1e-4):
+        x, p = x[:-1], p[:-1]
+    return x, p
 
 
 def _closed(levels: Array, probability: Array) -> tuple[Array, Array]:

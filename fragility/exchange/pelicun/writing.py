@@ -1,7 +1,7 @@
 """Writing of pelicun's fragility tables: a CSV of parameters and a JSON of descriptions.
 
 A row is a component: capacities of its limit states, in a demand with a unit.  The table holds ids and numbers alone;
-the JSON describes each id to people.
+the JSON describes each id to people and to `read_pelicun`.
 """
 
 from __future__ import annotations
@@ -11,40 +11,16 @@ import io
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import xarray as xr
 
-from ....core.units import STANDARD_GRAVITY
+from ..datasets import curve_set
 from ..files import ExchangeError, target, write_text
 from ..ids import TABLE_MARKS
-from ..rows import CurveRow, CurveSet, Written, curve_set, spectral_period
+from ..rows import CurveRow, CurveSet, Written
+from .demands import Demand, demand_of
 from .metadata import metadata_text
 from .multilinear import FAMILY, theta
-
-
-class Demand(NamedTuple):
-    """pelicun's name of a measure, the unit that it is written in, and the SI value of the unit."""
-
-    name: str
-    unit: str
-    factor: float
-
-
-_OF_FLOORS = {
-    "pga": Demand("Peak Floor Acceleration", "g", STANDARD_GRAVITY),
-    "pgv": Demand("Peak Floor Velocity", "mps", 1.0),
-    "pgd": Demand("Peak Floor Displacement", "m", 1.0),
-}
-_OF_THE_GROUND = {
-    "pga": Demand("Peak Ground Acceleration", "g", STANDARD_GRAVITY),
-    "pgv": Demand("Peak Ground Velocity", "mps", 1.0),
-}
-_SPECTRAL = {
-    "Sa": Demand("Spectral Acceleration", "g", STANDARD_GRAVITY),
-    "Sv": Demand("Spectral Velocity", "mps", 1.0),
-    "Sd": Demand("Spectral Displacement", "m", 1.0),
-}
 
 
 def write_pelicun(
@@ -61,7 +37,7 @@ def write_pelicun(
         The CSV; the JSON gets its name with another suffix.
     directional : bool, optional
         True if the demand is that of the component's own direction.  Where not given, as stated by the curves
-        (coordinate directional, which `published.fema_p58` gives), else True.
+        (coordinate directional, which `read_pelicun` and `published.fema_p58` give), else True.
     ids : sequence of str, optional
         Ids of the components, one for each combination of labels other than the limit state (the last dimension of
         the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
@@ -90,7 +66,8 @@ def write_pelicun(
     Curves that are not lognormal are written as pelicun's ``multilinear_CDF`` (3.10 reads it): levels and probabilities
     with lines between them, to six digits.  A log-logistic or Weibull curve, or a curve with a factor of uplift, then
     errs by less than 0.0002 (dispersions below 0.003 more).  An isotonic curve has its own levels; below the lowest it
-    falls to 0 within one step, as in annual rates, and above the highest it is held constant.
+    falls to 0 within one step, as in annual rates, and above the highest it is held constant.  `read_pelicun` reads
+    both forms, one at a time: what was not lognormal comes back as probabilities at levels.
 
     The metadata have the keys that the Damage and Loss Model Library asks for, and no others.
 
@@ -119,7 +96,7 @@ def write_table(
 
     located: the curves' offsets say where the demand is taken.
     """
-    demand = _demand_of(found, located)
+    demand = demand_of(found, located)
     metadata_file = file.with_suffix(".json")
     if metadata_file == file:
         raise ExchangeError(f"{file}: the table must not be named .json, its metadata are")
@@ -137,26 +114,6 @@ def write_table(
         table.append(cells)
     paths = (write_text(file, csv_text(table)), write_text(metadata_file, metadata))
     return Written(paths, tuple(components), missing)
-
-
-def _demand_of(found: CurveSet, located: bool = False) -> Demand:
-    """Return the demand of curves; ExchangeError where pelicun has none.
-
-    located: offsets say where the demand is taken, so that a spectral demand can be that of the ground.
-    """
-    spectral = spectral_period(found.im)
-    if spectral is not None and (located or not found.ground):
-        demand = _SPECTRAL[spectral[0]]
-        return demand._replace(name=f"{demand.name}|{spectral[1]!r}")
-    demands = _OF_THE_GROUND if found.ground else _OF_FLOORS
-    if found.im not in demands:
-        where = " of the ground" if found.ground else ""
-        spectra = "" if found.ground and not located else ", Sa(T), Sv(T) and Sd(T) with 5 % damping"
-        raise ExchangeError(
-            f"pelicun has no demand for {found.im or 'a measure without a name'}{where}, "
-            f"allowed are {', '.join(demands)}{spectra}"
-        )
-    return demands[found.im]
 
 
 def csv_text(rows: Iterable[Sequence[str]]) -> str:

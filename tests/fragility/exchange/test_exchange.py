@@ -15,10 +15,11 @@ from hypothesis import given, settings, strategies as st
 from repeatable import REPEATABLE
 from scipy.integrate import quad
 from scipy.special import ndtr
+from shared_cases import SHARED, needs_shared
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.fragility import write_nrml, write_pelicun
+from toppling.fragility import ExchangeError, read_pelicun, write_nrml, write_pelicun
 from toppling.fragility.curves import published
 from toppling.fragility.curves.curve import curve_probability
 from toppling.fragility.exchange.ids import MAX_ID, is_id, make_ids
@@ -43,20 +44,27 @@ class TestRoundTrip:
         for key in ("median", "dispersion"):
             np.testing.assert_allclose(whole[key].values, curves[key].values, rtol=1e-12)
         if name == "pelicun":
+            assert (found.attrs["im"], found["median"].attrs["units"]) == (im, UNITS[im])
             assert set(whole["status"].values[there]) == {"ok"}
             assert whole["status"].values[~there] == ["no overturning"]
-            np.testing.assert_allclose(found["width"].isel(model=0).values, curves["width"].values, rtol=1e-15)
+            np.testing.assert_array_equal(whole["converged"].values.astype(bool), there)
+            np.testing.assert_allclose(found["width"].values, curves["width"].values, rtol=1e-15)
 
-    def test_ids_of_the_curves_stay(self, tmp_path):
+    def test_what_was_read_is_written_alike(self, tmp_path):
+        """Ids, labels and numbers stay: a second round gives the same files to the byte."""
         written, found = there_and_back(published.fema_p58(), "pelicun", tmp_path)
         own = published.fema_p58()["id"].values.tolist()
         assert found["id"].values.tolist() == list(written.ids) == own
-        assert list(write_nrml(published.fema_p58(), tmp_path / "t.xml").ids) == [one.replace(".", "_") for one in own]
+        assert list(write_nrml(found, tmp_path / "t.xml").ids) == [one.replace(".", "_") for one in own]
+        (tmp_path / "again").mkdir()
+        again, _ = there_and_back(found, "pelicun", tmp_path / "again")
+        for first, second in zip(written.paths, again.paths, strict=True):
+            assert first.read_bytes() == second.read_bytes()
         np.testing.assert_allclose(found["median"], published.fema_p58()["median"], rtol=1e-14)
 
-    def test_floors_come_back(self, tmp_path):
+    def test_floors_come_back_as_numbers(self, tmp_path):
         _, found = there_and_back(lognormal(floors=(0, 3, 10)), "pelicun", tmp_path)
-        assert found["floor"].values.tolist() == ["0", "3", "10"]
+        assert found["floor"].values.tolist() == [0, 3, 10]
         assert found["median"].dims == ("block", "model", "floor")
 
     @pytest.mark.parametrize("name", FORMATS)
@@ -177,7 +185,9 @@ class TestPelicun:
         curves = lognormal(im).assign_attrs({"im_at": "ground"} if ground else {})
         row = self.table(curves, tmp_path)[0]
         assert (row["Demand-Type"], row["Demand-Unit"]) == (demand, unit)
-        assert row["Demand-Offset"] == "0"
+        found = read_pelicun(tmp_path / "t.csv")
+        assert (found.attrs["im"], found.attrs.get("im_at") == "ground") == (im, ground)
+        assert "offset" not in found
         if ground:  # as results say it
             stated = lognormal(im).assign_attrs(configuration=json.dumps({"im": im, "im_at": "ground"}))
             assert self.table(stated, tmp_path)[0] == row
@@ -199,6 +209,41 @@ class TestPelicun:
         labels = [json.loads(one.partition("\nLabels for toppling: ")[2])["labels"]["block"] for one in comments]
         assert set(labels) == set(NAMES)
         assert all({"Description", "Comments", "LimitStates"} <= set(v) for k, v in written.items() if k[0] != "_")
+
+    @needs_shared
+    def test_reads_the_library_itself(self, tmp_path):
+        path = SHARED / "data" / "fema_p58_contents.csv"
+        with pytest.raises(ExchangeError, match="holds curves of pga, pgv: choose one with im"):
+            read_pelicun(path)
+        velocity = read_pelicun(path, im="pgv")
+        nine = published.fema_p58()
+        assert set(velocity["block"].values[velocity["converged"]]) == set(nine["id"].values)
+        assert velocity["block"].values[~velocity["converged"]].tolist() == ["E.20.22.112b", "E.20.22.114b"]
+        assert set(velocity["status"].values) == {"ok", "incomplete"}
+        np.testing.assert_array_equal(velocity["median"].sel(block=nine["id"].values), nine["median"])
+        acceleration = read_pelicun(path, im="pga")
+        assert float(acceleration["median"].sel(block="E.20.22.001")) == pytest.approx(G, rel=1e-15)
+        assert set(acceleration["directional"].values) == {0.0}
+        assert acceleration.attrs["state"] == "LS1"
+        some = read_pelicun(path, ids=["E.20.22.105a", "E.20.22.102a"])
+        assert some["block"].values.tolist() == ["E.20.22.102a", "E.20.22.105a"]
+
+    def test_weights_and_limit_states_of_others_stay(self, tmp_path):
+        heading = "ID,Incomplete,Demand-Type,Demand-Unit,Demand-Offset,Demand-Directional"
+        heading += "".join(f",LS{i}-Family,LS{i}-Theta_0,LS{i}-Theta_1,LS{i}-DamageStateWeights" for i in (1, 2))
+        rows = [
+            "B.10.1,0,Peak Floor Acceleration,ftps2,1,1,lognormal,10.0,0.4,0.95 | 0.05,lognormal,20.0,0.3,",
+            "B.10.2,0,Peak Floor Acceleration,g,0,0,lognormal,1.0,0.5,,,,,",
+        ]
+        (tmp_path / "t.csv").write_text("\n".join([heading, *rows]), encoding="utf-8")
+        found = read_pelicun(tmp_path / "t.csv")
+        assert found["median"].dims == ("block", "limit_state")
+        np.testing.assert_allclose(found["median"], [[3.048, 6.096], [G, np.nan]])
+        assert found["weights"].values.tolist() == [["0.95 | 0.05", ""], ["", ""]]
+        assert found["offset"].values[0].tolist() == [1.0, 1.0]
+        write_pelicun(found.sel(block=["B.10.1"]), tmp_path / "u.csv")
+        written = (tmp_path / "u.csv").read_text(encoding="utf-8").splitlines()[1].split(",")
+        assert (written[4], written[9]) == ("1", "0.95 | 0.05")
 
 
 class TestNrml:

@@ -11,6 +11,7 @@ from repeatable import REPEATABLE
 
 from toppling.fragility import (
     ExchangeError,
+    read_pelicun,
     write_curve_csv,
     write_nrml,
     write_pelicun,
@@ -57,6 +58,8 @@ REFUSED = [
     (lambda f: write_curve_csv(isotonic().isel(level=[1, 0]), f / "t.csv"), "levels must be strictly increasing"),
     (lambda f: write_curve_csv(isotonic().drop_vars("level"), f / "t.csv"), "probability of curves must lie on level"),
     (lambda f: write_curve_csv(lognormal(), 5), "path must be a path, got int"),
+    (lambda f: read_pelicun(f / "none.csv"), "none.csv: no such file"),
+    (read_pelicun, "not a file"),
 ]
 
 
@@ -91,6 +94,77 @@ def test_partly_missing_probabilities_are_an_error(tmp_path):
     curves["probability"][0, 0, 2] = 0.05
     with pytest.raises(ValueError, match="must not decrease"):
         write_nrml(curves, tmp_path / "t.xml")
+
+
+HEADING = "ID,Incomplete,Demand-Type,Demand-Unit,Demand-Offset,Demand-Directional,LS1-Family,LS1-Theta_0,LS1-Theta_1"
+ROW = "a,0,Peak Floor Acceleration,g,0,1,lognormal,1.0,0.4"
+BAD_TABLES = [
+    (read_pelicun, "a,b\n1,2", "has no column ID: not a fragility table"),
+    (read_pelicun, HEADING, "holds no components"),
+    (read_pelicun, f"{HEADING}\n{ROW}\n{ROW}", "every row must have an id of its own"),
+    (read_pelicun, f"{HEADING}\n{ROW},1", "row 2 has 10 columns, the heading has 9"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('lognormal', 'weibull')}", "LS1 of 'a' must be lognormal or"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace(',g,', ',mps,')}", "Demand-Unit of 'a' must be one of g, mps2"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('Floor A', 'Wind a')}", "in 'Peak Wind acceleration', which no measure"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('1.0', 'inf')}", "Theta_0 of LS1 of 'a' must be a finite number"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('1.0', '-1.0')}", "curve a: median must be finite and > 0"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace(',0,1,', ',0.5,1,')}", "Demand-Offset of 'a' must be a number of floors"),
+    (read_pelicun, f'{HEADING}\n"{ROW}', "no table"),
+    (read_pelicun, f"{HEADING}\n{ROW}\0", "not text .holds NUL"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("read", "text", "message"), BAD_TABLES, ids=range(len(BAD_TABLES)))
+def test_bad_tables(read, text, message, tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ExchangeError, match=message) as caught:
+        read(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_size_is_bounded(tmp_path, monkeypatch):
+    path = tmp_path / "t.csv"
+    path.write_bytes(b"")
+    with pytest.raises(ExchangeError, match="empty"):
+        read_pelicun(path)
+    monkeypatch.setattr("toppling.fragility.exchange.files.CURVE_BYTES", 2**20)
+    path.write_bytes(b"a," * 2**20)
+    with pytest.raises(ExchangeError, match="larger than 1 MiB"):
+        read_pelicun(path)
+
+
+@pytest.mark.parametrize(
+    "about",
+    [
+        "[1]",
+        "{",
+        '{"a": ' * 2000,
+        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"median\\": \\"x\\"}}"}}',
+        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"id\\": \\"x\\"}}"}}',
+    ],
+)
+def test_bad_metadata_are_refused(about, tmp_path):
+    (tmp_path / "t.csv").write_text(f"{HEADING}\n{ROW}", encoding="utf-8")
+    (tmp_path / "t.json").write_text(about, encoding="utf-8")
+    with pytest.raises(ExchangeError):
+        read_pelicun(tmp_path / "t.csv")
+
+
+@pytest.mark.parametrize(
+    "about",
+    [
+        '{"a": 5}',
+        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"block\\": 5}, \\"width\\": \\"wide\\"}"}}',
+        '{"a": {"Comments": "\\nLabels for toppling: {"}}',
+        '{"a": {"Comments": ["\\nLabels for toppling: {}"]}}',
+        '{"b": {"Comments": "Labels for toppling: []"}}',
+    ],
+)
+def test_foreign_metadata_are_left_alone(about, tmp_path):
+    (tmp_path / "t.csv").write_text(f"{HEADING}\n{ROW}", encoding="utf-8")
+    (tmp_path / "t.json").write_text(about, encoding="utf-8")
+    assert read_pelicun(tmp_path / "t.csv")["block"].values.tolist() == ["a"]
 
 
 class TestLabels:
@@ -141,3 +215,86 @@ class TestLabels:
     def test_a_label_that_no_file_can_hold(self, tmp_path):
         with pytest.raises(ValueError, match="holds characters that no text file can hold"):
             write_curve_csv(lognormal(blocks=["\ud800"]), tmp_path / "t.csv")
+
+
+def mutated(rng, seed, pieces):
+    """A seed with some bytes flipped, lost, doubled, moved, or replaced by pieces that parsers stumble over."""
+    data = bytearray(seed)
+    for _ in range(rng.integers(1, 5)):
+        at, end = sorted(rng.integers(0, len(data) + 1, 2).tolist())
+        kind = rng.integers(0, 6)
+        if kind == 0 and data:
+            data[min(at, len(data) - 1)] = rng.integers(0, 256)
+        elif kind == 1:
+            del data[at : at + rng.integers(1, 20)]
+        elif kind == 2:
+            data[at:at] = pieces[rng.integers(0, len(pieces))]
+        elif kind == 3:
+            data[at:at] = data[at : min(end, at + 300)]
+        elif kind == 4:
+            data[at : at + rng.integers(1, 9)] = pieces[rng.integers(0, len(pieces))]
+        else:
+            del data[end:]
+    return bytes(data)
+
+
+WORDS = [
+    "nan",
+    "inf",
+    "1e400",
+    "-1",
+    "0",
+    "&x;",
+    "&#0;",
+    "<a>",
+    "</a>",
+    "]]>",
+    "<!--",
+    "-->",
+    "<!DOCTYPE a>",
+    "{}",
+    "[",
+]
+WORDS += [
+    "[",
+    "null",
+    "true",
+    "level",
+    "limit_state",
+    "ID",
+    "LS9-Family",
+    "SA(",
+    "PGV",
+    "discrete",
+    "1_0",
+    "\\ud800",
+    "δ",
+]
+WORDS += ['"', ",", "\n", "\r", "\0", "'", "=", "(", " ", "\ufeff", "1" * 400, "9" * 5000, "1e-400"]
+PIECES = [word.encode() for word in WORDS] + [b"\xff\xfe"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pelicun", "pelicun-levels", "metadata"])
+def test_two_thousand_mutations(name, tmp_path, monkeypatch):
+    """A damaged file gives curves or an ExchangeError, and quickly."""
+    # the versions of packages take longer than all the rest, and do not depend on the file
+    monkeypatch.setattr("toppling.fragility.exchange.datasets.provenance", lambda _: {})
+    write, read, file = FORMATS["pelicun"]
+    curves = isotonic() if "-" in name else lognormal(blocks=["a", "b c"], models=["x"])
+    paths = write(curves, tmp_path / file).paths
+    target = paths[-1] if name == "metadata" else paths[0]
+    seed = target.read_bytes()
+    rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(len(name),)))
+    read_well = 0
+    for _ in range(2000):
+        target.write_bytes(mutated(rng, seed, PIECES))
+        try:
+            found = read(paths[0])
+        except ExchangeError as error:
+            assert len(str(error)) < 700
+            assert "\n" not in str(error)
+            continue
+        read_well += 1
+        assert isinstance(found, xr.Dataset)
+    assert 20 < read_well < 1980

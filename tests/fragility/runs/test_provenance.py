@@ -46,6 +46,12 @@ def response(samples):
     return fragility.overturning_response(INPUTS, BLOCKS[0], LAWS[0], SHAKES, [3.0])(samples)
 
 
+def exchanged(name, curves, path):
+    """A curve written in an exchange format and read again."""
+    getattr(fragility, f"write_{name}")(curves, path)
+    return getattr(fragility, f"read_{name}")(path)
+
+
 # what the public functions of `fragility` that return a dataset are called with
 CALLS = {
     "annual_rate": lambda runs, curves, _: fragility.annual_rate(curves, SITE),
@@ -66,6 +72,7 @@ CALLS = {
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
     "pooled": lambda *_: pooled(),
     "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),
+    "read_pelicun": lambda runs, curves, folder: exchanged("pelicun", curves, folder / "curves.csv"),
     "resurrections": lambda runs, *_: fragility.resurrections(runs),
     "screen": lambda runs, *_: fragility.screen(runs, SHAKES, friction=0.4, undecided=0.1),
     "size_for_rate": lambda runs, curves, _: fragility.size_for_rate(

@@ -154,12 +154,12 @@ def exchange():
     }
     assert all(isinstance(files, fragility.Written) for files in written.values())
     try:
-        fragility.write_pelicun(curves, "fragility.json")
+        fragility.read_pelicun("target.csv")
     except fragility.ExchangeError as error:
         refused = str(error)
     return {
         "ids": {name: files.ids for name, files in written.items()},
-        "texts": {name: [path.read_text() for path in files.paths] for name, files in written.items()},
+        "read_pelicun": fragility.read_pelicun("fragility_pelicun.csv"),
         "refused": refused,
     }
 

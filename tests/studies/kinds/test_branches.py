@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from exchange_cases import read_fragility, read_table
+from exchange_cases import read_table
 from study_texts import HAZARD, IDA
 
 import toppling as tp
@@ -223,7 +223,7 @@ class TestModelling:
             assert (curves["modelling_dispersion"] == held).all()
             law = ("--model", "housner")
             assert main(["export", str(tmp_path / "out"), "--format", "pelicun", *law, *option]) == 0
-            table = read_fragility(tmp_path / "out/export/fragility.csv")
+            table = tp.fragility.read_pelicun(tmp_path / "out/export/fragility.csv")
             np.testing.assert_allclose(table["dispersion"].values.ravel(), total[:1], rtol=1e-12)
             said = (tmp_path / "out/export/fragility.json").read_text(encoding="utf-8")
             assert ("a modelling uncertainty of 0.4" if option else "holds no modelling uncertainty") in said
