@@ -237,11 +237,6 @@ class Least(Continuous):
     parts : sequence of Continuous
         Their distributions, at least one.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Parts that are no distributions of numbers, or none.
-
     Notes
     -----
     P(least > x) is the product of P(part > x).  A quantile lies between the least quantiles of the parts at

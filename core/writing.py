@@ -17,12 +17,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     """Give the name of an empty file beside `path` that takes its place when the block ends without an error.
 
     The file is new, with a name of its own, and a link is never followed.  It is on the disk before it takes the place,
-    so that after a crash `path` is the old file or the new one.
-
-    Raises
-    ------
-    OSError
-        The file cannot be made or moved; nothing is left of it.
+    so that after a crash `path` is the old file or the new one.  An OSError leaves nothing of it.
     """
     if path.exists() and not path.is_symlink() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))

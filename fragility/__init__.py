@@ -65,6 +65,5 @@ if TYPE_CHECKING:
     )
     from .validity.notes import block_notes as block_notes, notes as notes
     from .validity.screen import screen as screen
-    from .validity.undecided import undecided_outcomes as undecided_outcomes
 
 __getattr__, __dir__, __all__ = face(__name__)

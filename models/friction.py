@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core import checks
 from ..core.aliases import Array, Flags
-from ..core.distributions import Lognormal, Normal, Uniform
+from ..core.distributions import Lognormal
 from ..core.units import STANDARD_GRAVITY
 from .block import UNIFORM_INERTIA_FACTOR
 
@@ -42,11 +42,6 @@ def friction_at_uplift(
     numpy.ndarray
         Dimensionless: |a|/g where |a|/g is below b/h (the block moves with the floor); b/h at uplift; above it, the
         coefficient that the rocking block needs while its rotation is still small.
-
-    Raises
-    ------
-    ValueError
-        Slenderness not > 0, an inertia factor not > 1, an acceleration that is not finite.
 
     Notes
     -----
@@ -98,11 +93,6 @@ def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Array:
     -------
     numpy.ndarray
         (h/b) (1 - e)/(1 + e), dimensionless.
-
-    Raises
-    ------
-    ValueError
-        Slenderness not > 0, e outside [0, 1].
 
     Notes
     -----
@@ -182,44 +172,6 @@ class LognormalFriction(Friction):
 
     def quantile(self, probability: Array) -> Array:
         return Lognormal(self.median, self.dispersion).quantile(probability)
-
-
-@dataclass(frozen=True)
-class NormalFriction(Friction):
-    """Normal coefficient of friction, truncated at zero: mean and standard deviation, both > 0, before truncation."""
-
-    distribution: ClassVar[str] = "normal"
-    mean: float
-    standard_deviation: float
-
-    def __post_init__(self) -> None:
-        checks.number("mean of friction", self.mean, above=0.0)
-        checks.number("standard deviation of friction", self.standard_deviation, above=0.0)
-
-    def below(self, need: ArrayLike) -> Array:
-        return Normal(self.mean, self.standard_deviation, lower=0.0).below(need)
-
-    def quantile(self, probability: Array) -> Array:
-        return Normal(self.mean, self.standard_deviation, lower=0.0).quantile(probability)
-
-
-@dataclass(frozen=True)
-class UniformFriction(Friction):
-    """Coefficient of friction that is uniform between `lower` >= 0 and `upper` > lower."""
-
-    distribution: ClassVar[str] = "uniform"
-    lower: float
-    upper: float
-
-    def __post_init__(self) -> None:
-        checks.number("lower end of friction", self.lower, at_least=0.0)
-        checks.number("upper end of friction", self.upper, above=self.lower)
-
-    def below(self, need: ArrayLike) -> Array:
-        return Uniform(self.lower, self.upper).below(need)
-
-    def quantile(self, probability: Array) -> Array:
-        return Uniform(self.lower, self.upper).quantile(probability)
 
 
 class Contact(NamedTuple):

@@ -12,13 +12,16 @@ from ..core import checks
 from ..core.aliases import Array
 from ..core.labelled import spare_dask
 from ..core.units import (
+    ACCELERATION,
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
     DIMENSIONLESS,
+    METRE,
     NEWTON,
     RADIAN,
     SECOND,
     STANDARD_GRAVITY,
+    VELOCITY,
     provenance,
 )
 from .block import Block, describe_block
@@ -27,8 +30,11 @@ from .laws import Law, Model, describe_law, oscillator_of, refuse_endless
 from .oscillator import Oscillator, exact_lever
 from .restraint_force import held_by, largest_force
 from .runs import Trace, leaves_floor, trace
-from .sliding.history import slide_history
+from .scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from .sliding.law import Sliding
+from .sliding.mode import MODE, Mode, demand, mode_of
+from .sliding.runs import LABELS, SLIDES, airborne, friction_table, run_sliders
+from .slip import tables as slips
 
 spare_dask()
 
@@ -97,7 +103,7 @@ def simulate(
         if theta0 != 0.0 or omega0 != 0.0:
             raise ValueError(f"a sliding block does not rotate: theta0 and omega0 must be 0, got {theta0} and {omega0}")
         time = start + np.arange(acceleration.size, dtype=np.float64) * dt
-        return slide_history(block, model, acceleration, vertical, time, dt).assign_attrs(motion=label)
+        return _slide_history(block, model, acceleration, vertical, time, dt).assign_attrs(motion=label)
     if not isinstance(model, Law):
         raise TypeError(f"model must be a damping law such as DiscreteDamping(), or Sliding, got {checks.kind(model)}")
     oscillator = oscillator_of(block, model)
@@ -331,6 +337,58 @@ def _histories(
             "alpha": block.alpha,
             "R": block.R,
             "p": block.p,
+            **provenance({"block": describe_block(block), "model": describe_law(model)}),
+        },
+    )
+
+
+def _slide_history(
+    block: Block, model: Sliding, acceleration: Array, vertical: Array | None, time: Array, dt: float
+) -> xr.Dataset:
+    """Return the history of one block that slides under one motion (n,), m/s²; `vertical` is the vertical acceleration.
+
+    ValueError where the vertical acceleration takes the whole weight.
+    """
+    if vertical is not None and airborne(vertical, np.ones(1))[0]:
+        at = int(np.argmin(vertical))
+        raise ValueError(
+            f"the vertical acceleration must stay above -g, so that the block keeps its weight, got {vertical[at]:g} "
+            f"m/s² at {time[at]:g} s"
+        )
+    history = np.zeros((slips.HISTORY_ROWS, acceleration.size))
+    slider = model.slider(block)
+    run = run_sliders(friction_table([slider]), np.ones((1, 1)), acceleration, vertical, dt, False, None, history)[0, 0]
+    results: dict[str, Any] = {name: run[column] for name, column in SLIDES.items()}
+    results["slips"] = int(results["slips"])
+    results["first_slip_time"] += time[0]
+    ends = results["slide_forward"], results["slide_backward"]
+    fell = None if block.edge is None else block.edge.fallen_off(*ends, block.b)
+    mode = Mode(int(mode_of(block, model.static, demand(acceleration, vertical, np.ones(1))[0])))
+    upward = {} if vertical is None else {"vertical_acceleration": (vertical, ACCELERATION, "of the floor, upward")}
+    series = {
+        "slip": (history[slips.HISTORY_SLIP], METRE, "slip relative to the floor, to the front"),
+        "slip_velocity": (history[slips.HISTORY_SPEED], VELOCITY, "velocity relative to the floor"),
+        "floor_acceleration": (acceleration, ACCELERATION, "floor acceleration"),
+        **upward,
+    }
+    return xr.Dataset(
+        {
+            **{
+                name: ("time", values, {"units": units, "long_name": text})
+                for name, (values, units, text) in series.items()
+            },
+            **{
+                name: ((), value, {"units": LABELS[name][0], "long_name": LABELS[name][1]})
+                for name, value in results.items()
+            },
+            "mode": ((), mode.value, MODE),
+            **({} if fell is None else {FALLEN_OFF: ((), fell, OF_FALLEN_OFF)}),
+        },
+        coords={"time": ("time", time, {"units": SECOND, "long_name": "time"})},
+        attrs={
+            "title": "History of a sliding block",
+            "block": block.label,
+            "model": model.label,
             **provenance({"block": describe_block(block), "model": describe_law(model)}),
         },
     )

@@ -26,11 +26,6 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     float
         N; 0 where the block does not uplift.
 
-    Raises
-    ------
-    ValueError
-        A block without mass, a value out of range.
-
     Notes
     -----
     Moments about the front lower edge, with the acceleration as a static load (derived): F = m (a h - g b)/z.  With the
@@ -50,11 +45,6 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
 
 def static_capacity(block: Block) -> float:
     """Return the static acceleration at which a block tips to the front, its restraint at its strength, m s-2.
-
-    Raises
-    ------
-    ValueError
-        A block that has a restraint but no mass (which `Block` refuses).
 
     Notes
     -----
@@ -77,12 +67,7 @@ def static_capacity(block: Block) -> float:
 
 
 def half_weight(block: Block) -> float:
-    """Return half of the weight of a block, N: a rule of thumb for the strength of its anchor.
-
-    Raises
-    ------
-    ValueError
-        A block without mass.
+    """Return half of the weight of a block, N, which must have a mass: a rule of thumb for its anchor.
 
     Notes
     -----

@@ -14,12 +14,10 @@ if TYPE_CHECKING:
         pad as pad,
         resample as resample,
         taper as taper,
-        trim as trim,
         trim_husid as trim_husid,
     )
     from .floors.building import Building as Building
     from .floors.files import read_floors as read_floors
-    from .floors.strength import default_yield_coefficient as default_yield_coefficient
     from .floors.yielding import CollapsingBuilding as CollapsingBuilding, YieldingBuilding as YieldingBuilding
     from .generators import GENERATORS as GENERATORS
     from .intensity.dataset import measure_named as measure_named, measures as measures
@@ -44,7 +42,7 @@ if TYPE_CHECKING:
     from .readers.csv import read_csv as read_csv
     from .readers.lines import RecordError as RecordError
     from .readers.read import example_path as example_path, read as read, read_all as read_all
-    from .scaling import parabolic_baseline as parabolic_baseline, scale_to as scale_to, scale_to_mean as scale_to_mean
+    from .scaling import scale_to as scale_to, scale_to_mean as scale_to_mean
     from .selection.candidates import Candidates as Candidates
     from .selection.correlations import DoubtfulCorrelations as DoubtfulCorrelations
     from .selection.expected import expected_target as expected_target

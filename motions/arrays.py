@@ -300,7 +300,7 @@ def _records_of_pairs(array: xr.DataArray) -> list[Record]:
             "motions with a component dimension must say which component shakes: motions.as_recorded(pair, 'h1'), "
             "motions.both_axes(pair), or pair.sel(component='h1') for that one alone"
         )
-    ordered = _shaking_first(shakes) if shakes in HORIZONTAL else HORIZONTAL
+    ordered = sorted(HORIZONTAL, key=lambda name: name != shakes)  # (the one that shakes first)
     first, second = (_records_of(array.sel(component=name, drop=True)) for name in ordered)
     found = [one._replace(companion=two.acceleration) for one, two in zip(first, second, strict=True)]
     if shakes not in HORIZONTAL:
@@ -316,10 +316,6 @@ def _records_of_pairs(array: xr.DataArray) -> list[Record]:
 def shakes_of(array: xr.DataArray) -> str:
     """Return which of joined components shakes, or how both do; '' where that is not said."""
     return str(array.coords["shakes"].values) if "shakes" in array.coords else ""
-
-
-def _shaking_first(shakes: str) -> tuple[str, ...]:
-    return tuple(sorted(HORIZONTAL, key=lambda name: name != shakes))
 
 
 def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] | None:

@@ -159,32 +159,6 @@ def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
     return _corrected(motions, f"pad(before={before:g} s, after={after:g} s)", lambda a: np.pad(a, steps))
 
 
-def trim(motions: xr.DataArray, start: float = 0.0, stop: float | None = None) -> xr.DataArray:
-    """Keep the samples from `start` to `stop` (s, both included; to the end if None); time begins at 0 again.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument without labelled motions, a window that holds fewer than two samples or reaches beyond the motions.
-
-    Examples
-    --------
-    >>> from toppling import motions
-    >>> record = motions.from_array([0.0, 1.0, 2.0, 3.0], dt=0.5)
-    >>> motions.trim(record, 0.5, 1.0).values.tolist()
-    [[1.0, 2.0]]
-    """
-    values, dt = _values(motions)
-    last = (values.shape[1] - 1) * dt
-    margin = 1e-6 * dt
-    begin = checks.number("start", start, at_least=0.0, below=last, unit="s")
-    end = last if stop is None else checks.number("stop", stop, above=begin, at_most=last + margin, unit="s")
-    i, j = int(np.ceil((begin - margin) / dt)), int(np.floor((end + margin) / dt))
-    if j - i < 1:
-        raise ValueError(f"start and stop must leave at least 2 samples of {dt:g} s, got {begin:g} s to {end:g} s")
-    return _corrected(motions, f"trim(start={begin:g} s, stop={end:g} s)", lambda a: a[i : j + 1])
-
-
 def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> xr.DataArray:
     """Keep the strong shaking: from the time at which ∫ü² reaches the fraction `low` of its total to that of `high`.
 

@@ -138,11 +138,6 @@ def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
     azimuth : float
         Direction of the new h1, rad, clockwise from north (from h1 towards h2 where azimuths are not known).
 
-    Raises
-    ------
-    TypeError, ValueError
-        An argument that `join` did not make, an azimuth that is not finite.
-
     Notes
     -----
     With azimuths a1 and a2 of the components, the acceleration in a direction φ is h1 cos(φ - a1) + h2 cos(φ - a2).
@@ -210,11 +205,6 @@ def both_axes(
         The pairs turned as by `rotate`, h1 along the width and h2 along the depth, with the coordinate ``shakes``, for
         `toppling.ida`, `toppling.stripes` and `toppling.cloud`; their levels are of measures of both components, such
         as ``RotD50(pga)``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `as_recorded`; another azimuth, a negative seed.
 
     Examples
     --------
@@ -327,13 +317,8 @@ def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
     K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
     databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
     number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
-    the name, except in the second line of AT2 files: a warning says if it differs.
-
-    Raises
-    ------
-    RecordError
-        A component without another one, or more than two horizontal components, or two that are not perpendicular; the
-        sentence names the files.
+    the name, except in the second line of AT2 files: a warning says if it differs.  RecordError for one component
+    alone, and for horizontal ones that are more than two or not perpendicular.
     """
     recordings: dict[str, list[_Channel]] = {}
     for path, arrays in read.items():

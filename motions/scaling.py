@@ -16,20 +16,6 @@ from .intensity.peaks import velocity
 def parabolic_baseline(acceleration: Array, dt: float) -> Array:
     """Subtract the parabola c0 + c1 t + c2 t² for which the mean square velocity is least.
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (time,) or (motion, time)
-        m/s², at least 5 samples, all finite.
-    dt : float
-        Time step, s, > 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A wrong shape, NaN or infinity, fewer than 5 samples, dt <= 0.
-
-    References
-    ----------
     Berg, G. V. and Housner, G. W. (1961). Integrated velocity and displacement of strong earthquake ground motion.
     Bulletin of the Seismological Society of America 51(2), 175-189.
     """
@@ -75,13 +61,7 @@ def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") ->
 
 
 def scale_to_mean(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
-    """Scale all motions by one common factor, so that the mean of their intensity measure is `target` (SI, > 0).
-
-    Raises
-    ------
-    ValueError
-        As `scale_to`.
-    """
+    """Scale all motions by one common factor, so that the mean of their intensity measure is `target` (SI, > 0)."""
     ratio = checks.number("target", target, above=0.0) / float(_values(motions, im).mean())
     factor = float(measure_named(im).factors(np.array(ratio)))
     return (motions * factor).assign_attrs(motions.attrs).rename(motions.name)

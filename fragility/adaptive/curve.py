@@ -193,7 +193,9 @@ class SequentialCurve:
         look = self._look()
         self.looks.append(look)
         self.stopped = self._rule.step(look.motions, look.ratio, last)
-        if not self.stopped and self._misfit_stops(look):
+        asked = self.until.target == DISPERSION and look.motions >= self.until.least
+        # (a finer answer than the form can carry is asked of it)
+        if not self.stopped and asked and abs(look.misfit) > self.until.room:
             self.stopped = MISFIT
 
     def _explore(self, status: str) -> None:
@@ -245,14 +247,6 @@ class SequentialCurve:
             return 0.0
         gap, error = difference(fitted, weighted)
         return gap / weighted.value if math.isfinite(error) and abs(gap) > SURELY * error else 0.0
-
-    def _misfit_stops(self, look: Look) -> bool:
-        """Return True where a finer answer than the form can carry is asked of it."""
-        return (
-            self.until.target == DISPERSION
-            and look.motions >= self.until.least
-            and (abs(look.misfit) > self.until.room)
-        )
 
     def _look(self) -> Look:
         if self._global is None:

@@ -62,11 +62,6 @@ def cloud(
         The outputs on (block, model, motion), with the measure as coordinate `intensity`: on motion, or on (block,
         motion) where it depends on the block.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.ida`.
-
     References
     ----------
     Jalayer, F., Ebrahimian, H., Miano, A., Manfredi, G., Sezen, H. (2017). Analytical fragility assessment using

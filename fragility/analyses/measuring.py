@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Self
+from typing import Self
 
 import xarray as xr
 
@@ -18,12 +18,8 @@ from ..runs.plan import LeftError
 from ..runs.runners import thread_count
 from ..validity.characteristics import Characteristics
 
-
-class MotionProperties(NamedTuple):
-    """The measures that every result carries, and the characteristics for the screen (None without a screen)."""
-
-    measures: dict[str, xr.Variable]
-    characteristics: Characteristics | None
+MotionProperties = tuple[dict[str, xr.Variable], Characteristics | None]
+"""The measures that every result carries, and the characteristics for the screen (None without a screen)."""
 
 
 class _Motions(list[Record]):
@@ -65,7 +61,7 @@ class MeasuringThread:
     def _work(self) -> None:
         try:
             measures = measure_variables(self._motions, RESULT_MEASURES)
-            self._found = MotionProperties(measures, Characteristics.of(self._motions) if self._screen else None)
+            self._found = measures, Characteristics.of(self._motions) if self._screen else None
         except Exception as error:
             self._error = error
         self._done.set()

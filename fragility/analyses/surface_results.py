@@ -386,7 +386,8 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
         for i, one in enumerate(found):
             values[:, i] = np.exp(one[k]) if units == unit else one[k]
         variables[name] = xr.Variable(("block", "model"), values, {"units": units, "long_name": text})
-    return xr.Dataset(variables, coords={**_block_columns(columns), **_of_laws(surface)}, attrs=surface.attrs)
+    of_laws = {str(name): one.variable for name, one in surface.coords.items() if one.dims == ("model",)}
+    return xr.Dataset(variables, coords={**_block_columns(columns), **of_laws}, attrs=surface.attrs)
 
 
 _ENDS = ("", "_lower", "_upper")
@@ -409,7 +410,3 @@ def _block_columns(columns: BlockArray) -> dict[str, xr.Variable]:
         name: xr.Variable("block", values, {"units": units, "long_name": text})
         for name, (values, units, text) in labels.items()
     }
-
-
-def _of_laws(surface: xr.Dataset) -> dict[str, xr.Variable]:
-    return {str(name): one.variable for name, one in surface.coords.items() if one.dims == ("model",)}

@@ -37,11 +37,6 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
         ``lower`` (below 1), or that is ``open`` (it holds 1 and more than the margin, or there is no estimate).  A
         difference says that models, motions or data differ, and not which of the two is conservative.
 
-    Raises
-    ------
-    ValueError
-        Measures or units that differ, no block in common.
-
     Examples
     --------
     >>> import xarray as xr

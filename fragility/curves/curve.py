@@ -241,7 +241,7 @@ def coordinates_on(curves: xr.Dataset, dims: tuple[str, ...]) -> dict[str, xr.Va
     return {str(name): one.variable for name, one in curves.coords.items() if set(one.dims) <= set(dims)}
 
 
-def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE, replicates: bool = False) -> xr.DataArray:
+def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.DataArray:
     """Probability of overturning at levels of the intensity measure.
 
     Parameters
@@ -254,19 +254,11 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE, replica
     outside : {"refuse", "least", "most"}
         Rule beyond the levels of a tabulated curve: an error, 0 below and the last value above (the least that a rising
         curve allows), or the first value below and 1 above (the most).
-    replicates : bool
-        Return the probabilities of the bootstrap replicates instead of the estimates.
 
     Returns
     -------
     xarray.DataArray
-        On the dimensions of the curves and ``level``, and ``replicate`` where wanted; NaN where there is no estimate.
-
-    Raises
-    ------
-    TypeError, ValueError
-        No dataset of curves, or levels that are not > 0; a level beyond the curve's own with ``outside="refuse"``; no
-        replicates.
+        On the dimensions of the curves and ``level``; NaN where there is no estimate.
 
     Notes
     -----
@@ -284,7 +276,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE, replica
     levels = checks.finite_array("x", np.atleast_1d(np.asarray(x)))
     if np.any(levels <= 0.0):
         raise ValueError(f"x must be > 0, got {levels.min():g}")
-    arrays, dims = curve_arrays(curves, replicates)
+    arrays, dims = curve_arrays(curves)
     values = arrays.probability(np.log(levels), outside)
     reference = curves["level"] if form_name(curves) in TABULATED else curves["median"]
     attributes = {
@@ -292,14 +284,13 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE, replica
         "long_name": str(curves["level"].attrs.get("long_name", "level")) if "level" in curves.coords else "level",
         "im": im_of(curves),
     }
-    array = xr.DataArray(
+    return xr.DataArray(
         values,
         {**coordinates_on(curves, dims), "level": xr.Variable("level", levels, attributes)},
         (*dims, "level"),
         "probability",
         {"units": DIMENSIONLESS, "long_name": "probability of overturning"},
     )
-    return array.transpose(..., "level", "replicate") if replicates else array
 
 
 def im_of(curves: xr.Dataset) -> str:

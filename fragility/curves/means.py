@@ -95,10 +95,8 @@ def mean_interval(
     Efron, B. (1996). Bootstrap confidence intervals. Statistical Science 11, 189-228.
 
     In 800 studies of 10 to 80 motions, 95 % intervals contained the mean of annual falls of lognormal thresholds in
-    93-95 % (BCa intervals: 90 % at 20 motions), and 94-96 % where a fifth of the motions counts. For lognormal
-    contributions with a dispersion of 1 and 1.5 it was 92 and 88 % at 20 motions and 93 and 90 % at 80 (BCa: 88 and 82
-    % at 20), because few motions hardly show what the rarest add. Lengths were 1.1 to 1.5 times the length of a normal
-    interval with the true deviation (`benchmarks.coverage`).
+    93-96 % (BCa: 90 % at 20 motions), and that of lognormal contributions of dispersion 1.5 in 88 % at 20 motions and
+    90 % at 80 (BCa: 82 % at 20), because few motions hardly show what the rarest add (`benchmarks.coverage`).
     """
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
     checks.count("replicates", replicates, at_least=50)

@@ -100,11 +100,6 @@ def p58_regression(width: Any, height: Any) -> Array:
     numpy.ndarray
         exp(1.05) B^1.48 H^-1.07.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Sizes that are no numbers, not finite or not positive.
-
     Warns
     -----
     ImplausibleInput
@@ -139,11 +134,6 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     -------
     xarray.Dataset
         As `fema_p58`, with extrapolated on ``block``: True where a size lies outside those of the nine rows.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Something other than blocks, or blocks of equal labels.
 
     Warns
     -----
@@ -192,11 +182,6 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
     -------
     xarray.Dataset
         median (m s-2 or m s-1) and dispersion on ``block``; attribute im is ``pga`` or ``pgv``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Something other than blocks, blocks of equal labels, another criterion.
 
     Warns
     -----

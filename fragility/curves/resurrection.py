@@ -27,11 +27,6 @@ def resurrections(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
         overturning; stood, how many of them stand; returned = stood/pairs (NaN where there is none); motions, how many
         motions overturn and have a level above; motions_returned, the share of these that stand at least once.
 
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset that is no IDA.
-
     Notes
     -----
     The outcome of rocking is not monotone in the amplitude.  A fit to first overturnings

@@ -19,7 +19,7 @@ from ...motions.intensity.dataset import measure
 from ...motions.intensity.measure import MEASURES, Measure
 from ...motions.intensity.naming import FLOOR, long_name_at, place_in
 from ..runs.provenance import blocks_of, records_of
-from ..runs.scaling import BLOCK_MEASURES, SCALE, BlockMeasure, intensity_measure
+from ..runs.scaling import SCALE, BlockMeasure, intensity_measure
 from .capacity import OrderedRuns
 
 Motions = xr.DataArray | Iterable["Motions"]
@@ -76,13 +76,8 @@ def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
             yield from _arrays(one)
 
 
-def candidates_of(
-    runs: xr.Dataset, ordered: OrderedRuns, run_motions: RunMotions, also: Any, blocks_too: bool
-) -> list[Candidate]:
-    """Return the runs' own measure, all others that grow with the motion, and those asked for; no label twice.
-
-    `blocks_too`: include the block-normalised measures.
-    """
+def candidates_of(runs: xr.Dataset, ordered: OrderedRuns, run_motions: RunMotions, also: Any) -> list[Candidate]:
+    """Return the runs' own measure, all others that grow with the motion, and those asked for; no label twice."""
     chosen: dict[str, Measure | BlockMeasure] = {
         name: one
         for name, one in MEASURES.items()
@@ -90,7 +85,7 @@ def candidates_of(
     }
     if not isinstance(also, Iterable):
         raise TypeError(f"also must be measures or their names, got {checks.kind(also)}")
-    for name in [*also, *(BLOCK_MEASURES if blocks_too else ())]:
+    for name in also:
         one = intensity_measure(name)
         if one is None:
             raise ValueError(f"also must name intensity measures, got {SCALE!r}, which is none")
@@ -127,10 +122,10 @@ def _values(one: Measure, runs: xr.Dataset, run_motions: RunMotions) -> Array | 
     return None if run_motions.records is None else measure(one, run_motions.records)
 
 
-def covariates_of(runs: xr.Dataset, run_motions: RunMotions, given: xr.Dataset | None) -> list[xr.DataArray]:
+def covariates_of(runs: xr.Dataset, run_motions: RunMotions) -> list[xr.DataArray]:
     """Return covariates of every motion, (motion,), as they enter a regression: lengths and times as logarithms.
 
-    They are magnitude and distances of the motions, the measures that do not grow with the motion, and those given.
+    They are magnitude and distances of the motions, and the measures that do not grow with the motion.
     """
     found: dict[str, tuple[Array, dict[str, Any]]] = {}
     for name in SCENARIO:
@@ -141,13 +136,6 @@ def covariates_of(runs: xr.Dataset, run_motions: RunMotions, given: xr.Dataset |
         values = _values(one, runs, run_motions) if one.power == 0.0 else None
         if values is not None:
             found[name] = values, {"units": one.units, "long_name": one.long_name}
-    if given is not None:
-        if not isinstance(given, xr.Dataset) or "motion" not in given.coords:
-            raise TypeError(f"covariates must be a dataset on motion with its labels, got {checks.kind(given)}")
-        for key, variable in given.data_vars.items():
-            if variable.dims != ("motion",):
-                raise ValueError(f"covariate {key!r} must lie on motion, got dims {variable.dims}")
-            found[str(key)] = _matched([variable], run_motions.labels), variable.attrs
     return [_regressor(name, values, attributes) for name, (values, attributes) in found.items()]
 
 

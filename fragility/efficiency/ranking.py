@@ -15,13 +15,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
+from ...core.aliases import Array, Index
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS
 from ...core.wording import given_percent
 from ...motions.intensity.measure import Measure
 from ..fitting.bootstrap import draw_clusters, percentile_interval
-from ..fitting.first_overturning import FEWEST, brackets
+from ..fitting.first_overturning import FEWEST, Brackets, brackets
 from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
@@ -42,7 +42,6 @@ LEVEL_SAMPLES = 20
 """Samples of the levels, which bootstrap samples of the motions use in turns."""
 TYPICAL_MEASURES = 32
 """Typical number of measures compared: slabs are sized for the bootstrap samples of so many."""
-POOLED = "all blocks"
 SAME = 1e-9
 """Relative difference of dispersions below which two measures tie (a block's PGA and its normalised PGA)."""
 
@@ -53,8 +52,6 @@ def rank_measures(
     also: str | Measure | Sequence[str | Measure] = (),
     *,
     state: State = OVERTURNED,
-    covariates: xr.Dataset | None = None,
-    pool: bool = False,
     least_demand: float = 0.01,
     replicates: int = 200,
     confidence: float = 0.95,
@@ -77,12 +74,6 @@ def rank_measures(
         ``motions.AvgSa(…)``, ``"FIV3(1.0)"``, ``"pga_normalised"``, ``"pgv_normalised"``.
     state : str or float
         Damage state of the capacities: ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
-    covariates : xarray.Dataset, optional
-        Further numbers on ``motion``, on which the capacity in a sufficient measure does not depend; lengths (m) and
-        times (s) enter as logarithms.  A floor motion takes those of the ground motion below, by its label.
-    pool : bool
-        Pool all blocks: a good measure then also brings the capacities of different blocks together.  Only pooling
-        tells the block-normalised measures, which are then included, from PGA and PGV.
     least_demand : float
         |theta|/alpha, 0 to below 1, above which a run counts as rocking (and above the elastic zone's delta).
     replicates : int
@@ -108,11 +99,10 @@ def rank_measures(
 
         Estimates have `_lower` and `_upper` ends of their intervals; `power` is a coordinate.
 
-        On (block, model, measure, covariate): `slope` of ln capacity, `slope_se`, `p_value` of no slope (sufficiency;
-        not with `pool`, where a motion comes several times).  On (block, model): `best`; `share_below` and
-        `share_above`, of capacities below the lowest and above the highest level; `stood_above`, of motions with a
-        level above the first overturning at which the block stands.  Motions of several floors: a dimension `floor`
-        after (block, model).
+        On (block, model, measure, covariate): `slope` of ln capacity, `slope_se`, `p_value` of no slope (sufficiency);
+        lengths (m) and times (s) enter as logarithms.  On (block, model): `best`; `share_below` and `share_above`, of
+        capacities below the lowest and above the highest level; `stood_above`, of motions with a level above the first
+        overturning at which the block stands.  Motions of several floors: a dimension `floor` after (block, model).
 
     Raises
     ------
@@ -167,8 +157,6 @@ def rank_measures(
         motions,
         [also] if isinstance(also, str | Measure) else list(also) if isinstance(also, Iterable) else also,
         state,
-        covariates,
-        bool(pool),
         checks.number("least_demand", least_demand, at_least=0.0, below=1.0),
         checks.count("replicates", replicates),
         checks.number("confidence", confidence, above=0.0, below=1.0),
@@ -177,12 +165,10 @@ def rank_measures(
     if isinstance(runs, xr.Dataset):
         load_coordinates(runs)
         checks.not_empty("runs", runs.sizes)
-    ordered = ordered_runs(runs if options.pool else _first_block_and_law(runs), state)
+    ordered = ordered_runs(_first_block_and_law(runs), state)
     if set(ordered.overturned.dims) != {"block", "model", "motion", "level"}:
         raise ValueError(f"overturned must lie on block, model, motion and level, got {ordered.overturned.dims}")
     index, groups = motions_by_floor(runs)
-    if options.pool:
-        return _by_floor(runs, index, groups, options)
     whole = _with_measures(runs, options)
     sizes = sizes_of(runs)
     of_one = math.prod(sizes[dim] for dim in ("level", "motion") if dim in sizes)
@@ -210,7 +196,7 @@ def _with_measures(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     """Return the runs with every measure as a coordinate, so that the slabs need not compute it again."""
     few = _first_block_and_law(runs)
     candidates = candidates_of(
-        few, ordered_runs(few, options.state), motions_of_runs(runs, options.motions), options.also, False
+        few, ordered_runs(few, options.state), motions_of_runs(runs, options.motions), options.also
     )
     known = {
         one.label: ("motion", np.exp(one.log_values))
@@ -233,8 +219,6 @@ class RankingOptions(NamedTuple):
     motions: Motions | None
     also: Any
     state: State
-    covariates: xr.Dataset | None
-    pool: bool
     least_demand: float
     replicates: int
     confidence: float
@@ -246,8 +230,6 @@ class RankingOptions(NamedTuple):
         return {
             "also": [one if isinstance(one, str) else one.label for one in self.also],
             "state": state_name(self.state),
-            "covariates": [] if self.covariates is None else [str(name) for name in self.covariates.data_vars],
-            "pool": self.pool,
             "least_demand": self.least_demand,
             "replicates": self.replicates,
             "confidence": self.confidence,
@@ -259,42 +241,40 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     """Compare all measures for the motions of one floor."""
     ordered = ordered_runs(runs, options.state)
     run_motions = motions_of_runs(runs, options.motions)
-    candidates = candidates_of(runs, ordered, run_motions, options.also, options.pool)
+    candidates = candidates_of(runs, ordered, run_motions, options.also)
     n = len(run_motions.labels)
     # how often each motion is drawn, (1 + replicate, motion); in the first row every motion once
     drawn = draw_clusters(polarity_pairs(runs), options.replicates, options.seed)
     weights = np.concatenate([np.ones((1, n)), drawn])
-    capacities = _capacities(ordered, options.pool)
+    capacities = _capacities(ordered)
     ends = [_log_capacities(capacities, one) for one in candidates]
     dims = ("block", "model", "measure")
     powers = np.array([one.power for one in candidates])
     # (a motion and its reverse are one earthquake, so that fits of both ways are as precise as those of one)
-    of_fits = np.tile(weights * as_given(runs).mean(), (1, capacities.repeats))
-    fits = _dispersions(ordered, candidates, ends, of_fits, options)
+    fits = _dispersions(ordered, candidates, ends, weights * as_given(runs).mean(), options)
     columns = _efficiency(fits, powers, options.confidence)
     if "peak_rotation" in runs:
         columns |= _practicality(runs, ordered, candidates, weights, options)
     variables: dict[str, Any] = {name: (dims, *column) for name, column in columns.items()}
-    coords = _coordinates(runs, candidates, options.pool)
-    if not options.pool:
-        known = covariates_of(runs, run_motions, options.covariates)
-        # (a motion that is run both ways counts once, as given: its two capacities are not independent)
-        given = as_given(runs)
-        found = capacity_trends(
-            [(lower[..., given], upper[..., given]) for lower, upper in ends],
-            [one.isel(motion=given) for one in known],
-        )
-        for name, values, text in (
-            ("slope", found.slope, "slope of ln capacity on the covariate"),
-            ("slope_se", found.error, "standard error of the slope"),
-            ("p_value", found.p, "p-value of no slope"),
-        ):
-            variables[name] = ((*dims, "covariate"), *_column(values, text))
-        coords |= {
-            "covariate": ("covariate", *_texts([one.name for one in known], "covariate")),
-            "covariate_long_name": ("covariate", *_texts([one.attrs["long_name"] for one in known], "what it is")),
-            "covariate_motions": ("covariate", *_column(found.motions, "motions whose covariate is known")),
-        }
+    known = covariates_of(runs, run_motions)
+    # (a motion that is run both ways counts once, as given: its two capacities are not independent)
+    given = as_given(runs)
+    found = capacity_trends(
+        [(lower[..., given], upper[..., given]) for lower, upper in ends],
+        [one.isel(motion=given) for one in known],
+    )
+    for name, values, text in (
+        ("slope", found.slope, "slope of ln capacity on the covariate"),
+        ("slope_se", found.error, "standard error of the slope"),
+        ("p_value", found.p, "p-value of no slope"),
+    ):
+        variables[name] = ((*dims, "covariate"), *_column(values, text))
+    coords = {
+        **_coordinates(runs, candidates),
+        "covariate": ("covariate", *_texts([one.name for one in known], "covariate")),
+        "covariate_long_name": ("covariate", *_texts([one.attrs["long_name"] for one in known], "what it is")),
+        "covariate_motions": ("covariate", *_column(found.motions, "motions whose covariate is known")),
+    }
     labels = [one.label for one in candidates]
     summary = _summary(capacities, columns["rank"][0], labels)
     variables |= {name: (("block", "model"), *column) for name, column in summary.items()}
@@ -315,37 +295,10 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     )
 
 
-class Capacities(NamedTuple):
-    """Capacities as ln factors (block, model, motion); pooled: (1, model, block x motion), each motion `repeats` times.
-
-    lower, upper: their ends; stood_above: True where the block stands at a higher level.
-    """
-
-    lower: Array
-    upper: Array
-    stood_above: Flags
-    repeats: int
-
-    def spread(self, values: Array) -> Array:
-        """Return values (motion,) or (block, motion) in a shape that broadcasts with the capacities."""
-        table = np.atleast_2d(values)
-        if self.repeats == 1:
-            return table[:, None, :]
-        return np.broadcast_to(table, (self.repeats, table.shape[1])).reshape(1, 1, -1)
-
-
-def _capacities(ordered: OrderedRuns, pool: bool, kept: Index | slice = ALL_LEVELS) -> Capacities:
-    """Return the capacities as the levels at some positions show them."""
+def _capacities(ordered: OrderedRuns, kept: Index | slice = ALL_LEVELS) -> Brackets:
+    """Return the capacities, as ln factors (block, model, motion), as the levels at some positions show them."""
     flags = ordered.overturned.transpose("block", "model", "motion", "level").values
-    found = brackets(flags[..., kept], ordered.factors_by_block[:, None, :, kept])
-    blocks, models = flags.shape[:2]
-    if not pool:
-        return Capacities(found.lower, found.upper, found.stood_above, 1)
-
-    def joined(values: NDArray[Any]) -> NDArray[Any]:
-        return np.moveaxis(values, 0, 1).reshape(1, models, -1)
-
-    return Capacities(joined(found.lower), joined(found.upper), joined(found.stood_above), blocks)
+    return brackets(flags[..., kept], ordered.factors_by_block[:, None, :, kept])
 
 
 def _dispersions(
@@ -363,7 +316,7 @@ def _dispersions(
     found = np.concatenate([whole.dispersion, np.empty((*whole.dispersion.shape[:-1], options.replicates))], axis=-1)
     for i in range(min(LEVEL_SAMPLES, options.replicates)):
         kept = np.unique([0, levels - 1, *stream(options.seed, i, levels).integers(levels, size=levels)])
-        sampled = _capacities(ordered, options.pool, kept)
+        sampled = _capacities(ordered, kept)
         of_levels = [_log_capacities(sampled, candidate) for candidate in candidates]
         own = slice(1 + i, None, LEVEL_SAMPLES)
         fits = fit_dispersions(of_levels, np.concatenate([weights[:1], weights[own]]))
@@ -371,9 +324,9 @@ def _dispersions(
     return whole._replace(dispersion=found)
 
 
-def _log_capacities(capacities: Capacities, one: Candidate) -> LogCapacityEnds:
+def _log_capacities(capacities: Brackets, one: Candidate) -> LogCapacityEnds:
     """Return the ends of ln capacity in a measure, in the shape of the capacities."""
-    values = capacities.spread(one.log_values)
+    values = np.atleast_2d(one.log_values)[:, None, :]
     return values + one.power * capacities.lower, values + one.power * capacities.upper
 
 
@@ -436,7 +389,7 @@ def _efficiency(fits: DispersionFits, powers: Array, confidence: float) -> dict[
 def _practicality(
     runs: xr.Dataset, ordered: OrderedRuns, candidates: Sequence[Candidate], weights: Array, options: RankingOptions
 ) -> dict[str, Column]:
-    slope, scatter = demand_trends(runs, ordered, candidates, weights, options.least_demand, options.pool)
+    slope, scatter = demand_trends(runs, ordered, candidates, weights, options.least_demand)
     with np.errstate(divide="ignore", invalid="ignore"):
         proficiency = np.where(slope > 0.0, scatter / slope, np.nan)
     columns: dict[str, Column] = {}
@@ -449,7 +402,7 @@ def _practicality(
     return columns
 
 
-def _summary(capacities: Capacities, rank: Index, labels: Sequence[str]) -> dict[str, Column]:
+def _summary(capacities: Brackets, rank: Index, labels: Sequence[str]) -> dict[str, Column]:
     first = np.where(rank > 0, rank, len(labels) + 1).argmin(axis=-1)
     best = np.where(rank.any(axis=-1), np.array(labels, dtype=object)[first], "")
     return {
@@ -462,15 +415,10 @@ def _summary(capacities: Capacities, rank: Index, labels: Sequence[str]) -> dict
     }
 
 
-def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate], pool: bool) -> dict[str, Any]:
-    dims = {"model"} if pool else {"block", "model"}
-    kept: dict[str, Any] = {
-        str(name): one.variable for name, one in runs.coords.items() if one.dims and dims >= {*map(str, one.dims)}
-    }
-    if pool:
-        kept["block"] = ("block", *_texts([POOLED], "block"))
+def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate]) -> dict[str, Any]:
+    dims = {"block", "model"}
     return {
-        **kept,
+        **{str(name): one.variable for name, one in runs.coords.items() if one.dims and dims >= {*map(str, one.dims)}},
         "measure": ("measure", *_texts([one.label for one in candidates], "intensity measure")),
         "measure_units": ("measure", *_texts([one.units for one in candidates], "unit of the measure")),
         "power": ("measure", *_column(np.array([one.power for one in candidates]), "power with which it grows")),

@@ -96,20 +96,13 @@ def capacity_trends(ends: Sequence[LogCapacityEnds], covariates: Sequence[xr.Dat
     return Trends(slope, error, p, counts)
 
 
-class DemandTrends(NamedTuple):
-    """Slope of ln demand on ln im and scatter about it, (block, model, measure, sample of motions)."""
-
-    slope: Array
-    scatter: Array
-
-
 def demand_trends(
-    runs: xr.Dataset, ordered: OrderedRuns, candidates: Sequence[Candidate], weights: Array, least: float, pool: bool
-) -> DemandTrends:
+    runs: xr.Dataset, ordered: OrderedRuns, candidates: Sequence[Candidate], weights: Array, least: float
+) -> tuple[Array, Array]:
     """Regress ln(|theta|/alpha) on ln im by least squares, over runs that rock (above `least`) without overturning.
 
-    weights (sample, motion): how often each motion counts.  The sums for every measure follow from the same sums over
-    the levels of each motion.
+    Returns the slope and the scatter about it, (block, model, measure, sample of motions).  weights (sample, motion):
+    how often each motion counts.  The sums for every measure follow from the same sums over the levels of each motion.
     """
     order = ("block", "model", "motion", "level")
     demand = ordered.in_order(runs["peak_rotation"]) / without_coordinates(runs["alpha"])
@@ -122,13 +115,13 @@ def demand_trends(
     ones = kept.astype(float)
     count, s_t, s_tt, s_y, s_ty, s_yy = (one.sum(axis=-1) for one in (ones, t, t * t, y, t * y, y * y))
     blocks, models, motions = count.shape
-    shape = (1 if pool else blocks, models, len(candidates), weights.shape[0])
+    shape = (blocks, models, len(candidates), weights.shape[0])
     slope, scatter = np.full(shape, np.nan), np.full(shape, np.nan)
     for j, one in enumerate(candidates):
         a = np.broadcast_to(np.atleast_2d(one.log_values), (blocks, motions))[:, None, :]
         # relative to the mean, since the squares would cancel; each block's own mean, so that other blocks do not
         # change its digits
-        a = a - (a.mean() if pool else a.mean(axis=-1, keepdims=True))
+        a = a - a.mean(axis=-1, keepdims=True)
         k = one.power
         sums = np.stack(
             [
@@ -140,8 +133,6 @@ def demand_trends(
                 s_yy,
             ]
         )
-        if pool:
-            sums = sums.sum(axis=1, keepdims=True)
         n, x, xx, sy, xy, yy = sums @ weights.T
         with np.errstate(invalid="ignore", divide="ignore"):
             spread, joint = xx - x * x / n, xy - x * sy / n
@@ -149,7 +140,7 @@ def demand_trends(
             rest = np.maximum(yy - sy * sy / n - b * joint, 0.0)
             slope[:, :, j] = b
             scatter[:, :, j] = np.sqrt(np.where(n > 2.0, rest / (n - 2.0), np.nan))
-    return DemandTrends(slope, scatter)
+    return slope, scatter
 
 
 def _elastic_zone_edge(runs: xr.Dataset) -> xr.DataArray:

@@ -157,11 +157,6 @@ def compare_forms(
     xarray.Dataset
         aic, log_likelihood and aic_difference (from the least), on form and the dimensions of the curves.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `fit_fragility`; no form, or one twice.
-
     Notes
     -----
     The likelihood of every form is of the same overturnings.  In an IDA it takes the runs as independent, which

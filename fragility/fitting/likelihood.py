@@ -106,11 +106,6 @@ class FittedLines:
         return self.table[:, engine.STATUS].astype(np.int64)
 
     @property
-    def iterations(self) -> int:
-        """Newton steps of the first fit."""
-        return int(self.table[0, engine.ITERATIONS])
-
-    @property
     def penalised(self) -> Flags:
         """True where the likelihood was penalised."""
         return self.table[:, engine.PENALISED] > 0.0

@@ -6,7 +6,7 @@ fragility curves.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -71,8 +71,8 @@ class HazardCurve:
     Examples
     --------
     >>> hazard = HazardCurve([1.0, 2.0, 4.0], [1e-2, 2e-3, 2e-4], "pga")
-    >>> hazard.units, round(float(hazard.rate_at(2.0)), 9), round(float(hazard.level_at(1 / 475)), 3)
-    ('m s-2', 0.002, 1.956)
+    >>> hazard.units, round(float(hazard.rate_at(2.0)), 9)
+    ('m s-2', 0.002)
     """
 
     levels: Sequence[float]
@@ -235,36 +235,6 @@ class HazardCurve:
             raise ValueError(f"k0 = {scale:g}, k1 = {slope:g}, k2 = {bend:g} put the rates at levels of no shaking")
         return cls.from_points(levels.tolist(), np.exp(at).tolist(), im, units, source, curvature=bend)
 
-    @classmethod
-    def from_realisations(
-        cls, curves: Iterable[HazardCurve], weights: Sequence[float] | None = None, source: str = ""
-    ) -> HazardCurve:
-        """One curve from the branches of a logic tree, at their common levels; its rates are their mean.
-
-        Raises
-        ------
-        TypeError, ValueError
-            Something other than hazard curves, or fewer than two; different measures; fewer than two common levels;
-            weights as in the class.
-        """
-        branches = list(curves)
-        for one in branches:
-            if not isinstance(one, HazardCurve):
-                raise TypeError(f"curves must be hazard curves, got {checks.kind(one)}")
-        if len(branches) < 2:
-            raise ValueError(f"curves must be at least two realisations, got {len(branches)}")
-        for name in ("im", "at", "curvature"):
-            values = list(dict.fromkeys(getattr(one, name) for one in branches))
-            if len(values) > 1:
-                raise ValueError(f"realisations must have one {name}, got {values[0]!r} and {values[1]!r}")
-        common = [level for level in branches[0].levels if all(level in one.levels for one in branches)]
-        if len(common) < 2:
-            raise ValueError(f"realisations must have at least two levels in common, got {len(common)}")
-        rows = [[one.rates[one.levels.index(level)] for level in common] for one in branches]
-        first = branches[0]
-        text = source or f"{len(branches)} realisations: {first.source}, …"
-        return cls(common, (), first.im, text, rows, weights, first.curvature, None, first.at)
-
     def rate_at(self, levels: Any, below: str = EXTEND, above: str = EXTEND) -> Array:
         """Annual rate of exceedance at `levels` (SI, any shape), 1/year; rules beyond its points as `annual_rate`."""
         x = np.asarray(levels, dtype=np.float64)
@@ -291,23 +261,6 @@ class HazardCurve:
         log_levels = np.log(self.levels)
         rows = [self.rates, *(self.realisations or ())]
         return [pieces_of(log_levels, np.log(row), self.curvature, below, above) for row in rows]
-
-    def level_at(self, rate: Any) -> Array:
-        """Level exceeded at an annual rate (any shape, 1/year), SI; ValueError outside the curve's own rates."""
-        wanted = np.asarray(rate, dtype=np.float64)
-        low, high = self.rates[-1], self.rates[0]
-        if not np.all((wanted >= low * (1.0 - 1e-12)) & (wanted <= high * (1.0 + 1e-12))):
-            shown = wanted.reshape(-1)[0] if wanted.size == 1 else f"{wanted.min():g} to {wanted.max():g}"
-            raise ValueError(f"rate must lie within the curve's, {low:g} to {high:g} per year, got {shown}")
-        log_levels, log_rates = np.log(self.levels), np.log(self.rates)
-        target = np.log(wanted)
-        at = np.clip(np.searchsorted(-log_rates, -target, side="right") - 1, 0, log_rates.size - 2)
-        slopes = segment_slopes(log_levels, log_rates, self.curvature)[at]
-        drop = np.maximum(log_rates[at] - target, 0.0)
-        # slope d + curvature d² = drop, solved in the form that stays accurate for a small curvature
-        root = slopes + np.sqrt(slopes**2 + 4.0 * self.curvature * drop)
-        distance = np.divide(2.0 * drop, root, out=np.zeros_like(root), where=root > 0.0)
-        return np.asarray(np.exp(log_levels[at] + distance))
 
     def describe(self) -> dict[str, Any]:
         """Return the curve as plain values for the attributes of a dataset."""

@@ -106,7 +106,7 @@ def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     weights = np.zeros(u.size)
     below = 0.0
     if u.size > 1:
-        below = _interval_rates(2.0 * u[0] - u[1], u[0], at, rates).rising
+        below = _interval_rates(2.0 * u[0] - u[1], u[0], at, rates)[1]
         weights[0] = below
     for j in range(u.size - 1):
         rate, rising = _interval_rates(u[j], u[j + 1], at, rates)
@@ -132,14 +132,8 @@ def hazard_points(hazard: Hazard) -> tuple[Array, Array]:
     return levels, rates
 
 
-class _IntervalRates(NamedTuple):
-    """Rate of shaking between two levels, and its integral with a value rising from 0 to 1 between them (in ln x)."""
-
-    rate: float
-    rising: float
-
-
-def _interval_rates(a: float, b: float, at: Array, rates: Array) -> _IntervalRates:
+def _interval_rates(a: float, b: float, at: Array, rates: Array) -> tuple[float, float]:
+    """Return the rate of shaking between two levels, and its integral with a value from 0 to 1, linear in ln x."""
     edges = np.concatenate([[a], at[(at > a) & (at < b)], [b]])
     rate = rising = 0.0
     for left, right in pairwise(edges):
@@ -148,7 +142,7 @@ def _interval_rates(a: float, b: float, at: Array, rates: Array) -> _IntervalRat
         inside = start * -float(np.expm1(-z))
         rate += inside
         rising += ((left - a) * inside + (right - left) * start * _ramp(z)) / (b - a)
-    return _IntervalRates(rate, rising)
+    return rate, rising
 
 
 NODES = 16

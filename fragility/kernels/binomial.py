@@ -152,15 +152,6 @@ def log_less(x):
     return math.log(-math.expm1(x)) if x < 0.0 else -np.inf
 
 
-@kernel()
-def log_probabilities(eta, link, out):
-    """Write logarithms of F and 1 - F at eta (n,) into out (2, n)."""
-    for i in range(eta.size):
-        terms = tails(eta[i], link)
-        out[0, i] = terms[0]
-        out[1, i] = terms[1]
-
-
 @kernel(keep=True)
 def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
     """Objective at (a, b): its value, the log-likelihood alone, gradient (2), minus the Hessian (3), information (3).

@@ -34,11 +34,6 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     lower, upper : numpy.ndarray
         NaN where there was no trial.
 
-    Raises
-    ------
-    ValueError
-        Successes outside 0 to trials, a confidence outside (0, 1), an unknown method.
-
     Notes
     -----
     Wilson's interval has a coverage near its nominal level on average and never leaves [0, 1]; Clopper and Pearson's

@@ -34,15 +34,17 @@ from ..fitting.bootstrap import Percentiles, percentile_interval
 from ..fitting.labels import OBSERVED
 from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve
-from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND, Pieces
+from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND, HOLD, Pieces
 from ..hazard.rates import probability_in
 from ..runs.provenance import configuration_of
 from ..validity.limits import of_rates
 from .common_measure import in_hazard_measure
-from .convolution import rates_of
-from .deaggregation import bin_edges, deaggregate, share_above
+from .convolution import contributions, rates_of
 from .modelling import MODELLING
+from .quadrature import event_integral, lower_end
 
+FAR = 1e30
+"""Factor to a level so rare that no share of a rate lies above it."""
 OF_RUNS, MISFIT = "rate_of_runs", "rate_misfit"
 POWER = 2.0
 """Power of the ratio of dispersions that studentises a step of ln(rate).
@@ -167,11 +169,11 @@ def annual_rate(
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)
     checks.choice("outside", outside, OUTSIDE)
-    edges = bin_edges(bins, hazard)
+    edges = _bin_edges(bins, hazard)
     arrays, dims = in_hazard_measure(curves, hazard)
     pieces = hazard.pieces(below, above)
     found = rates_of(arrays, pieces[0], outside)
-    parts = deaggregate(arrays, found.rate, pieces[0], edges, outside)
+    share, mean, mode = _deaggregate(arrays, found.rate, pieces[0], edges, outside)
     units, measure = hazard.units, long_name_at(hazard.measure.long_name, hazard.at)
     text = f"probability of overturning in {time:g} years"
     variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
@@ -179,9 +181,9 @@ def annual_rate(
         "probability": (dims, probability_in(found.rate, time), DIMENSIONLESS, text),
         "share_below": (dims, found.share_below, DIMENSIONLESS, "share of the rate from below the hazard's levels"),
         "share_above": (dims, found.share_above, DIMENSIONLESS, "share of the rate from above the hazard's levels"),
-        "intensity_mean": (dims, parts.mean, units, f"geometric mean of the {measure} that overturns"),
-        "intensity_mode": (dims, parts.mode, units, f"{measure} of the bin that contributes most per unit of ln x"),
-        "share": ((*dims, "bin"), parts.share, DIMENSIONLESS, f"share of the rate in a bin of {measure}"),
+        "intensity_mean": (dims, mean, units, f"geometric mean of the {measure} that overturns"),
+        "intensity_mode": (dims, mode, units, f"{measure} of the bin that contributes most per unit of ln x"),
+        "share": ((*dims, "bin"), share, DIMENSIONLESS, f"share of the rate in a bin of {measure}"),
     }
     samples = _samples(curves, hazard, below, above, outside)
     if samples is not None:
@@ -277,11 +279,6 @@ def rate_share_above(
     xarray.DataArray
         On the dimensions of the curves, 0 to 1; NaN where there is no rate.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `annual_rate`.
-
     Examples
     --------
     >>> import xarray as xr
@@ -295,7 +292,7 @@ def rate_share_above(
     at = xr.DataArray(levels) if not isinstance(levels, xr.DataArray) else levels
     places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]
     each = np.broadcast_to(at.values.reshape(places), shape).ravel()
-    share = share_above(arrays, rates_of(arrays, pieces, outside).rate, pieces, each, outside)
+    share = _share_above(arrays, rates_of(arrays, pieces, outside).rate, pieces, each, outside)
     return xr.DataArray(share.reshape(shape), coordinates_on(curves, dims), dims)
 
 
@@ -418,3 +415,55 @@ def _weights(hazard: HazardCurve) -> dict[str, xr.Variable]:
         "realisation": xr.Variable("realisation", np.arange(len(hazard.weights)), number),
         "weight": xr.Variable("realisation", np.array(hazard.weights), attributes),
     }
+
+
+def _bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
+    """Return edges of bins of intensity (SI): those given, or bins of equal width in ln x over the hazard's levels."""
+    if isinstance(bins, int | np.integer) and not isinstance(bins, bool):
+        count = checks.count("bins", bins, at_least=1)
+        return np.geomspace(hazard.levels[0], hazard.levels[-1], count + 1)
+    edges = checks.finite_array("bins", bins)
+    if edges.size < 2 or edges[0] <= 0.0 or np.any(np.diff(edges) <= 0.0):
+        raise ValueError("bins must be a number of bins, or at least two edges > 0, strictly increasing")
+    return edges
+
+
+def _share_above(curves: CurveArrays, rate: Array, hazard: Pieces, levels: Array, outside: str) -> Array:
+    """Return the shares of rates (curve,) from above each curve's level (curve,); NaN where a rate is 0 or infinite."""
+    curves = curves.flat()
+    share = np.full(rate.shape, np.nan)
+    sound = np.isfinite(rate) & (rate > 0.0)
+    for level in np.unique(levels[sound]):
+        rows = np.flatnonzero(sound & (levels == level))
+        edges = np.log([level, FAR * level])
+        share[rows] = contributions(curves.rows(rows), hazard, edges, outside)[:, 0] / rate[rows]
+    return share
+
+
+def _deaggregate(
+    curves: CurveArrays, rate: Array, hazard: Pieces, edges: Array, outside: str
+) -> tuple[Array, Array, Array]:
+    """Return the shares of the rates (curve, bin) between `edges` (edge,), and mean and mode of ln x (curve,) each.
+
+    The mean is exact, over all intensities; the mode is the middle of the bin that holds most per unit of ln x.  Both
+    are NaN where the rate is 0 or infinite.
+    """
+    curves = curves.flat()
+    log_edges = np.log(edges)
+    sound = np.isfinite(rate) & (rate > 0.0)
+    safe = np.where(sound, rate, np.nan)[:, None]
+    share = contributions(curves, hazard, log_edges, outside) / safe
+    density = share / np.diff(log_edges)
+    middle = np.sqrt(edges[:-1] * edges[1:])
+    mode = np.where(sound, middle[np.argmax(np.nan_to_num(density), axis=1)], np.nan)
+    rule = LEAST if outside == REFUSE else outside
+    base = lower_end(curves, hazard, rule)
+    moment = np.full(rate.shape, np.nan)
+    rows = np.flatnonzero(sound)
+    if rows.size:
+        some, low = curves.rows(rows), base[rows]
+        moment[rows] = event_integral(some, hazard, lambda u, row: np.maximum(u - low[row][:, None], 0.0), rule)
+        if hazard.above == HOLD:
+            held = some.probability(np.array([hazard.last]), rule)[:, 0] * np.exp(hazard.log_last)
+            moment[rows] += held * np.maximum(hazard.last - low, 0.0)
+    return share, np.exp(base + moment / safe[:, 0]), mode

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -89,13 +88,13 @@ def size_for_rate(
     check_family(along, sizes, [str(label) for label in rates["block"].values[order]])
     dims = tuple(str(dim) for dim in rates["rate"].dims if dim != "block")
     central = rates["rate"].transpose(*dims, "block").values[..., order]
-    found = _crossings(sizes, central, goal)
+    times, outermost = _crossings(sizes, central, goal)
     status = np.select(
-        [np.isnan(central).any(axis=-1), found.times > 1, found.times == 1, (central > goal).all(axis=-1)],
+        [np.isnan(central).any(axis=-1), times > 1, times == 1, (central > goal).all(axis=-1)],
         [NO_RATE, CROSSED, OK, TOO_HIGH],
         TOO_LOW,
     ).astype(object)
-    values = np.where(status == OK, found.outermost, np.nan)
+    values = np.where(status == OK, outermost, np.nan)
     text = str(rates[along].attrs.get("long_name", along))
     attributes = {"units": rates[along].attrs.get("units", DIMENSIONLESS)}
     goal_text = f"for a rate of overturning of {goal:.4g} per year"
@@ -106,7 +105,7 @@ def size_for_rate(
     if "rate_sample" in rates:
         rows = [str(dim) for dim in rates["rate_sample"].dims if dim not in (*dims, "block")]
         samples = rates["rate_sample"].transpose(*dims, *rows, "block").values[..., order]
-        sizes_of = _crossings(sizes, samples, goal).outermost.reshape(*central.shape[:-1], -1)
+        sizes_of = _crossings(sizes, samples, goal)[1].reshape(*central.shape[:-1], -1)
         ends = percentile_interval(sizes_of, level, _weights(rates, rows))
         used = {"units": DIMENSIONLESS, "long_name": "samples with a rate of every block"}
         variables["samples_used"] = (dims, ends[2], used)
@@ -148,15 +147,11 @@ def target_rate(rate: float | None, probability: float | None, years: float) -> 
     return float(rate_from_probability(checks.number("probability", probability, above=0.0, below=1.0), years))
 
 
-class _Crossings(NamedTuple):
-    """Number of crossings of the target by rates (…, size), and the outermost on the conservative side: (…,) each."""
+def _crossings(sizes: Array, rates: Array, goal: float) -> tuple[Index, Array]:
+    """Return the number of crossings of the target by rates (…, size), and the outermost on the conservative side.
 
-    times: Index
-    outermost: Array
-
-
-def _crossings(sizes: Array, rates: Array, goal: float) -> _Crossings:
-    """Crossings of ln(rate), linear between sizes, with the target; without one, the end beyond which it would lie."""
+    Crossings are of ln(rate), linear between sizes; without one, the end beyond which it would lie.
+    """
     above = rates > goal
     flips = above[..., 1:] != above[..., :-1]
     count = flips.sum(axis=-1)
@@ -173,7 +168,7 @@ def _crossings(sizes: Array, rates: Array, goal: float) -> _Crossings:
     met = np.take_along_axis(points, at[..., None], axis=-1)[..., 0]
     never = np.where(above[..., 0] == falls, np.inf, -np.inf)
     found = np.where(count > 0, met, never)
-    return _Crossings(count, np.where(np.isnan(rates).any(axis=-1), np.nan, found))
+    return count, np.where(np.isnan(rates).any(axis=-1), np.nan, found)
 
 
 def _weights(rates: xr.Dataset, rows: list[str]) -> Array | None:

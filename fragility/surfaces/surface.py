@@ -75,10 +75,6 @@ class Cut(NamedTuple):
         """Return how far points (point, variable) lie along the normal."""
         return times(points, self.normal)
 
-    def all_on(self, far: bool) -> Cut:
-        """Return a cut that has all points on its far side, or on its near one."""
-        return self._replace(place=-math.inf if far else math.inf)
-
     def open_at(self, points: Array) -> Flags:
         """Return at which points (point, variable) the runs do not tell the side."""
         along = self.along(points)
@@ -131,7 +127,8 @@ class Surface(NamedTuple):
 
     def on_side(self, far: bool) -> Surface:
         """Return the surface with one side of its cut continued over all of the region."""
-        return self if self.cut is None else self._replace(cut=self.cut.all_on(far))
+        place = -math.inf if far else math.inf
+        return self if self.cut is None else self._replace(cut=self.cut._replace(place=place))
 
     def terms(self, points: Array) -> tuple[Array, Array]:
         """Return the terms (point, term) of ln median and of ln dispersion at points (point, variable)."""

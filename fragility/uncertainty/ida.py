@@ -75,11 +75,6 @@ def uncertain_ida(
         The outputs on (sample, level, motion), or (model, sample, level, motion); the properties of each sample's
         block and law as coordinates on sample.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `ida` and `RandomInputs.realise`.
-
     Examples
     --------
     >>> import toppling as tp

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Array
@@ -27,7 +26,6 @@ def sobol_indices(
     function: Response,
     n: int = 256,
     *,
-    second_order: bool = False,
     confidence: float = 0.95,
     replicates: int = 200,
     seed: int = 0,
@@ -42,10 +40,7 @@ def sobol_indices(
         A function of samples, a dataset on ``sample`` as `RandomInputs.sample` returns it, that returns numbers on
         sample and any other dimensions, such as that of `overturning_response`.
     n : int
-        Base samples, a power of 2, >= 2: the function is evaluated at n (d + 2) samples of d inputs, at n (2 d + 2)
-        with `second_order`.
-    second_order : bool
-        Compute the shares of pairs of inputs as well.
+        Base samples, a power of 2, >= 2: the function is evaluated at n (d + 2) samples of d inputs.
     confidence : float
         Confidence level of the intervals, between 0 and 1.
     replicates : int
@@ -56,21 +51,15 @@ def sobol_indices(
     Returns
     -------
     xarray.Dataset
-        On input and the function's other dimensions: `first` (alone) and `total` (with all others); on (input, input_2)
-        `second` (what the two do together beyond each alone); each with its interval, `_lower` and `_upper`.
-        `mean` and `variance` of the function.  NaN where it does not vary.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Correlated inputs, n that is no power of 2, a function whose result is not finite or not on sample.
+        On input and the function's other dimensions: `first` (alone) and `total` (with all others), each with its
+        interval, `_lower` and `_upper`.  `mean` and `variance` of the function.  NaN where it does not vary.
 
     Notes
     -----
-    First and total order by the estimators of Saltelli et al. (2010), second order by Saltelli (2002), on scrambled
-    Sobol' points.  The indices are estimates, and small ones may be below zero.  Their intervals are the estimate plus
-    and minus normal quantiles of the standard deviation of the bootstrap replicates.  For the g-function of Sobol' they
-    held indices in 89 to 99 % of repetitions with 64 base samples, and always with 256: then they are too long.
+    First and total order by the estimators of Saltelli et al. (2010), on scrambled Sobol' points.  The indices are
+    estimates, and small ones may be below zero.  Their intervals are the estimate plus and minus normal quantiles of
+    the standard deviation of the bootstrap replicates.  For the g-function of Sobol' they held indices in 89 to 99 % of
+    repetitions with 64 base samples, and always with 256: then they are too long.
 
     References
     ----------
@@ -97,14 +86,11 @@ def sobol_indices(
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
     times = checks.count("replicates", replicates, at_least=2)
     d = len(inputs.names)
-    problem = _problem(inputs)
-    points = sobol_sample.sample(problem, size, calc_second_order=second_order, seed=stream(start, 0))
+    problem = {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}  # (the cube of probabilities)
+    points = sobol_sample.sample(problem, size, calc_second_order=False, seed=stream(start, 0))
     values, rest = _evaluate(inputs, function, points)
     shape = (d, values.shape[1])
     found = {name: np.full(shape, np.nan) for name in ("S1", "S1_conf", "ST", "ST_conf")}
-    pairs: dict[str, NDArray[Any]] = {}
-    if second_order:
-        pairs = {name: np.full((d, *shape), np.nan) for name in ("S2", "S2_conf")}
     step = points.shape[0] // size
     base = np.concatenate([values[::step], values[step - 1 :: step]])
     for k in range(values.shape[1]):
@@ -113,27 +99,18 @@ def sobol_indices(
         result = sobol_analysis.analyze(
             problem,
             values[:, k],
-            calc_second_order=second_order,
+            calc_second_order=False,
             num_resamples=times,
             conf_level=level,
             seed=stream(start, 1),
         )
         for name, array in found.items():
             array[:, k] = result[name]
-        for name, both in pairs.items():
-            upper = np.triu(np.nan_to_num(result[name]), 1)
-            both[:, :, k] = np.where(np.eye(d, dtype=bool), np.nan, upper + upper.T)
     variables = {
         **_with_ends("first", found["S1"], found["S1_conf"], "first-order Sobol' index", level),
         **_with_ends("total", found["ST"], found["ST_conf"], "total-order Sobol' index", level),
     }
     dataset = _dataset(inputs, variables, rest)
-    if second_order:
-        of_pairs = _with_ends("second", pairs["S2"], pairs["S2_conf"], "second-order Sobol' index", level)
-        for name, (values_of, text) in of_pairs.items():
-            shaped = values_of.reshape(d, d, *rest.shape[1:])
-            dataset[name] = (("input", "input_2", *rest.dims[1:]), shaped, _attributes(text))
-        dataset["input_2"] = ("input_2", dataset["input"].values, _attributes("second input"))
     units = str(rest.attrs.get("units", DIMENSIONLESS))
     for name, column, unit, text in (
         ("mean", base.mean(axis=0), units, "mean of the function"),
@@ -143,7 +120,7 @@ def sobol_indices(
     options = {"n": size, "samples": points.shape[0], "confidence": level, "replicates": times, "seed": start}
     return dataset.assign_attrs(
         title="Sobol' indices",
-        **_provenance("Sobol' indices", inputs, rest, {**options, "second_order": second_order}),
+        **_provenance("Sobol' indices", inputs, rest, options),
         **options,
     )
 
@@ -166,11 +143,6 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
         On input and the function's other dimensions, in its unit: `low` and `high`, the function at the two quantiles
         (of a choice, its least and greatest), and `swing`, their absolute difference; `base`, at the medians (and the
         likeliest choices).
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `sobol_indices`.
 
     Examples
     --------
@@ -245,12 +217,6 @@ def _independent(inputs: Any) -> None:
     if not inputs.independent:
         pairs = ", ".join(f"{a} and {b}" for (a, b), value in inputs.rank_correlation.items() if value)
         raise ValueError(f"inputs must be independent to have shares of their own, got a correlation of {pairs}")
-
-
-def _problem(inputs: RandomInputs) -> dict[str, Any]:
-    """The unit cube of the inputs' probabilities as a problem of SALib."""
-    d = len(inputs.names)
-    return {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}
 
 
 def _evaluate(inputs: RandomInputs, function: Response, points: Array) -> tuple[Array, xr.DataArray]:

@@ -17,8 +17,6 @@ from ...models import Block, Law
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED
 from ..curves.probability import overturning_probability
-from ..fitting.fit import fit_fragility
-from ..fitting.states import OK, OVERTURNED, State, needed_output
 from .ida import uncertain_ida
 from .inputs import RandomInputs
 
@@ -36,14 +34,12 @@ def overturning_response(
     levels: Any,
     im: str | Measure = "pga",
     *,
-    median: bool = False,
-    state: State = OVERTURNED,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     client: Client | Runner | None = None,
     progress: Progress | None = None,
 ) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function from samples to the probability of overturning at every level, and optionally the median.
+    """Return a function from samples to the probability of overturning at every level.
 
     Parameters
     ----------
@@ -51,18 +47,12 @@ def overturning_response(
         The uncertain properties of the block and its law.
     block, model, motions, levels, im, ground, polarity, client, progress
         As for `uncertain_ida`; the same motions for every sample.
-    median : bool
-        Add the median of a lognormal curve fitted to the levels, for which they must reach from where nearly no motion
-        overturns the block to where nearly all do.
-    state : str or float
-        The limit state of which the probability is computed, see `reached`.
 
     Returns
     -------
     callable
         From samples (`RandomInputs.sample`) to an array on (sample, output), for `sobol_indices` and
-        `tornado`.  Output is ``P at 3 m s-2``, … and ``median``, with the coordinate `level`.  ValueError where a
-        sample has no median.
+        `tornado`.  Output is ``P at 3 m s-2``, …, with the coordinate `level`.
 
     Examples
     --------
@@ -75,7 +65,6 @@ def overturning_response(
     >>> response(inputs.sample(5)).dims
     ('sample', 'output')
     """
-    needed = [needed_output(state)]
 
     def response(samples: xr.Dataset) -> xr.DataArray:
         runs = uncertain_ida(
@@ -85,33 +74,21 @@ def overturning_response(
             motions,
             levels,
             im,
-            needed,
+            ["overturned"],
             client,
             samples=samples,
             ground=ground,
             polarity=polarity,
             progress=progress,
         )
-        counts = overturning_probability(runs, state=state)
+        counts = overturning_probability(runs)
         if "floor" in counts.dims:
             raise ValueError("motions must be of one floor, got several: an output for each needs a call for each")
         level = counts["level"]
-        columns = [counts["probability"].transpose("sample", "level").values]
         units = level.attrs["units"]
         names = [f"P at {one:g}{'' if units == DIMENSIONLESS else f' {units}'}" for one in level.values]
-        if median:
-            fits = fit_fragility(counts)
-            bad = fits["status"].values[fits["status"].values != OK]
-            if bad.size:
-                raise ValueError(
-                    f"every sample must have a median, got {bad.size} of {fits.sizes['sample']} without "
-                    f"({', '.join(sorted(set(map(str, bad))))}): extend or refine the levels"
-                )
-            columns.append(fits["median"].values[:, None])
-            names.append("median")
-        at = np.concatenate([level.values, [np.nan] * (len(names) - level.size)])
         return xr.DataArray(
-            np.concatenate(columns, axis=1),
+            counts["probability"].transpose("sample", "level").values,
             dims=("sample", "output"),
             coords={
                 "output": (
@@ -119,7 +96,7 @@ def overturning_response(
                     np.array(names, dtype=object),
                     {"units": DIMENSIONLESS, "long_name": "what is looked at"},
                 ),
-                "level": ("output", at, dict(level.attrs)),
+                "level": ("output", level.values, dict(level.attrs)),
             },
             attrs={"configuration": runs.attrs["configuration"]},
         )

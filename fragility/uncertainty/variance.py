@@ -43,12 +43,6 @@ def variance_shares(
         in which it takes part, and `nested_share`, its contribution in the order of `dims`, which sum to 1 as well.
         `total_variance`.  Where the total variance is 0 the shares are NaN.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Values that are no array; dimensions that it does not have or that are named twice; values that are not finite;
-        weights that are negative, all zero or of another number.
-
     Notes
     -----
     V(S) = Var E[values | dimensions in S], under the product of the weights.  The component of S is V(S) less the

@@ -77,11 +77,6 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
         Notes on each squat block; friction; the elastic mode; scale factors; the number of motions; undecided flags;
         and the effects that are not modelled.
 
-    Raises
-    ------
-    TypeError
-        A dataset that has not been screened.
-
     Examples
     --------
     >>> import toppling as tp

@@ -86,12 +86,10 @@ def pushed_by_drift(block: Block) -> bool:
 
 
 def _low(block: Block) -> bool:
-    return block.wall is not None and block.wall.restitution is None and _rebound(block) == 0.0
-
-
-def _rebound(block: Block) -> float:
-    around = surroundings(block, *sides(block, "linear"), exact=False)
-    return 1.0 if around.back_wall is None else around.back_wall.factor
+    if block.wall is None or block.wall.restitution is not None:
+        return False
+    wall = surroundings(block, *sides(block, "linear"), exact=False).back_wall
+    return wall is not None and wall.factor == 0.0
 
 
 def _frequency(block: Block) -> float:

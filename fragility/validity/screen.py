@@ -69,7 +69,7 @@ def screen(
     half_width : float
         Greatest half width of the 95 % interval of a probability of 1/2 that passes.
     undecided : bool or float
-        True, or the share of the motions, for which flags are tested under perturbations (`undecided_outcomes`): up to
+        True, or the share of the motions, for which flags are tested under perturbations of a millionth: up to
         four more runs for each run.  At adaptive levels these motions are evenly spaced, from the first one on.
     client, progress
         For these additional runs, as for `toppling.ida`.

@@ -234,10 +234,6 @@ def _all(flags: Flags, _: slice) -> Flags:
     return flags
 
 
-def _along_width(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
-    return [pair]
-
-
 def _across(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
     block, law = pair
     return [(block.across, law)]
@@ -251,7 +247,7 @@ def _flips(
     runner: Runner,
     progress: Progress | None,
 ) -> list[FlipCounts | None]:
-    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`undecided_outcomes`).
+    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`count_flips`).
 
     None for a curve without a run under these motions.
     """
@@ -268,7 +264,7 @@ def _flips(
             found.append(None)
             continue
         records = [kept[place] for place in curve.motions[own].tolist()]
-        axes = [Axis(_along_width, records)]
+        axes: list[Axis[tuple[Block, Law]]] = [Axis(lambda pair: [pair], records)]
         if about == 2:
             axes.append(Axis(_across, [along_depth(one) for one in records]))
         flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]

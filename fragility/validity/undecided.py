@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Flags, Progress
-from ...core.units import DIMENSIONLESS
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
@@ -29,66 +28,16 @@ from ..runs.oscillators import OscillatorGrid
 from ..runs.plan import Work
 from ..runs.progress import part_of
 from ..runs.provenance import Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
-from ..runs.request import collect, runner_of
+from ..runs.request import collect
 from ..runs.runners import Runner
 
 if TYPE_CHECKING:
-    from distributed import Client
+    pass
 
 Row = TypeVar("Row")
 
 PERTURBATION = 1e-6
-NOT_TESTED = -1
 FLAGS = ("overturned",)
-
-
-def undecided_outcomes(
-    runs: xr.Dataset,
-    motions: Motions,
-    share: float = 1.0,
-    client: Client | Runner | None = None,
-    progress: Progress | None = None,
-) -> xr.DataArray:
-    """Count the perturbations of a millionth that change the flag of each run.
-
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        As `toppling.ida`, `stripes` or `cloud` return it, with `overturned`.
-    motions : xarray.DataArray or a sequence of them
-        The motions of the runs; for stripes, one set for each stripe, as `toppling.stripes` takes them.
-    share : float
-        Share of the motions to be tested, above 0 to 1, at least one motion: a fixed random choice that depends on the
-        number of motions alone.
-    client, progress
-        As for `toppling.ida`.
-
-    Returns
-    -------
-    xarray.DataArray
-        On the dimensions of `overturned`: the number of repeated runs that give another flag, 0 to 4; -1 where not
-        tested.  Runs are repeated with scale factors times 1 ± 1e-6 and, where the law has a restitution, with e times
-        1 ± 1e-6 (1 - 1e-6 alone where e is 1).
-
-    Raises
-    ------
-    TypeError, ValueError
-        Runs of another kind, without their configuration or with laws that the package does not have, motions missing,
-        a share out of range.
-    """
-    flags = _flags(runs)
-    found = count_flips(runs, motions, share, runner_of(client), progress)
-    dims = flags.dims
-    shaped = _shaped(flags)
-    out = np.full(shaped.shape, NOT_TESTED, np.int8)
-    out[..., found.chosen] = found.counts
-    labelled = shaped.copy(data=out)
-    if "level" not in dims:
-        labelled = labelled.isel(level=0)
-    text = f"perturbations of {PERTURBATION:g} of motion and restitution that change the flag, {NOT_TESTED}: not tested"
-    labelled = labelled.transpose(*dims).rename("undecided_outcomes")
-    labelled.attrs = {"units": DIMENSIONLESS, "long_name": text}
-    return labelled
 
 
 class FlipCounts(NamedTuple):
@@ -123,7 +72,11 @@ class FlipCounts(NamedTuple):
 def count_flips(
     runs: xr.Dataset, motions: Motions, share: float, runner: Runner, progress: Progress | None = None
 ) -> FlipCounts:
-    """Repeat the runs of a share of the motions under the perturbations of `undecided_outcomes` and count flips."""
+    """Repeat the runs of a share of the motions under perturbations and count flips of the flags.
+
+    Runs are repeated with scale factors times 1 ± 1e-6 and, where the law has a restitution, with e times 1 ± 1e-6
+    (1 - 1e-6 alone where e is 1).
+    """
     shaped = _shaped(_flags(runs))
     chosen = choose_motions(runs.sizes["motion"], share)
     plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
@@ -168,7 +121,7 @@ def count_flips_of(
     runner: Runner,
     progress: Progress | None = None,
 ) -> NDArray[np.int8]:
-    """Repeat the runs of pairs of a block and a law under the perturbations of `undecided_outcomes` and count flips.
+    """Repeat the runs of pairs of a block and a law under the perturbations of `count_flips`.
 
     Counts are (row, pair, level, motion), allocated by the runner. `rows` are whatever pairs are made of, such as
     blocks; `axes` has the pairs of a row and their motions, about one axis or about both: a run overturns about either.
@@ -227,7 +180,7 @@ def choose_motions(n: int, share: float) -> Flags:
 
 
 def perturbed_runs(blocks: int, models: Sequence[Model], levels: int, motions: int, share: float, axes: int = 1) -> int:
-    """Return the number of runs that `undecided_outcomes` needs, about one axis or two."""
+    """Return the number of runs that `count_flips` repeats, about one axis or two."""
     laws = sum(2 if hasattr(model, "e") else 1 for model in models)
     return 2 * axes * blocks * laws * levels * int(choose_motions(motions, share).sum())
 

@@ -26,11 +26,6 @@ class Bed:
         How far the weight of the upright block presses the bed down, m, > 0; at most a tenth of the block's half width
         and a tenth of (half width x alpha).
 
-    Raises
-    ------
-    ValueError
-        A settlement that is not finite and positive.
-
     Notes
     -----
     A rigid base of width 2b with the weight m g on a bed of stiffness k per length settles by d0 = m g/(2 b k).  Its

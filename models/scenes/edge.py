@@ -32,11 +32,6 @@ class Edge:
         ``centre`` (it falls when its centre of mass has passed the edge) or ``foot`` (when its foot has: feet or
         castors that leave the surface).
 
-    Raises
-    ------
-    TypeError, ValueError
-        No edge on either side, a distance that is not finite or is negative, another word.
-
     Notes
     -----
     A block at rest on its base stands until its centre of mass is over the edge, so that it has to slide the distance

@@ -38,11 +38,6 @@ class Restraint:
     height : float, optional
         Where a cable is fixed to the block, m, at most the block's height: the arm of a sloping one is less.
 
-    Raises
-    ------
-    ValueError
-        A value that is not finite or out of range.
-
     Notes
     -----
     The force is T = preload + stiffness max(0, arm theta - slack), and the restraint breaks for good where T reaches

@@ -24,11 +24,6 @@ class Wall:
     front_gap : float, optional
         The same distance to a second wall in front (a niche), m, > 0; no wall there if not given.
 
-    Raises
-    ------
-    ValueError
-        A value that is not finite or out of range.
-
     Notes
     -----
     The back is the side of negative rotation: a positive rotation tips the block away from the wall, into the room.

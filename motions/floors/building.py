@@ -35,7 +35,7 @@ from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import Isolation
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
-from .yielding import HARDENING, YieldingBuilding, yielding_building
+from .yielding import HARDENING, YieldingBuilding, chosen_floors, yielding_building
 
 NO_STRENGTH = "hardening, p_delta and strength_dispersion are of storeys that yield: give a yield_coefficient"
 MIN_PERIOD, MAX_PERIOD = 1e-3, 100.0
@@ -112,11 +112,6 @@ class Building:
         modes : int
             Number of modes, 1 to 100; the others move with the ground.
 
-        Raises
-        ------
-        TypeError, ValueError
-            A value out of range, a sequence of the wrong length.
-
         Notes
         -----
         Mode shapes, period ratios and participation factors of the uniform beam (`modes.beam_modes`).
@@ -138,12 +133,12 @@ class Building:
         count = _up_to("modes", modes, MOST_BEAM_MODES)
         heights = storey_heights(storey_height, number)
         warn(building_doubts(first, damping, heights))
-        found = beam_modes(shape, count, heights / heights[-1])
+        ratios, shares = beam_modes(shape, count, heights / heights[-1])
         text = (
             f"flexural-shear building, {number} storeys, {heights[-1]:g} m, T1 = {first:g} s, alpha0 = {shape:g}, "
             f"{count} modes, {_damping_text(damping)}"
         )
-        return cls(first / found.ratios, _damping(damping, count), found.shares, heights, text)
+        return cls(first / ratios, _damping(damping, count), shares, heights, text)
 
     @overload
     @classmethod
@@ -403,7 +398,7 @@ class Building:
         >>> dict(Building.flexural_shear(0.8, storeys=4).floor_motions(ground, floors=[2, 4]).sizes)
         {'motion': 2, 'floor': 2, 'time': 2624}
         """
-        chosen = self._chosen(floors)
+        chosen = chosen_floors(floors, self.floors)
         cut = _up_to("parts", parts, MOST_PARTS)
         arrays = [motions] if isinstance(motions, xr.DataArray) else _several(motions)
         found = [self._moved(array, chosen, cut) for array in arrays]
@@ -427,11 +422,6 @@ class Building:
             on motion.  The velocity is absolute: the velocity of the ground, from zero and not corrected, plus the
             velocity of the building.
 
-        Raises
-        ------
-        TypeError, ValueError
-            As `floor_motions`.
-
         Examples
         --------
         >>> from toppling import motions
@@ -439,7 +429,7 @@ class Building:
         >>> dict(Building.flexural_shear(0.8, storeys=4).peaks(ground).sizes)
         {'motion': 3, 'floor': 5}
         """
-        chosen = self._chosen(floors)
+        chosen = chosen_floors(floors, self.floors)
         cut = _up_to("parts", parts, MOST_PARTS)
         arrays = [motions] if isinstance(motions, xr.DataArray) else _several(motions)
         for array in arrays:
@@ -483,18 +473,6 @@ class Building:
             name=x.name,
             attrs=x.attrs,
         )
-
-    def _chosen(self, floors: Any) -> list[int]:
-        if floors is None:
-            return list(self.floors)
-        if isinstance(floors, str) or not isinstance(floors, Iterable):
-            raise TypeError(f"floors must be a sequence of floors, got {checks.kind(floors)}")
-        chosen = [checks.count("floors", one) for one in floors]
-        if not chosen or len(set(chosen)) != len(chosen) or max(chosen) >= self.heights.size:
-            raise ValueError(
-                f"floors must be different numbers from 0 (ground) to {self.floors[-1]} (roof), got {chosen!r:.80}"
-            )
-        return chosen
 
     def _described(self) -> dict[str, Any]:
         return {"description": self.description, "periods": self.periods.tolist(), "damping": self.damping.tolist()}

@@ -8,7 +8,6 @@ on motions.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -17,13 +16,6 @@ from numpy.typing import NDArray
 from ...core.aliases import Array
 
 MOST_BEAM_MODES = 100
-
-
-class Modes(NamedTuple):
-    """Circular frequencies over the first one (mode,), and shares (mode, height): participation times shape."""
-
-    ratios: Array
-    shares: Array
 
 
 def beam_roots(alpha0: float, modes: int) -> Array:
@@ -48,12 +40,13 @@ def beam_roots(alpha0: float, modes: int) -> Array:
     return np.array(roots)
 
 
-def beam_modes(alpha0: float, modes: int, heights: Array) -> Modes:
-    """Return the first modes of a uniform flexural-shear cantilever at relative heights (height,), 0 to 1.
+def beam_modes(alpha0: float, modes: int, heights: Array) -> tuple[Array, Array]:
+    """Return frequencies over the first (mode,) and shares (mode, height) of a uniform flexural-shear cantilever.
 
-    phi = sin gamma x - (gamma/beta) sinh beta x - eta cos gamma x + eta cosh beta x, eta = (gamma² sin gamma + gamma
-    beta sinh beta)/(gamma² cos gamma + beta² cosh beta); omega is proportional to beta gamma; participation is the
-    integral of phi over that of phi² (Miranda and Taghavi (2005), Journal of Structural Engineering 131(2), 203-211).
+    Shares are participation times shape at relative heights x, 0 to 1.  phi = sin gamma x - (gamma/beta) sinh beta x -
+    eta cos gamma x + eta cosh beta x, eta = (gamma² sin gamma + gamma beta sinh beta)/(gamma² cos gamma + beta² cosh
+    beta); omega is proportional to beta gamma; participation is the integral of phi over that of phi² (Miranda and
+    Taghavi (2005), Journal of Structural Engineering 131(2), 203-211).
     The two hyperbolic terms nearly cancel: they are written as multiples of exp(-beta (1 - x)) and exp(-beta x).
     """
     gammas = beam_roots(alpha0, modes)
@@ -75,7 +68,7 @@ def beam_modes(alpha0: float, modes: int, heights: Array) -> Modes:
         twice = (c[:, None] * c * _integral(pairs, starts)).sum().real
         shares[i] = once / twice * shape
     shares[:, heights == 0.0] = 0.0
-    return Modes(betas * gammas / (betas[0] * gammas[0]), shares)
+    return betas * gammas / (betas[0] * gammas[0]), shares
 
 
 def _integral(k: NDArray[np.complex128], start: NDArray[np.complex128]) -> NDArray[np.complex128]:

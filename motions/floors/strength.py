@@ -36,7 +36,12 @@ class Strength(NamedTuple):
 
 
 def code_strength(system: Any, period: Any, sds: Any, sd1: Any, importance: Any = 1.0) -> Strength:
-    """Return the default strength of a building, and how it follows; errors as of `default_yield_coefficient`."""
+    """Return the strength that a building of a code's design may have (a judgement), and how it follows.
+
+    C_y = Omega_0 C_s with C_s = min(S_DS, S_D1/T1) I_e/R (ASCE/SEI 7-22, 12.8.1.1, recalled), for
+    `Building.from_storeys`.  The least C_s of the code, its branch at long periods and designs that drift governs are
+    left out: these make buildings stronger.
+    """
     one = SYSTEMS[checks.choice("system", system, tuple(SYSTEMS))]
     t = checks.number("period", period, above=0.0, unit="s")
     short = checks.number("sds", sds, above=0.0, at_most=10.0, unit="g")
@@ -49,48 +54,3 @@ def code_strength(system: Any, period: Any, sds: Any, sd1: Any, importance: Any 
         f"I_e/R with S_DS {short:g} g, S_D1 {long:g} g, T1 {t:.3g} s, I_e {factor:g} and R {one.reduction:g}"
     )
     return Strength(found, text)
-
-
-def default_yield_coefficient(system: str, period: float, sds: float, sd1: float, importance: float = 1.0) -> float:
-    """Return the yield strength over weight that a building of a code's design may have: a judgement.
-
-    Parameters
-    ----------
-    system : str
-        Seismic force-resisting system: ``special-moment-frame``, ``ordinary-steel-moment-frame``,
-        ``special-concrete-wall``, ``special-braced-frame``, ``buckling-restrained-braced-frame``, ``light-frame-wall``
-        or ``ordinary-masonry-wall``.
-    period : float
-        Fundamental period T1, s, > 0.
-    sds, sd1 : float
-        Design spectral accelerations S_DS and S_D1 of the site, g, above 0 to 10.
-    importance : float
-        Importance factor I_e of the building, 1 to 1.5.
-
-    Returns
-    -------
-    float
-        C_y = Omega_0 C_s with C_s = min(S_DS, S_D1/T1) I_e/R, for `Building.from_storeys`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Values out of range, an unknown system.
-
-    Notes
-    -----
-    R and Omega_0 of the systems are (8, 3), (3.5, 3), (6, 2.5), (6, 2), (8, 2.5), (6.5, 3) and (2, 2.5), in the order
-    above.  The least C_s of the code, its branch at long periods and designs that drift governs are left out: these
-    make buildings stronger.  Real strengths vary about such a number (`strength_dispersion` of the building).
-
-    References
-    ----------
-    ASCE/SEI 7-22, Minimum design loads and associated criteria for buildings and other structures, 12.8.1.1 and table
-    12.2-1 (both recalled).
-
-    Examples
-    --------
-    >>> round(default_yield_coefficient("special-moment-frame", 1.0, sds=1.0, sd1=0.6), 3)
-    0.225
-    """
-    return code_strength(system, period, sds, sd1, importance).coefficient

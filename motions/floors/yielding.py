@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -160,7 +160,7 @@ class YieldingBuilding:
         ({'motion': 2, 'floor': 3, 'time': 2624}, True)
         """
         scale = checks.number("factor", factor, above=0.0)
-        chosen = self._chosen(floors)
+        chosen = chosen_floors(floors, self.floors)
         plain = _ground(motions)
         n = plain[0].acceleration.size
         values = np.empty((len(plain), len(chosen), n))
@@ -219,11 +219,6 @@ class YieldingBuilding:
             yield drift, and ``residual`` plastic drift (m).  On (factor, motion): ``collapsed``, the storey, 0 for
             none, and of an isolated building ``isolator_displacement``, the greatest (m); peaks of a collapsed building
             are those until then.  On motion ``strength_factor``, where the strength is uncertain.
-
-        Raises
-        ------
-        TypeError, ValueError
-            As `floor_motions`.
         """
         scales = np.atleast_1d(checks.finite_array("factors", np.atleast_1d(np.asarray(factors))))
         if scales.min() <= 0.0:
@@ -336,16 +331,6 @@ class YieldingBuilding:
             float(peaks[0]) if below else 0.0,
         )
 
-    def _chosen(self, floors: Sequence[int] | None) -> list[int]:
-        if floors is None:
-            return list(self.floors)
-        chosen = [checks.count("floors", one) for one in floors]
-        if not chosen or len(set(chosen)) != len(chosen) or max(chosen) >= self.heights.size:
-            raise ValueError(
-                f"floors must be different numbers from 0 (ground) to {self.floors[-1]} (roof), got {chosen!r:.80}"
-            )
-        return chosen
-
     def _described(self) -> dict[str, Any]:
         return {
             "description": self.description,
@@ -357,6 +342,18 @@ class YieldingBuilding:
             "strength_dispersion": self.strength_dispersion,
             "seed": self.seed,
         }
+
+
+def chosen_floors(floors: Any, known: Sequence[int]) -> list[int]:
+    """Return the floors of a building that were asked for, all of the known ones by default."""
+    if floors is None:
+        return list(known)
+    if isinstance(floors, str) or not isinstance(floors, Iterable):
+        raise TypeError(f"floors must be a sequence of floors, got {checks.kind(floors)}")
+    chosen = [checks.count("floors", one) for one in floors]
+    if not chosen or len(set(chosen)) != len(chosen) or max(chosen) > known[-1]:
+        raise ValueError(f"floors must be different numbers from 0 (ground) to {known[-1]} (roof), got {chosen!r:.80}")
+    return chosen
 
 
 def yielding_building(

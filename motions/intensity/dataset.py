@@ -49,11 +49,6 @@ def measure_named(
         Words for the message: the quantity that is named, further names that are allowed, and those of `MEASURES` that
         the caller allows.
 
-    Raises
-    ------
-    TypeError, ValueError
-        An unknown name, wrong parameters.
-
     Examples
     --------
     >>> measure_named("Sa(1.0, 0.02)")
@@ -154,12 +149,6 @@ def measures(
         coordinates.
         All but t_mean, which is computed from the samples, are exact for acceleration that is linear between samples;
         peaks between samples are included.  Durations and mean period of a motion of zeros are NaN.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.motions.records`: an argument that is no labelled acceleration, labels that are not unique, values
-        that are not finite.  An unknown measure.
 
     Examples
     --------

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, fields
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy
@@ -56,7 +56,10 @@ class ParametricMeasure(Measure):
 
 @dataclass(frozen=True)
 class _Spectral(ParametricMeasure):
-    """Value of a response spectrum at one period."""
+    """Value of a response spectrum at one period: the displacement times omega to some power."""
+
+    _quantity: ClassVar[str]
+    _order: ClassVar[int]
 
     period: float
     damping: float = DAMPING
@@ -65,16 +68,13 @@ class _Spectral(ParametricMeasure):
         object.__setattr__(self, "period", period_of("period", self.period))
         object.__setattr__(self, "damping", damping_of(self.damping))
 
-    def _displacement(self, acceleration: Array, dt: float) -> float:
-        return float(peak_displacements(acceleration, dt, np.array([self.period]), self.damping)[0])
-
     @property
-    def _omega(self) -> float:
-        return 2.0 * math.pi / self.period
+    def long_name(self) -> str:
+        return f"spectral {self._quantity} at {self.period:g} s, {100.0 * self.damping:g} % damping"
 
-    @property
-    def _where(self) -> str:
-        return f"at {self.period:g} s, {100.0 * self.damping:g} % damping"
+    def of(self, acceleration: Array, dt: float) -> float:
+        displacement = float(peak_displacements(acceleration, dt, np.array([self.period]), self.damping)[0])
+        return (2.0 * math.pi / self.period) ** self._order * displacement
 
 
 @dataclass(frozen=True)
@@ -98,48 +98,24 @@ class Sa(_Spectral):
     ('Sa(1.0)', 'Sa(1.0, 0.02)')
     """
 
-    @property
-    def units(self) -> str:
-        return ACCELERATION
-
-    @property
-    def long_name(self) -> str:
-        return f"spectral acceleration {self._where}"
-
-    def of(self, acceleration: Array, dt: float) -> float:
-        return self._omega**2 * self._displacement(acceleration, dt)
+    units = ACCELERATION
+    _quantity, _order = "acceleration", 2
 
 
 @dataclass(frozen=True)
 class Sv(_Spectral):
     """Spectral (pseudo-)velocity: omega times the greatest relative displacement of an oscillator, m/s; as `Sa`."""
 
-    @property
-    def units(self) -> str:
-        return VELOCITY
-
-    @property
-    def long_name(self) -> str:
-        return f"spectral velocity {self._where}"
-
-    def of(self, acceleration: Array, dt: float) -> float:
-        return self._omega * self._displacement(acceleration, dt)
+    units = VELOCITY
+    _quantity, _order = "velocity", 1
 
 
 @dataclass(frozen=True)
 class Sd(_Spectral):
     """Spectral displacement: the greatest relative displacement of an oscillator, m; as `Sa`."""
 
-    @property
-    def units(self) -> str:
-        return METRE
-
-    @property
-    def long_name(self) -> str:
-        return f"spectral displacement {self._where}"
-
-    def of(self, acceleration: Array, dt: float) -> float:
-        return self._displacement(acceleration, dt)
+    units = METRE
+    _quantity, _order = "displacement", 0
 
 
 @dataclass(frozen=True)

@@ -96,11 +96,6 @@ def response_spectrum(
         greatest relative velocity and greatest absolute acceleration.  All are maxima during the record of the response
         from rest, between samples too.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.motions.records`; a period or damping ratio out of range.
-
     Notes
     -----
     u'' + 2 zeta omega u' + omega² u = -a with a linear between samples is solved exactly; for an oscillator whose

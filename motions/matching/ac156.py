@@ -187,11 +187,6 @@ def ac156_acceptance(
         ``strong_duration`` (D5-95, s), without outcome, and ``pfv``, the peak velocity (m s-1), for which there is no
         rule.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.motions.records`; values out of range; other axes of another number, step or length.
-
     Notes
     -----
     The correlation is that of the whole histories at zero lag.  Test-laboratory software rounds the frequency at which

@@ -33,11 +33,6 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
         ``end_displacement``; ``pgv_ratio`` and ``pgd_ratio``: PGV and PGD over the references of motions from `match`
         and `SpectrumCompatible`, NaN for motions without references.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.motions.records`.
-
     Examples
     --------
     >>> from toppling import motions

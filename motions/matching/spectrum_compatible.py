@@ -127,14 +127,7 @@ class SpectrumCompatible(Generator):
         Lines.of(self.target, self.dt, self.duration, self.periods)
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
-        """Return motions `first` … `first + n - 1` of `seed`.
-
-        Parameters
-        ----------
-        n : int
-            Number of motions, >= 1.
-        seed, first : int
-            Seed of the ensemble and index of the first motion, >= 0; a motion depends on (seed, index) alone.
+        """Return motions `first` … `first + n - 1` of `seed`; see `KanaiTajimi.sample`.
 
         Returns
         -------

@@ -44,11 +44,6 @@ class TargetSpectrum:
     name : str
         Name of the spectrum in labels.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Lengths that differ, periods that do not increase, values out of range.
-
     Examples
     --------
     >>> target = TargetSpectrum((0.1, 1.0), (1.0, 10.0))

@@ -25,11 +25,6 @@ class Candidates:
         Ground motions, m s-2; a coordinate `event` on motion names the earthquake of each, and each is one of its own
         without it.
 
-    Raises
-    ------
-    TypeError, ValueError
-        No labelled motions, floor motions, a label used twice.
-
     Examples
     --------
     >>> from toppling import motions

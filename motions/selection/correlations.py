@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -130,15 +129,8 @@ def _period(measure: Sa) -> float:
     return measure.period
 
 
-class Repair(NamedTuple):
-    """A correlation matrix (measure, measure), and the greatest change that made it one."""
-
-    matrix: Array
-    change: float
-
-
-def repaired(correlations: Array, labels: Sequence[str] = ()) -> Repair:
-    """Return symmetric correlations (measure, measure), ones on the diagonal, as a positive definite matrix.
+def repaired(correlations: Array, labels: Sequence[str] = ()) -> tuple[Array, float]:
+    """Return correlations (measure, measure) as a positive definite matrix, and the greatest change.
 
     Eigenvalues below 1e-6 are raised to it, and rows and columns are scaled so that the diagonal is one again. A
     correlation that changes by more than 0.05 is warned of (DoubtfulCorrelations), by more than 0.15 refused; `labels`
@@ -157,7 +149,7 @@ def repaired(correlations: Array, labels: Sequence[str] = ()) -> Repair:
         raise ValueError("correlations must be 1 on the diagonal and at most 1 elsewhere")
     values, vectors = np.linalg.eigh(given)
     if values[0] >= LEAST_EIGENVALUE:
-        return Repair(given, 0.0)
+        return given, 0.0
     raised = (vectors * np.maximum(values, LEAST_EIGENVALUE)) @ vectors.T
     scale = 1.0 / np.sqrt(np.diag(raised))
     matrix = 0.5 * (raised + raised.T) * scale[:, None] * scale
@@ -170,4 +162,4 @@ def repaired(correlations: Array, labels: Sequence[str] = ()) -> Repair:
         raise ValueError(f"{said}, more than {GREATEST_CHANGE:g}: take fewer measures, or correlations of one source")
     if change > DOUBTFUL_CHANGE:
         warnings.warn(said, DoubtfulCorrelations, stacklevel=3)
-    return Repair(matrix, change)
+    return matrix, change

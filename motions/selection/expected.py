@@ -56,11 +56,6 @@ def expected_target(
     -------
     Target, or Mixture of several
 
-    Raises
-    ------
-    TypeError, ValueError
-        A measure that the models do not give; otherwise as `expected_motions`, `Target` and `Mixture`.
-
     Notes
     -----
     The models give the median over directions (RotD50).  One component of a motion scatters about it more, which is

@@ -15,7 +15,7 @@ from ...core.aliases import Array
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.parametric_measures import AvgSa, Sa
-from .correlations import Repair, by_formulas, repaired
+from .correlations import by_formulas, repaired
 
 FORMULAS = "baker-jayaram+bradley"
 
@@ -51,20 +51,6 @@ class Conditional:
     def sigmas(self) -> Array:
         """Standard deviations of the logarithms, shape (measure,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-
-    @property
-    def dataset(self) -> xr.Dataset:
-        """The same with labels: `median` and `sigma` on measure, `covariance` on (measure, other)."""
-        labels = [one.label for one in self.measures]
-        return xr.Dataset(
-            {
-                "median": ("measure", self.medians, {"long_name": "median, in the unit of each measure", "units": "1"}),
-                "sigma": ("measure", self.sigmas, {"long_name": "standard deviation of the logarithm", "units": "1"}),
-                "covariance": (("measure", "other"), self.covariance, {"units": "1"}),
-            },
-            coords={"measure": labels, "other": labels, "unit": ("measure", [one.units for one in self.measures])},
-            attrs={"given": self.given.label, "level": self.level, "epsilon": self.epsilon},
-        )
 
 
 MOST_SIGMA = 3.0
@@ -149,15 +135,15 @@ class Target:
                 f"sigmas must be at most {MOST_SIGMA:g} (of natural logarithms), got {sigmas[i]:g} for {labels[i]}"
             )
         given = measure_named(self.given or chosen[0], "given")
-        repair = _correlations(self.correlations, chosen, labels)
+        matrix, change = _correlations(self.correlations, chosen, labels)
         for name, value in {
             "measures": chosen,
             "medians": tuple(medians.tolist()),
             "sigmas": tuple(sigmas.tolist()),
             "given": given,
-            "correlation_change": repair.change,
+            "correlation_change": change,
             "_mean": np.log(medians),
-            "_covariance": repair.matrix * sigmas[:, None] * sigmas,
+            "_covariance": matrix * sigmas[:, None] * sigmas,
             "_direction": _direction(given, chosen),
         }.items():
             object.__setattr__(self, name, value)
@@ -257,7 +243,7 @@ def _positive(name: str, values: Any, number: int, labels: Sequence[str]) -> Arr
     return found
 
 
-def _correlations(given: Any, measures: Sequence[Measure], labels: Sequence[str]) -> Repair:
+def _correlations(given: Any, measures: Sequence[Measure], labels: Sequence[str]) -> tuple[Array, float]:
     if isinstance(given, str):
         checks.choice("correlations", given, (FORMULAS,))
         return repaired(by_formulas(measures), labels)

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self, cast
+from typing import Self
 
 import numpy as np
 import scipy
@@ -124,49 +124,6 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         found = math.pi / (2.0 * STANDARD_GRAVITY) * energy
         return self._calibrate(math.sqrt(checks.number("target", target, above=0.0, unit="m/s")), math.sqrt(found))
 
-    def calibrate_psd(self, omega: Sequence[float] | Array, density: Sequence[float] | Array) -> Self:
-        """Return the generator whose `density` is closest to a given density.
-
-        Parameters
-        ----------
-        omega : sequence of float, shape (k,)
-            Circular frequencies, rad/s, > 0, at least five.
-        density : sequence of float, shape (k,)
-            Two-sided power spectral density at these frequencies, m²/s³ per rad/s, > 0.
-
-        Notes
-        -----
-        Least squares of the logarithms, over s0, damping ratios and frequencies; the drift keeps its shape, because all
-        its frequencies change by one factor.
-        """
-        w = checks.finite_array("omega", omega, unit="rad/s")
-        target = checks.finite_array("density", density, unit="m²/s³")
-        if w.size != target.size or w.size < 5:
-            raise ValueError(f"omega and density must have one length of at least 5, got {w.size} and {target.size}")
-        if not (w.min() > 0.0 and target.min() > 0.0):
-            raise ValueError("omega and density must be > 0")
-        center = math.exp(float((np.log(w) * target).sum() / target.sum()))
-        start = self._with_frequency(center / float(self.frequency(np.array([0.5 * self.duration]))[0]))
-        free = ("xi_g", "s0", *self._further_parameters)
-
-        def candidate(logs: Array) -> EvolutionaryKanaiTajimi:
-            own = {name: getattr(start, name) * math.exp(log) for name, log in zip(free, logs[1:], strict=True)}
-            return replace(start._with_frequency(math.exp(logs[0])), **own)
-
-        def misfit(logs: Array) -> Array:
-            return np.log(candidate(logs).density(w) / target)
-
-        level = -float(misfit(np.zeros(1 + len(free))).mean())
-        first = np.zeros(1 + len(free))
-        first[2] = level
-        found = scipy.optimize.least_squares(misfit, first, bounds=(first - 6.0, first + 6.0))
-        return cast("Self", candidate(found.x))
-
-    _further_parameters: ClassVar[tuple[str, ...]] = ()
-
-    def _with_frequency(self, factor: float) -> Self:
-        return replace(self, omega_g=tuple(factor * value for value in np.atleast_1d(np.asarray(self.omega_g))))
-
     def _calibrate(self, target: float, found: float) -> Self:
         return replace(self, s0=self.s0 * (checks.number("target", target, above=0.0) / found) ** 2)
 
@@ -216,8 +173,6 @@ class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
     def rest(self) -> float:
         slowest = max(settling(self.omega_f, self.xi_f), settling(float(np.min(self.omega_g)), self.xi_g))
         return slowest if self.baseline == "none" else 0.0
-
-    _further_parameters: ClassVar[tuple[str, ...]] = ("omega_f", "xi_f")
 
     def density(self, omega: Array) -> Array:
         w = np.asarray(omega, dtype=np.float64)

@@ -136,11 +136,6 @@ def ensemble(
     make : callable
         Function from the streams of some motions to their accelerations (motion, steps + 1), m/s²; each row must
         depend on its own stream only, to the last bit.
-
-    Raises
-    ------
-    TypeError, ValueError
-        n < 1, seed or first < 0, more than 5e8 samples in all.
     """
     n, seed, first = counts(n, seed, first)
     check_samples(n, steps)

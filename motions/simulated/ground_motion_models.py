@@ -68,11 +68,6 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
         ``pga`` (m s-2), ``pgv`` (m s-1) and ``sa`` (period, m s-2), the medians (RotD50, 5 % damping), and
         ``pga_dispersion``, ``pgv_dispersion``, ``sa_dispersion``, the total standard deviations of their logarithms.
 
-    Raises
-    ------
-    TypeError, ValueError
-        An unknown model or faulting, values out of range.
-
     Notes
     -----
     The fault is vertical and the site beside it: R_jb² = R_rup² - depth².  Basin depths are the models' defaults for
@@ -211,11 +206,6 @@ def scale_to_model(
     -------
     xarray.DataArray
         The scaled motions.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `expected_motions` and `toppling.motions.scale_to`; a measure that the model does not give.
 
     Notes
     -----

@@ -74,11 +74,6 @@ class Pulse(Generator):
 class RectangularPulse(Pulse):
     """Constant acceleration for the time pi/omega, s (half a period, as in the half-sine)."""
 
-    @classmethod
-    def of_duration(cls, amplitude: float, duration: float, dt: float = 0.001, tail: float = 1.0) -> RectangularPulse:
-        """Return the pulse of a given length, s, > 0."""
-        return cls(amplitude, math.pi / checks.number("duration", duration, above=0.0, unit="s"), dt, tail)
-
     @property
     def duration(self) -> float:
         return math.pi / self.omega

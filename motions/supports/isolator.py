@@ -112,15 +112,10 @@ class Isolator:
             As of `bilinear`.  With stops it does not scale: whether it reaches them depends on the strength of the
             motion.
 
-        Raises
-        ------
-        TypeError, ValueError
-            Values out of range.
-
         Examples
         --------
-        >>> round(Isolator.linear(2.5, 0.1).transmissibility(1.0), 10)
-        0.211999576
+        >>> Isolator.linear(2.5, 0.1)
+        Support(frequency=0.4, damping=0.1, mass_ratio=0.0, one_way=False)
         """
         known = checks.number("period", period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
         with noted():  # (it is no bench)
@@ -164,11 +159,6 @@ class Isolator:
             Velocity after a strike over that before, 0.15 to 1 (judgement: 0.6).
         mass_ratio, one_way
             As of `Support`; isolated buildings have 0.
-
-        Raises
-        ------
-        TypeError, ValueError
-            Values out of range.
         """
         # (each step of a slide that is as good as rigid-plastic takes as long as a thousand others)
         checks.number("yield_displacement", yield_displacement, at_least=LEAST_YIELD, unit="m")
@@ -197,11 +187,6 @@ class Isolator:
             Coefficient of friction, > 0, the same at all speeds.
         clearance, stop_frequency, stop_restitution, mass_ratio, one_way
             As of `bilinear`.
-
-        Raises
-        ------
-        TypeError, ValueError
-            Values out of range.
 
         Notes
         -----

@@ -34,11 +34,6 @@ class Support:
     one_way : bool
         True to leave the reaction out all the same.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Values out of range; a heavy block without `one_way`.
-
     Notes
     -----
     u'' + 2 zeta omega u' + omega² u = -a under the acceleration a of its floor, which is linear between samples; on top
@@ -51,8 +46,6 @@ class Support:
     >>> bench = Support(frequency=12.0, damping=0.03)
     >>> dict(bench.motions(floor).sizes)
     {'motion': 2, 'time': 2624}
-    >>> round(bench.transmissibility(10.0), 8)
-    3.23380606
     """
 
     frequency: float
@@ -93,12 +86,3 @@ class Support:
         u, v = history = np.empty((2, acceleration.size))
         oscillator_history(acceleration, dt, omega, self.damping, history)
         return Motion(-2.0 * self.damping * omega * v - omega * omega * u, float(np.abs(u).max()))
-
-    def transmissibility(self, frequency: float) -> float:
-        """Return the steady amplitude on top over that of the floor under harmonic shaking of a frequency, Hz.
-
-        sqrt([1 + (2 zeta r)²]/[(1 - r²)² + (2 zeta r)²]), r the ratio of the frequency to the support's own.
-        """
-        r = checks.number("frequency", frequency, above=0.0, unit="Hz") / self.frequency
-        loss = (2.0 * self.damping * r) ** 2
-        return math.sqrt((1.0 + loss) / ((1.0 - r * r) ** 2 + loss))

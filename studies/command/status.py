@@ -18,7 +18,6 @@ class StudyStatus(NamedTuple):
     state: str
     title: str
     chunks: int
-    chunks_known: int
     runs: int
     runs_total: int
     at_most: bool = False
@@ -58,16 +57,15 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
         raise StudyError(f"{folder}: is not finished, there are no results to verify")
     if manifest is None:
         if (folder / RESULT_NAME).exists() and not running:
-            return StudyStatus("finished", _title(folder / RESULT_NAME, verify), 0, 0, 0, 0)
+            return StudyStatus("finished", _title(folder / RESULT_NAME, verify), 0, 0, 0)
         if running:
-            return StudyStatus("running", "a study that is being read", 0, 0, 0, 0)
+            return StudyStatus("running", "a study that is being read", 0, 0, 0)
         raise StudyError(f"{folder}: holds no study")
-    chunks, runs, known = kept_runs(folder, manifest)
+    chunks, runs = kept_runs(folder, manifest)
     return StudyStatus(
         "running" if running else "interrupted",
         _printable(manifest.get("title", "")),
         chunks,
-        known,
         runs,
         manifest["work"],
         manifest.get(MOST_RUNS) is True,

@@ -82,10 +82,10 @@ def kept_chunks(folder: Path) -> dict[int, set[int]]:
     return found
 
 
-def kept_runs(folder: Path, manifest: dict[str, Any]) -> tuple[int, int, int]:
-    """Return how many chunks are kept in a folder, how many runs they hold, and how many chunks its manifest names."""
+def kept_runs(folder: Path, manifest: dict[str, Any]) -> tuple[int, int]:
+    """Return the number of chunks that are kept in a folder, and the number of their runs."""
     found = kept_chunks(folder)
-    chunks = runs = known = 0
+    chunks = runs = 0
     for i, one in enumerate(manifest["calls"]):
         first = 0
         for number, each in one["chunks"]:
@@ -93,8 +93,7 @@ def kept_runs(folder: Path, manifest: dict[str, Any]) -> tuple[int, int, int]:
             chunks += kept
             runs += kept * each
             first += number
-        known += first
-    return chunks, runs, known
+    return chunks, runs
 
 
 def refuse_link(shards: Path) -> None:

@@ -7,7 +7,7 @@ import toppling as tp
 from toppling.fragility import Slip, slide_runs
 from toppling.fragility.analyses.friction_draws import draws
 from toppling.models import RandomSliding
-from toppling.models.friction import FixedFriction, LognormalFriction, UniformFriction
+from toppling.models.friction import FixedFriction, LognormalFriction
 from toppling.models.sliding.runs import SLIDES
 from toppling.motions import both_axes
 
@@ -100,7 +100,6 @@ def test_known_and_random_friction_side_by_side():
             "adaptive",
             "rocks with every coefficient and never slides",
         ),
-        (RandomSliding(UniformFriction(0.4, 0.6)), "adaptive", "rocks with every coefficient"),
         (LAW, [2.0, 4.0], "RandomSliding is for ida at adaptive levels, got"),
     ],
 )

@@ -7,7 +7,7 @@ from scipy.stats import lognorm
 
 import toppling as tp
 from toppling.fragility import curve_probability
-from toppling.fragility.curves.curve import form_name
+from toppling.fragility.curves.curve import curve_arrays, form_name
 
 X = np.geomspace(0.2, 20.0, 25)
 
@@ -82,11 +82,12 @@ class TestForms:
 
     def test_replicates(self):
         curves = lognormal(replicates=7)
-        found = curve_probability(curves, X, replicates=True)
-        assert found.dims == ("block", "model", "level", "replicate")
+        arrays, dims = curve_arrays(curves, replicates=True)
+        assert dims == ("block", "model", "replicate")
+        found = arrays.probability(np.log(X))
         one = curves.isel(block=0, model=1, replicate=3)
         expected = lognorm.cdf(X, one["dispersion_sample"].item(), scale=one["median_sample"].item())
-        np.testing.assert_allclose(found.values[0, 1, :, 3], expected, rtol=1e-13)
+        np.testing.assert_allclose(found[0, 1, 3], expected, rtol=1e-13)
 
     def test_of_a_fit(self):
         """The dataset that fit_fragility returns, whose form is not stated."""
@@ -124,7 +125,7 @@ def test_other_refusals():
     with pytest.raises(ValueError, match="outside must be one of"):
         curve_probability(lognormal(), X, "clip")
     with pytest.raises(ValueError, match="no bootstrap replicates"):
-        curve_probability(lognormal(), X, replicates=True)
+        curve_arrays(lognormal(), replicates=True)
     falling = isotonic()
     falling["probability"][0, 2] = 0.1
     with pytest.raises(ValueError, match="never fall with the level"):

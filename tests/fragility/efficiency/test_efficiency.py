@@ -248,20 +248,13 @@ class TestRanking:
         if im in ("pga_normalised", "scale"):
             assert str(second["measure"].values[0]) == im
 
-    def test_block_normalised_measures_bring_blocks_together(self, known):
-        runs, sets, noise, _ = known
+    def test_block_normalised_measures_tie_for_one_block(self, known):
+        runs, sets, *_ = known
         alone = rank_measures(runs, sets, ["pgv_normalised"], replicates=20)
         pair = alone.sel(measure=["pgv", "pgv_normalised"])
         assert pair["dispersion"].values[..., 0] == pytest.approx(pair["dispersion"].values[..., 1], rel=1e-9)
         assert pair["rank"].values.tolist() == [[[1, 1]], [[1, 1]]]
         assert pair["share_best"].values[0, 0, 0] == pair["share_best"].values[0, 0, 1]
-        together = rank_measures(runs, sets, pool=True, replicates=20)
-        assert together["block"].values.tolist() == ["all blocks"]
-        assert together["best"].values.tolist() == [["pgv_normalised"]]
-        best = together["dispersion"].sel(measure="pgv_normalised").item()
-        assert best == pytest.approx(noise.std(), abs=ROUNDING)
-        assert together["dispersion"].sel(measure="pgv").item() > 1.2 * best
-        assert "slope" not in together
 
     def test_practicality_of_a_power_law(self, known):
         """Demands made to grow with the 1.7th power: the slope in every measure, the scatter in each its own."""
@@ -373,13 +366,10 @@ class TestOtherDesigns:
         building = tp.motions.Building.flexural_shear(0.5, storeys=3)
         floors = building.floor_motions(ground, floors=[1, 3])
         runs = tp.ida(SHELF, tp.HousnerImpact(), floors, np.geomspace(0.3, 60.0, 60), ground=ground)
-        known = xr.Dataset({"load": ("motion", np.arange(12.0))}, {"motion": ground["motion"]})
-        found = rank_measures(runs, floors, covariates=known, replicates=5)
+        found = rank_measures(runs, floors, replicates=5)
         assert found["dispersion"].dims == ("block", "model", "floor", "measure")
         assert found["floor"].values.tolist() == [1, 3]
         assert "ground_pga" in found["measure"].values
-        assert "load" in found["covariate"].values
-        assert (found["covariate_motions"].sel(covariate="load") == 12).all()
         alone = rank_measures(runs.isel(motion=np.flatnonzero(runs["floor"].values == "3")), floors, replicates=5)
         assert alone["dispersion"].values == pytest.approx(found["dispersion"].sel(floor=3).values)
 
@@ -443,17 +433,15 @@ class TestIntervals:
         alone = np.diff(np.quantile(found[:, 0, 1:], [0.025, 0.975], axis=1), axis=0)
         assert 0.5 < (high - low).mean() / (np.sqrt(2.0) * alone.mean()) < 0.7
 
-    @pytest.mark.parametrize("pool", [False, True])
-    def test_they_hold_the_dispersions_of_other_grids(self, pool):
+    def test_they_hold_the_dispersions_of_other_grids(self):
         """Of the same few motions at other levels: 90 % with samples of the motions alone."""
         held = []
         for seed in range(3):
             motions = tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample(5, seed)
             values = []
             for number in range(30, 61, 6):
-                blocks = [SHELF, CRATE] if pool else SHELF
-                runs = tp.ida(blocks, tp.HousnerImpact(), motions, np.geomspace(0.5, 15.0, number), screen=False)
-                ranked = rank_measures(runs, motions, pool=pool).isel(block=0, model=0)
+                runs = tp.ida(SHELF, tp.HousnerImpact(), motions, np.geomspace(0.5, 15.0, number), screen=False)
+                ranked = rank_measures(runs, motions).isel(block=0, model=0)
                 values.append([ranked[f"dispersion{end}"].values for end in ("", "_lower", "_upper")])
             value, lower, upper = np.moveaxis(np.array(values), 1, 0)
             inside = (lower[:, None] <= value) & (value <= upper[:, None])
@@ -537,13 +525,8 @@ class TestRefusals:
             rank_measures(runs, 3.0)
         with pytest.raises(ValueError, match="confidence must be finite and > 0 and < 1"):
             rank_measures(runs, sets, confidence=1.0)
-        with pytest.raises(TypeError, match="covariates must be a dataset on motion"):
-            rank_measures(runs, sets, covariates={"a": 1})
         with pytest.raises(ValueError, match="must lie on block, model, motion and level"):
             rank_measures(runs.isel(block=0), sets)
-        bad = xr.Dataset({"age": ("motion", np.zeros(40), {"units": "s"})}, {"motion": runs["motion"]})
-        with pytest.raises(ValueError, match="age must be > 0"):
-            rank_measures(runs, sets, covariates=bad)
 
 
 class TestFigures:

@@ -20,9 +20,8 @@ from toppling.fragility import (
 from toppling.fragility.curves.curve import LognormalCurves, TabulatedCurves
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.hazard.pieces import pieces_of
-from toppling.fragility.numerics.quadrature import GAUSS, KRONROD, NODES, integrate
 from toppling.fragility.risk.convolution import rates_and_slopes, rates_of
-from toppling.fragility.risk.quadrature import event_integral
+from toppling.fragility.risk.quadrature import GAUSS, KRONROD, NODES, event_integral, integrate
 
 
 def plain(log_median, dispersion, step=-np.inf, smooth=None):

@@ -47,7 +47,7 @@ class TestUncertainty:
 
     def test_realisations(self):
         low, high = (HazardCurve(X, factor * np.array(SITE.rates), "pga") for factor in (0.5, 3.0))
-        tree = HazardCurve.from_realisations([low, high], [0.8, 0.2])
+        tree = HazardCurve(X, (), "pga", realisations=[low.rates, high.rates], weights=[0.8, 0.2])
         risk = annual_rate(curves([2.0, 4.0]), tree)
         assert risk["rate_sample"].dims == ("block", "realisation")
         base = annual_rate(curves([2.0, 4.0]), SITE)["rate"].values
@@ -60,9 +60,7 @@ class TestUncertainty:
 
     def test_both_are_crossed(self):
         data = self.replicated(50)
-        tree = HazardCurve.from_realisations(
-            [HazardCurve(X, factor * np.array(SITE.rates), "pga") for factor in (0.5, 1.0, 3.0)], [0.3, 0.5, 0.2]
-        )
+        tree = HazardCurve(X, (), "pga", realisations=np.outer([0.5, 1.0, 3.0], SITE.rates), weights=[0.3, 0.5, 0.2])
         risk = annual_rate(data, tree)
         assert risk["rate_sample"].dims == ("block", "replicate", "realisation")
         alone = annual_rate(data, SITE)["rate_sample"].values

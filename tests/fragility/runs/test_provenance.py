@@ -79,7 +79,7 @@ CALLS = {
         fragility.annual_rate(curves, SITE), rate=1e-4, along="width"
     ),
     "slide_runs": lambda runs, *_: fragility.slide_runs(runs, SHAKES, 0.3),
-    "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4, second_order=True),
+    "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4),
     "stripe_sufficiency": lambda *_: fragility.stripe_sufficiency(
         fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0, 4.0]), ["pgv"]
     ),
@@ -425,7 +425,7 @@ class TestNothingSelected:
     @pytest.mark.parametrize(
         ("name", "dim"),
         [
-            *product(("screen", "rank_measures", "undecided_outcomes", "notes"), ("block", "model", "level", "motion")),
+            *product(("screen", "rank_measures", "notes"), ("block", "model", "level", "motion")),
             ("fit_fragility", "level"),
             ("fit_fragility", "motion"),
         ],

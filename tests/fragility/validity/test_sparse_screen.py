@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from flips import undecided_outcomes
 
 import toppling as tp
-from toppling.fragility import notes, screen, undecided_outcomes
+from toppling.fragility import notes, screen
 from toppling.fragility.validity.reasons import AIRBORNE, REASONS, SLIDES_AT_UPLIFT, UNDECIDED
 from toppling.fragility.validity.sparse_screen import Shaken
 from toppling.models.friction import LognormalFriction

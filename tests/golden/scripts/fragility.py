@@ -77,7 +77,6 @@ def estimates():
         "resurrections": fragility.resurrections(runs),
         "reached": fragility.reached(runs),
         "reached_slip": fragility.reached(slid, slip),
-        "undecided_outcomes": fragility.undecided_outcomes(runs, GROUND),
         "binomial_interval": fragility.binomial_interval([0, 3, 12], 12, method="jeffreys"),
         "wilson_interval": fragility.wilson_interval([0, 3, 12], 12),
     }
@@ -110,14 +109,14 @@ def efficiency():
 def hazards():
     points = fragility.HazardCurve.from_points([0.1, 0.4, 1.0], [1e-2, 1e-3, 1e-4], "pga", "g", source="points")
     quadratic = fragility.HazardCurve.log_quadratic(1e-4, 2.5, 0.2, "pga", units="g")
-    mean = fragility.HazardCurve.from_realisations([points, HAZARD.resampled(points.levels)], [0.4, 0.6])
+    rows = [points.rates, HAZARD.resampled(points.levels).rates]
+    mean = fragility.HazardCurve(points.levels, (), "pga", realisations=rows, weights=[0.4, 0.6])
     try:
         fragility.read_hazard("target.csv")
     except fragility.HazardError as error:
         refused = str(error)
     return {
         "describe": points.describe(),
-        "level_at": points.level_at([1e-3, 5e-4]),
         "rate_at": [curve.rate_at([0.8, 3.0, 12.0]) for curve in (points, quadratic, mean, HAZARD)],
         "pieces": points.pieces(above="none"),
         "resampled": HAZARD.resampled([0.5, 2.0]),
@@ -195,7 +194,7 @@ def uncertainty():
         "description": [inputs.description, inputs.independent, inputs.names],
         "response": response(samples),
         "uncertain_ida": shakes,
-        "sobol_indices": fragility.sobol_indices(free, response, 8, second_order=True, replicates=20),
+        "sobol_indices": fragility.sobol_indices(free, response, 8, replicates=20),
         "tornado": fragility.tornado(free, response),
         "capacity_variance_shares": fragility.capacity_variance_shares(shakes),
         "variance_shares": fragility.variance_shares(

@@ -128,8 +128,6 @@ def sliding():
     kinds = {
         "fixed": friction.FixedFriction(0.4),
         "lognormal": friction.LognormalFriction(0.4, 0.3),
-        "normal": friction.NormalFriction(0.4, 0.1),
-        "uniform": friction.UniformFriction(0.2, 0.6),
         "of_number": friction.friction_of(0.5),
         "from_median": friction.friction_from(0.4, 0.2),
     }

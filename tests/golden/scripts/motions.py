@@ -47,7 +47,6 @@ def parts_of_generators():
     return {
         "calibrate_arias": evolving.calibrate_arias(0.5, n=5),
         "calibrate_pga": evolving.calibrate_pga(3.0, n=5),
-        "calibrate_psd": evolving.calibrate_psd(np.linspace(2.0, 30.0, 6), np.linspace(0.02, 0.005, 6)),
         "density": evolving.density(omega),
         "frequency": evolving.frequency(time),
         "spectrum": seismological.spectrum(omega),
@@ -85,7 +84,6 @@ def pulses():
         motions.MavroeidisPapageorgiou,
     ]
     made = {kind.__name__: kind(3.0, 9.0, dt=0.02) for kind in kinds}
-    made["of_duration"] = motions.RectangularPulse.of_duration(3.0, 0.5, dt=0.02)
     made["of_velocity"] = motions.MavroeidisPapageorgiou.of_velocity(0.6, 0.8, dt=0.02, zero_residual=True)
     assert all(isinstance(pulse, motions.Pulse) for pulse in made.values())
     return {"names": sorted(motions.PULSES)} | {
@@ -123,10 +121,8 @@ def corrections():
         "highpass": motions.highpass(GROUND, 0.2, zero_phase=False),
         "lowpass": motions.lowpass(GROUND, 15.0, order=2),
         "pad": motions.pad(GROUND, 1.0, 0.5),
-        "parabolic_baseline": motions.parabolic_baseline(GROUND.values[0], 0.02),
         "resample": motions.resample(GROUND, 0.01),
         "taper": motions.taper(GROUND, 0.5),
-        "trim": motions.trim(GROUND, 1.0, 4.0),
         "trim_husid": motions.trim_husid(GROUND[:1]),
         "scale_to": motions.scale_to(GROUND, 3.0, "pgv"),
         "scale_to_mean": motions.scale_to_mean(GROUND, 3.0),
@@ -222,7 +218,7 @@ def selection():
     factors = pool.factors(sa[1], 1.5)
     warnings = [motions.DoubtfulCorrelations, motions.InconsistentSelection]
     return {
-        "target": [target.at(4.0).dataset, target.at(4.0).medians, target.at(4.0).sigmas],
+        "target": [target.at(4.0).covariance, target.at(4.0).medians, target.at(4.0).sigmas],
         "mixture": mixture.at(4.0),
         "stated": [stated.at(1.4), stated.levels, stated.correlation_change],
         "candidates": [pool.values(sa[0]), factors, pool.scaled(sa[2], factors), len(pool)],
@@ -258,7 +254,6 @@ def buildings():
         "strength_of": weak.strength_of("Kobe"),
         "yield_drifts": [weak.yield_drifts, weak.floors],
         "isolated": isolated.floor_motions(GROUND, [0, 2]),
-        "default_yield_coefficient": motions.default_yield_coefficient("special-moment-frame", 1.0, sds=1.0, sd1=0.6),
     }
 
 
@@ -272,7 +267,6 @@ def supports():
     return {
         "motions": bench.motions(GROUND),
         "on_top": bench.on_top(GROUND.values[0], 0.02),
-        "transmissibility": bench.transmissibility(10.0),
         "isolators": {name: isolator.motions(GROUND) for name, isolator in isolators.items()},
         "strikes": issubclass(motions.IsolatorStrikes, Warning),
     }

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from toppling.motions import Building, default_yield_coefficient
+from toppling.motions import Building
+from toppling.motions.floors.strength import code_strength
 
 
 @pytest.mark.parametrize(
@@ -21,8 +22,8 @@ from toppling.motions import Building, default_yield_coefficient
     ],
 )
 def test_overstrength_times_the_design_strength(system, period, expected):
-    assert default_yield_coefficient(system, period, 1.1, 0.6) == pytest.approx(expected, rel=1e-14)
-    assert default_yield_coefficient(system, period, 1.1, 0.6, 1.25) == pytest.approx(1.25 * expected, rel=1e-14)
+    assert code_strength(system, period, 1.1, 0.6).coefficient == pytest.approx(expected, rel=1e-14)
+    assert code_strength(system, period, 1.1, 0.6, 1.25).coefficient == pytest.approx(1.25 * expected, rel=1e-14)
 
 
 @pytest.mark.parametrize(("period", "exponent"), [(0.4, 1.0), (1.5, 1.5), (3.0, 2.0)])
@@ -31,7 +32,7 @@ def test_storeys_follow_the_lateral_forces_of_the_code(period, exponent):
     masses = np.array([3e5, 2e5, 1e5])
     plain = Building.from_storeys(masses, [4e8, 3e8, 2e8])
     stiffnesses = np.array([4e8, 3e8, 2e8]) * (float(plain.periods[0]) / period) ** 2
-    coefficient = default_yield_coefficient("special-moment-frame", period, 1.0, 0.6)
+    coefficient = code_strength("special-moment-frame", period, 1.0, 0.6).coefficient
     building = Building.from_storeys(masses, stiffnesses, yield_coefficient=coefficient, storey_height=4.0)
     forces = masses * np.array([4.0, 8.0, 12.0]) ** exponent
     shears = np.array([forces[i:].sum() for i in range(3)]) / forces.sum()
@@ -50,4 +51,4 @@ def test_storeys_follow_the_lateral_forces_of_the_code(period, exponent):
 )
 def test_what_is_refused(arguments, said):
     with pytest.raises(ValueError, match=said):
-        default_yield_coefficient(*arguments)
+        code_strength(*arguments)

@@ -22,7 +22,6 @@ from toppling.motions.intensity.peaks import displacement, peak_velocity, veloci
 from toppling.motions.kernels.drifting_filters import drifting_noise
 from toppling.motions.simulated import directivity, generator as generator_module, scenario
 from toppling.motions.simulated.filters import filtered
-from toppling.motions.simulated.fitting import crossing_frequency, small_extremes
 from toppling.motions.simulated.generator import normals
 from toppling.motions.simulated.marginals import (
     BoundedBeta,
@@ -33,6 +32,7 @@ from toppling.motions.simulated.marginals import (
 )
 from toppling.motions.simulated.modulation import modulation, ratio_limits
 from toppling.motions.simulated.scenario import SiteBasedEquations
+from toppling.motions.simulated.site_based import crossing_frequency, small_extremes
 
 EVOLUTIONARY = mo.EvolutionaryKanaiTajimi(omega_g=(30.0, 8.0), duration=5.0, dt=0.01)
 SITE_BASED = mo.SiteBased(d5_95=5.0, t_mid=3.0, f_c=0.4, dt=0.01)
@@ -472,15 +472,6 @@ class TestEvolutionary:
         energy = (a[:, :-1] ** 2 + a[:, :-1] * a[:, 1:] + a[:, 1:] ** 2).sum(axis=1) * by_arias.dt / 3.0
         assert math.pi / (2.0 * STANDARD_GRAVITY) * energy.mean() == pytest.approx(0.7, rel=1e-12)
 
-    def test_calibration_to_a_density_finds_its_generator(self):
-        w = np.geomspace(0.5, 100.0, 60)
-        for start in (EVOLUTIONARY, OUT_OF["EvolutionaryCloughPenzien"]):
-            true = dataclasses.replace(start, omega_g=(22.5, 6.0), xi_g=0.4, s0=0.03)
-            found = start.calibrate_psd(w, true.density(w))
-            np.testing.assert_allclose(found.omega_g, true.omega_g, rtol=1e-4)
-            assert found.xi_g == pytest.approx(0.4, rel=1e-4)
-            assert found.s0 == pytest.approx(0.03, rel=1e-4)
-
 
 class TestSeismological:
     MOTION = mo.Seismological(dt=0.01)
@@ -678,8 +669,6 @@ HOSTILE = [
     (lambda: mo.EvolutionaryKanaiTajimi(omega_g_times=(5.0, 1.0)), ValueError, "omega_g_times must increase"),
     (lambda: EVOLUTIONARY.calibrate_pga(0.0, n=2), ValueError, "target must be"),
     (lambda: EVOLUTIONARY.calibrate_arias(-1.0, n=2), ValueError, "target must be"),
-    (lambda: EVOLUTIONARY.calibrate_psd([1.0, 2.0], [1.0, 2.0]), ValueError, "at least 5"),
-    (lambda: EVOLUTIONARY.calibrate_psd([1.0] * 6, [0.0] * 6), ValueError, "must be > 0"),
 ]
 
 

@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import xarray as xr
+from flips import undecided_outcomes
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
-from toppling.fragility import screen, undecided_outcomes, wilson_interval
+from toppling.fragility import screen, wilson_interval
 from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import pieces_of
 from toppling.fragility.validity import undecided as perturbed

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, Isolator, default_yield_coefficient, scale_to
+from toppling.motions import Building, CloughPenzien, Isolator, scale_to
+from toppling.motions.floors.strength import code_strength
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.report.method import assumptions
@@ -115,7 +116,7 @@ def test_collapse_is_said(tmp_path):
 
 def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     first = float(Building.from_storeys([2e5, 2e5], [2e8, 2e8]).periods[0])
-    coefficient = default_yield_coefficient("ordinary-masonry-wall", first, 0.5, 0.1, 1.25)
+    coefficient = code_strength("ordinary-masonry-wall", first, 0.5, 0.1, 1.25).coefficient
     by_code = study(tmp_path, (STATED, FRAME))
     stated = study(tmp_path, (STATED, f"yield_coefficient = {coefficient!r}\n")).run()
     result = by_code.run()
