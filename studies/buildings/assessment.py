@@ -437,10 +437,7 @@ def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
 
 
 def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
-    """Raise a ValueError where floor histories, which are not scaled, do not tell what beta_m (`beta`) changes.
-
-    yearly: whether annual values are asked for, and not values at a given level.
-    """
+    """Raise a ValueError where floor histories, which are not scaled, do not tell what beta_m (`beta`) changes."""
     if beta == 0.0:
         return
     if not yearly and not shaking.scalable:
@@ -465,10 +462,9 @@ def _run(
 ) -> tuple[Flags, Flags | None, Flags | None, Flags | None]:
     """Run floor by floor, each direction by itself, and return flags (model, item, variant, level, motion).
 
-    Alike items of a floor and direction are run once.  With `sides` the flags of forward falls are returned, too, and
-    where a restraint holds any piece those of its rupture; where any piece is run about both axes those of falls along
-    the depth.  `slips` are run on the same motions.  Where motions are run both ways, pieces whose front and back are
-    alike are run as recorded: what falls under a motion falls under its reverse, to the other side.
+    With `sides` the flags of forward falls, of ruptures and of falls along the depth are returned, too.  Motions
+    both ways: what falls under a motion falls under its reverse, to the other side, so that pieces whose front and
+    back are alike are run as recorded.
     """
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
@@ -583,10 +579,7 @@ def tells_sides(inventory: Inventory) -> bool:
 
 
 def distinct_runs(inventory: Inventory, variability: Variability | None = None, polarity: str = AS_RECORDED) -> int:
-    """Return the number of runs of an inventory for one law, motion and level: alike items of a floor are run once.
-
-    Both ways, pieces whose front and back differ are run twice; about both axes, each piece is.
-    """
+    """Return the number of distinct runs of an inventory for one law, motion and level, in all ways and axes."""
     kinds = {(*support_of(row), *kind_of(row)): row for row in inventory.rows if not row.anchored}
     twice = sum((polarity == BOTH and row.block.sided) or row.both_axes for row in kinds.values())
     return (len(kinds) + twice) * (1 if variability is None else variability.variants)

@@ -51,10 +51,7 @@ class InventoryBranch(NamedTuple):
 
 @dataclass(frozen=True)
 class Sampling:
-    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means.
-
-    Variability and correlation of consequences are those of the assessments.
-    """
+    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means."""
 
     replicates: int
     seed: int
@@ -74,21 +71,12 @@ def rates_over_branches(
 ) -> xr.Dataset:
     """Return fractiles and means over branches of the annual rates of pieces and events, and of annual amounts.
 
-    `branches` are all combinations, whose weights sum to 1; with realisations of a hazard its own uncertainty counts.
-    `assessments` are the inventory by the names of motions at the same levels, without modelling uncertainty in their
-    flags; `sampling` has replicates, seed and modelling uncertainty.
-
-    The variables, with a hazard in 1/year, are of item_rate (item), any_rate, annual_number, annual_loss,
-    annual_downtime, annual_injuries (place) and consequence_rate (place, consequence), as far as the inventory gives
-    them: ``epistemic_…``, the mean; ``epistemic_…_fractile`` on epistemic_fractile; ``epistemic_…_spread`` on
-    epistemic_source, shares of the variance of the logarithm; ``branch_…`` on branch; and ``branch_share_beyond``, the
-    share of the building's expected falls from shaking beyond the hazard curve's or above the highest level, where they
-    are a guess.
-
-    As `toppling.fragility.epistemic_rates`, with the rates of weighted levels in place of those of curves: the finite
-    number of motions counts by resampled motions. With beta_m in the fractiles each sample has a score of each class
-    (`modelling`): capacities of the class are off by exp(beta_m Z), so that its rate is the hazard at the shifted
-    capacities; sums over classes are of independent scores. With beta_m in the means all rates are means over it.
+    `branches` are all combinations, whose weights sum to 1; `assessments` are the inventory by the names of motions
+    at the same levels, without modelling uncertainty in their flags.  As `toppling.fragility.epistemic_rates`, with
+    the rates of weighted levels in place of those of curves: the finite number of motions counts by resampled
+    motions.  With beta_m in the fractiles each sample has a score Z of each class (`modelling`), whose capacities
+    are off by exp(beta_m Z); sums over classes are of independent scores.  With beta_m in the means all rates are
+    means over it.
     """
     for one in branches:
         if one.hazard.fractile is not None and one.hazard.weights is not None:

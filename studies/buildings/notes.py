@@ -225,8 +225,7 @@ def history_notes(histories: FloorHistories, inventory: Inventory) -> list[str]:
 def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.Variable]:
     """Return the shares of the building's annual values from shaking below and above the hazard curve's own levels.
 
-    They are of straight lines between the levels, whose weights add up (`line_weights`): with the rates of all shaking
-    below the curve's first level taken out, and with only those above its last.
+    They are of straight lines between the levels, whose weights add up (`line_weights`).
     """
     levels = assessment["level"].values
     plain = covering(hazard, levels)
@@ -251,10 +250,7 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
 
 
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
-    """Notes on annual values that hang on few levels, or come from beyond the hazard curve's own: a sentence each.
-
-    The assessment holds `hazard_shares`.
-    """
+    """Notes on annual values that hang on few levels, or come from beyond the hazard curve's own: a sentence each."""
     levels = assessment["level"].values
     curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
     whole = xr.DataArray(line_weights(levels, curve).weights, dims="level")

@@ -216,10 +216,7 @@ class Load(NamedTuple):
 
 
 class ItemChances:
-    """Probabilities of items given the motion, from the flags of an assessment, read in parts.
-
-    `flags_of`: the variable with the flags, such as ``front``; '' for those of all falls.
-    """
+    """Probabilities of items given the motion, from flags (`flags_of`, '' for all falls) that are read in parts."""
 
     def __init__(self, assessment: xr.Dataset, chosen: Index, flags_of: str = "") -> None:
         self._flags = fall_flags(assessment, flags_of).variable

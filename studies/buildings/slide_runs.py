@@ -221,10 +221,7 @@ class SlidingRuns:
         return end_doubts([*self.cut.values()], [*self.cut])
 
     def fallen(self, overturned: Flags) -> Flags:
-        """Return flags (model, item, variant, level, motion) of pieces that overturned, as if none slid, or fell off.
-
-        overturned: the flags of the runs of rocking, with one variant where pieces do not differ otherwise.
-        """
+        """Return flags (model, item, variant, level, motion) of pieces that overturned as if none slid, or fell off."""
         return self._joined(overturned, None, 0)
 
     def fallen_forward(self, front: Flags, overturned: Flags) -> Flags:

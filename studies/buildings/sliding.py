@@ -47,10 +47,7 @@ ITEM_TRIP_RATE = f"item_{TRIP_RATE}"
 
 
 class _Values(NamedTuple):
-    """Something of some lines: its names, dimensions before the level, words, and chances (…, level, motion).
-
-    rows: the lines that it is known of; chance: of a part of them.
-    """
+    """Something of some lines (`rows`): names, dimensions before the level, words, and chances (…, level, motion)."""
 
     name: str
     rate: str
@@ -76,8 +73,7 @@ def slide_variables(
 ) -> Variables:
     """Compute what sliding changes, line by line, and its annual rates where there are weights of the levels.
 
-    joint, precision, weights, own_motions, modelled: as for `event_variables`; overturned: flags of the runs of rocking
-    (model, item, variant, level, motion).  NaN of lines whose sliding is not known.
+    NaN of lines whose sliding is not known.
     """
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
@@ -180,10 +176,7 @@ def _chances_of_friction(rows: Sequence[Contents], runs: SlidingRuns, rocks: Arr
 def _of_lines(
     one: _Values, of: Callable[[_Values, slice], tuple[Array, Array, Array]], lines: int, runs: int
 ) -> list[Array]:
-    """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab.
-
-    runs: number of runs of all lines.
-    """
+    """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab."""
     step = max(1, RUNS // (1 + runs // lines))
     parts = [of(one, slice(first, first + step)) for first in range(0, len(one.rows), step)]
     found = []
@@ -196,10 +189,7 @@ def _of_lines(
 
 
 def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
-    """Return the means over variants of flags of some lines (model, line, level, motion) times weights (line, variant).
-
-    Flags of one variant are those of all.
-    """
+    """Return means over variants of flags of some lines (model, line, level, motion) times weights (line, variant)."""
     models, _, variants, *shape = flags.shape
     found = np.empty((models, len(rows), *shape))
     for k, i in enumerate(rows):

@@ -46,8 +46,7 @@ def write_building_files(
 ) -> list[str]:
     """Write the pieces of a performance study under one law for a whole assessment of pelicun; return lines to print.
 
-    `model` is the label or short name of the law, not needed where the study has one. The ids are ``PREFIX.001`` and so
-    on in the order of the inventory, or made of the pieces' names. With `verify`, results that were edited are refused.
+    The ids are ``PREFIX.001`` and so on in the order of the inventory, or made of the pieces' names.
     """
     with read_results(result) as results:
         check_content(result, results, verify)
@@ -155,11 +154,7 @@ def _consequence(one: xr.Dataset, i: int, kind: str) -> Consequence | None:
 
 
 def _amount(one: Consequence, pieces: int, greatest: bool = False) -> Amount:
-    """Return a consequence as pelicun draws it: once for pieces that fall together.
-
-    The cost of several pieces is then their mean, and their downtime the greatest: lognormal with the mean and the
-    standard deviation that these have of independent pieces.
-    """
+    """Return a consequence as pelicun draws it, once for pieces that fall together: mean cost, longest downtime."""
     if one.dispersion == 0.0:
         return Amount(float(one.median))
     if pieces == 1:

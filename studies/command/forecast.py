@@ -15,11 +15,7 @@ MANY_CURVES = 1000
 
 
 class Forecast(NamedTuple):
-    """Approximate runs, chunks, seconds on `threads`, bytes of memory, of disk during and after the run; free bytes.
-
-    curves: number of curves that are fitted after the runs, which takes `fits_seconds` more.  slides: number of
-    further runs, of sliding blocks, which the seconds hold.
-    """
+    """Approximate runs, chunks, seconds on `threads`, bytes of memory and disk, free bytes, curves, and slides."""
 
     runs: int
     chunks: int

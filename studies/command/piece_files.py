@@ -40,11 +40,9 @@ WIDEST = 40
 def write_pieces(result: Path, folder: Path, format_: str, model: str | None = None, verify: bool = False) -> Path:
     """Write the table of a performance study's pieces under one law, or of blocks' rates; return the file.
 
-    A CSV file has the table in SI units, which its headings name; an XLSX workbook that table, levels in the unit of
-    the tables and chances in per cent, and a sheet on its contents. Kits are in another sheet of the workbook, or in
-    ``kits.csv``. `model` is the label of the law, or its short name for the first of its kind; where not given the
-    reference, for rates all. In a CSV file, texts that a spreadsheet would take for formulas begin with an apostrophe,
-    as in exported curves.
+    A CSV file is in SI units, and ``kits.csv`` holds the kits; an XLSX workbook has sheets of that table, of it in
+    units of the tables, of kits, and on its contents.  In a CSV file, texts that a spreadsheet would take for
+    formulas begin with an apostrophe.
     """
     with read_results(result) as results:
         check_content(result, results, verify)

@@ -51,10 +51,7 @@ _HERE = Path(__file__).parents[1] / "starters"
 
 
 def write_starter(kind: Starter, folder: Path) -> list[str]:
-    """Write a study to begin with into a new or empty folder, all of its files or none.
-
-    The names of the files are returned, the study first.
-    """
+    """Write a study to begin with into a new or empty folder; return the names of its files, the study first."""
     try:
         if os.path.lexists(folder) and not folder.is_dir():
             raise StudyError(f"{folder}: there is a file of that name already; nothing was written")

@@ -48,10 +48,9 @@ Place = tuple[int, int, int]
 
 
 class Curves(NamedTuple):
-    """Curves of one side with the replicates of their parameters and of their rates, on (block, model, floor, …).
+    """Curves of one side, replicates of their parameters and of their rates, on (block, model, floor, …).
 
-    `fit` and `rates` are None where curves are not fitted again; `rates` also where the hazard curve is not in the
-    study.
+    `fit` and `rates` are None where curves are not fitted again; `rates` also without the hazard curve.
     """
 
     side: Side

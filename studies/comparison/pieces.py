@@ -55,8 +55,7 @@ PERIOD = "in 1,000 years"
 class Shaken(NamedTuple):
     """What falls on one side under one law, motion by motion, (…, motion), as annual values or at the level.
 
-    `chance` (item, motion) is of one piece of each line, all others (motion,) of the building; `downtime` and
-    `injuries` are None where the results have none.
+    `chance` (item, motion) is of one piece of each line, all others (motion,) of the building.
     """
 
     chance: Array

@@ -43,10 +43,7 @@ class Face(NamedTuple):
 
 
 class Strap(NamedTuple):
-    """Restraint as it is drawn: its points on the block when upright and on what it is fixed to, and whether it sags.
-
-    A restraint is drawn by its moment arm: a sloping cable as a horizontal one with the same arm.
-    """
+    """Restraint as it is drawn, by its moment arm: its points on the block and what holds it, and whether it sags."""
 
     restraint: Restraint
     on_block: Array

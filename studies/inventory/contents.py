@@ -307,10 +307,7 @@ class Inventory:
             )
 
     def check_supports(self) -> None:
-        """Raise a ValueError where pieces stand on a line that is not there, or may move in a way that is not known.
-
-        A part of an inventory need not hold what its pieces stand on.
-        """
+        """Raise a ValueError where pieces stand on a line that is not there, or may move in a way that is not known."""
         by_label = {row.label: row for row in self.rows}
         for row in self.rows:
             if not row.stands_on:

@@ -725,10 +725,7 @@ class PerformanceStudy(Study):
 
 
 class ShakenBy(NamedTuple):
-    """The motions of a branch, what was read and is doubted of them, and the inventory as it stands on them.
-
-    `elastic`: whether floor histories are scaled as if the building were elastic.
-    """
+    """The motions of a branch, their reading, the inventory on them, and whether histories are scaled as if elastic."""
 
     motions: Motions
     reading: Reading
@@ -746,10 +743,7 @@ class InventoryBranches(NamedTuple):
 def _branches(
     content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory
 ) -> InventoryBranches | None:
-    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks.
-
-    inventory: as it was read, with the directions that the study's own motions may not have.
-    """
+    """Return the weighted branches of a study, None where it has none; `inventory` has the directions as read."""
     spread = study.where != IN_MEAN and study.modelling > 0.0
     if study.hazard is None or (content.branches is None and not spread):
         return None

@@ -79,10 +79,7 @@ __version__ = metadata.version("toppling")
 
 
 class Expected(NamedTuple):
-    """About how many runs adaptive levels take (few, usual, many), and of how many motions in words.
-
-    slides: further runs of sliding blocks, as a rule.
-    """
+    """About how many runs adaptive levels take (few, usual, many), of motions in words, and usual runs of slides."""
 
     runs: tuple[int, int, int]
     words: str

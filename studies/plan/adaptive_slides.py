@@ -90,18 +90,9 @@ def adaptive_slides(
 ) -> Known:
     """Return how likely blocks are to slide instead of rocking, and the curves of their slips.
 
-    `design` is that of the falls: the same motions, and the same precision for the curve of each slip; `units` are
-    those of the levels, the other arguments as of `Slides.of`.
-
-    On block: ``slides_instead`` and ``friction_near_uplift`` (`Slides.of`). On (block, slip), slip in m:
-    ``slip_half_level`` and ``slip_dispersion`` with their intervals, of the shaking that takes a block further where it
-    slides, in the measure of the levels; ``slip_target`` with its interval, the number whose precision is asked for, of
-    blocks that slide, and its ``slip_half_width``; ``slip_motions_run``, ``slip_runs``, ``slip_stopped_because``,
-    ``slip_account``; and with a hazard ``slip_rate``, 1/year, with its interval: the rate of the curve, or of weighted
-    runs without a curve where the precision asked for is that of a rate, times ``slides_instead``; where it is that of
-    a probability, ``slip_probability`` at its level with its interval, times ``slides_instead``, too. ``gated_rate``:
-    as of `Slides.of`. NaN for blocks that are held or uneven, and medians of blocks that never slide, whose rates are
-    0.
+    `design` is that of the falls: the same motions, and the same precision for the curve of each slip.  With a
+    hazard ``slip_rate``: the rate of the curve, or of weighted runs where the precision asked for is that of a
+    rate, times ``slides_instead``.  NaN for blocks that are held or uneven, and medians of blocks that never slide.
     """
     found = slides.chances(blocks, design.axes != "")
     chance = found[INSTEAD].values

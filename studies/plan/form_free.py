@@ -63,9 +63,7 @@ def form_free(
 ) -> FormFree:
     """Return the variables of annual rates with those without a form of curve in the place of the fitted curves'.
 
-    `fitted` are the variables of the fitted curves, under the names that they have in results; `runs` are those of
-    `toppling.ida` at adaptive levels until a rate; `factor` is what the modelling uncertainty multiplies a rate by
-    (`modelling_factor`).
+    `factor` is what the modelling uncertainty multiplies a rate by (`modelling_factor`).
     """
     found = dict(fitted)
     dims = fitted["rate"].dims

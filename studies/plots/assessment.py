@@ -262,10 +262,7 @@ def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[
 
 
 def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
-    """Return the figure of what overturns against the level, under every law: a panel for the building and each floor.
-
-    The `quantity` is as of `inventory`.
-    """
+    """Return the figure of what overturns against the level: a panel for the building and each floor, all laws."""
     places = [str(place) for place in results["place"].values]
     if len(places) == 2:  # a single floor is the same as the building
         places = places[1:]

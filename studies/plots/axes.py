@@ -127,10 +127,7 @@ def model_name(label: str) -> str:
 
 
 def wrapped(text: str, inches: float, size: float = 10.0) -> str:
-    """Return a text in lines that fit into a width and are about equally long.
-
-    Lines break at spaces; no-break spaces hold.  `size` is the size of the letters in points.
-    """
+    """Return a text in lines about equally long that fit into a width; `size` is the size of the letters in points."""
     most = max(8, int(LETTERS * inches * 10.0 / size))
     return "\n".join("\n".join(_even(line, most)) for line in text.split("\n"))
 
@@ -177,10 +174,7 @@ def columns_for(panels: int) -> int:
 
 
 def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = True) -> None:
-    """Keep the axis labels of panel `i` only at the left and the lower edge of the panels, which fill row by row.
-
-    With `ticks` the same holds for the numbers at the ticks, as for panels that share their axes.
-    """
+    """Keep the axis labels of panel `i`, and with `ticks` the numbers, only at the left and the lower edge."""
     left, below = i % columns == 0, i + columns >= panels
     if not left:
         ax.set_ylabel("")
@@ -207,10 +201,7 @@ def grid(ax: Axes, along: str = "both") -> None:
 
 
 def named_rows(ax: Axes, names: Sequence[str], **text: Any) -> None:
-    """Name the rows of horizontal bars or dots, the first on top, and draw the grid across them.
-
-    `text` holds matplotlib's options for the names.
-    """
+    """Name the rows of horizontal bars or dots, the first on top, and draw the grid across them."""
     ax.set_yticks(range(len(names)), names, **text)
     ax.set_ylim(len(names) - 0.4, -0.6)
     grid(ax, "x")

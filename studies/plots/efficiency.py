@@ -82,12 +82,7 @@ def measures(
 def ranking(
     found: xr.Dataset, ax: Axes | None = None, order: list[str] | None = None, color: str | None = None
 ) -> Axes:
-    """Draw the dispersion of the capacity in every measure (over its power) with its interval, the best on top.
-
-    Full dots: measures that the paired differences do not distinguish from the best, in `color`; hollow dots: worse
-    measures. `found` is `fragility.rank_measures` of one block and one law (and one floor); `order` has the measures
-    from top to bottom, by rank by default.
-    """
+    """Draw the dispersion of the capacity in every measure (over its power), with its interval, by `order` or rank."""
     _check_single(found, "dispersion")
     if ax is None:
         ax = axes.new(6.0, 0.28 * found.sizes["measure"] + 1.3)

@@ -95,10 +95,7 @@ def _reach(here: xr.Dataset, name: str) -> tuple[Array, Array] | None:
 
 
 def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw first- and total-order Sobol' indices with their intervals, the largest total on top.
-
-    `found` is the dataset that `fragility.sobol_indices` returns, of one output; `ax` is as in `indices`.
-    """
+    """Draw first- and total-order Sobol' indices of one output with their intervals, the largest total on top."""
     here = _one_output(found, "total")
     order = np.argsort(-np.nan_to_num(here["total"].values), kind="stable")
     here = here.isel(input=order)
@@ -125,10 +122,7 @@ def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the output with one input at a time at its low and its high quantile, the widest on top.
-
-    `found` is the dataset that `fragility.tornado` returns, of one output; `ax` is as in `indices`.
-    """
+    """Draw one output with one input at a time at its low and its high quantile, the widest on top."""
     here = _one_output(found, "swing")
     here = here.isel(input=np.argsort(-here["swing"].values, kind="stable"))
     y = np.arange(here.sizes["input"])
@@ -164,10 +158,7 @@ def _title(ax: Axes, here: xr.Dataset) -> None:
 
 
 def index_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of an uncertainty study's Sobol' indices: a panel for each block and law.
-
-    The indices are of the probability of overturning at the level at which it is nearest to one half.
-    """
+    """Return the figure of Sobol' indices where P(overturn) is nearest to one half: a panel for each block and law."""
     blocks, models = selection.labels(results, "block"), selection.labels(results, "model")
     cases = [(block, model) for block in blocks for model in models]
     columns = axes.columns_for(len(models))

@@ -30,10 +30,7 @@ TEXT = 11.0
 
 
 def tornado_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
-    """Draw P(overturn) with one input at a time at its 5 % and 95 % quantiles, the laws of a block below each other.
-
-    The arguments are as for `sensitivity`.
-    """
+    """Draw P(overturn) with one input at a time at its 5 % and 95 % quantiles, the laws of a block below each other."""
     here, ax = _panel(results, "tornado_low", ax, block)
     for y, law in zip(_lanes(here), selection.laws(here), strict=True):
         low, high = law.results["tornado_low"].values, law.results["tornado_high"].values
@@ -47,10 +44,7 @@ def tornado_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | N
 
 
 def sobol_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
-    """Draw total Sobol' indices of P(overturn) with their intervals, the laws of a block below each other.
-
-    The arguments are as for `sensitivity`.
-    """
+    """Draw total Sobol' indices of P(overturn) with their intervals, the laws of a block below each other."""
     here, ax = _panel(results, "sobol_total", ax, block)
     for y, law in zip(_lanes(here), selection.laws(here), strict=True):
         total, lower, upper = (law.results[f"sobol_total{end}"].values for end in ("", "_lower", "_upper"))

@@ -125,11 +125,7 @@ def open_levels(here: xr.Dataset) -> np.ndarray[Any, np.dtype[np.intp]]:
 
 
 def variance_bars(shares: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw shares of the total variance as stacked bars, a bar for each entry of the other dimension.
-
-    `shares` is the dataset that `fragility.variance_shares` returns, on component and at most one more dimension (such
-    as level), else ValueError; `ax` is as in `uncertainty`.  Interactions are hatched.
-    """
+    """Draw `fragility.variance_shares` as stacked bars, a bar for each entry of the other dimension, if any."""
     share = shares["share"]
     rest = [str(dim) for dim in share.dims if dim != "component"]
     if len(rest) > 1:
@@ -186,11 +182,7 @@ def _component_styles(components: list[str]) -> dict[str, dict[str, Any]]:
 
 
 def uncertainty_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of an uncertainty study: every law's curves with their spread, and the sources of variance.
-
-    Each block has a panel for each law, with the other laws' curves in grey behind it.  Below these panels are the
-    shares of the variance of the outcome at levels where the outcome is uncertain.
-    """
+    """Return the figure of an uncertainty study: of each block every law's curves, and the sources of variance."""
     blocks, laws = selection.labels(results, "block"), selection.laws(results)
     columns = axes.columns_for(len(laws))
     rows = math.ceil(len(laws) / columns)

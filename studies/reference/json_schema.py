@@ -28,11 +28,7 @@ BOUNDS = (
 
 
 def study_schema() -> dict[str, Any]:
-    """Return the JSON schema of a study file: draft 2020-12, every key with its description.
-
-    The annotation ``unit`` holds its unit, ``default`` the value that holds where the key is not given (the description
-    names it where it is no single value).
-    """
+    """Return the JSON schema of a study file: draft 2020-12, every key with its description, unit and default."""
     schema = StudyFile.model_json_schema(by_alias=True)
     definitions = schema.pop("$defs")
     for table in all_tables():

@@ -50,11 +50,7 @@ def crossed(
 ) -> Iterator[tuple[bool, str]]:
     """Yield between which levels which of two pieces falls more often, where their curves cross, in sentences.
 
-    With each comes whether it says that the curve of the piece that falls first crosses another: then none is the
-    first.
-
-    small: the results under the law of the answer; cases: their medians; order: positions of the cases from the first
-    that falls.
+    With each comes whether it says that the curve of the piece that falls first crosses another.
     """
     places_of = [tuple(int(i) for i in np.unravel_index(one, cases.shape)) for one in order[:MOST_COMPARED].tolist()]
     if len(places_of) < MIN_CURVES:
@@ -105,10 +101,7 @@ def case_name(small: xr.Dataset, cases: xr.DataArray, at: tuple[int, ...]) -> st
 
 
 def crossing_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) -> str:
-    """Return between which levels a piece falls more often under another law, and less often, where curves cross.
-
-    The laws that differ most both ways come first; the text is empty where no curve crosses that of the answer.
-    """
+    """Return between which levels a piece falls more often under another law, and less often; '' where none crosses."""
     at, _ = reference_law(results)
     law, axis = results.coords.get("law"), axis_of(results)
     if law is None or law.dims != ("model",):

@@ -60,11 +60,7 @@ def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
 
 
 def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
-    """Return where a curve (level,) is higher and where it is lower than another; None where they do not cross.
-
-    Curves cross where each is higher than the other by more than `APART` at one of the levels (level,), which increase
-    (SI).
-    """
+    """Return where a curve (level,) is higher and where it is lower than another by `APART`; None unless both."""
     with np.errstate(invalid="ignore"):
         higher, lower = one - other > APART, other - one > APART
     if not higher.any() or not lower.any():
@@ -93,10 +89,7 @@ def _digits(value: float) -> str:
 
 
 def crossings_of(probability: Array, levels: Array, places: Sequence[Place]) -> Iterator[Pair]:
-    """Yield the pairs of curves that cross, those with the first curve first, then those that differ most both ways.
-
-    `probability` is (…, level), and `places` are the places of the curves that are compared, in their order.
-    """
+    """Yield the pairs of curves (…, level) that cross, those with the first curve first, then by their difference."""
     found = []
     for i, j in combinations(range(len(places)), 2):
         one, other = probability[places[i]], probability[places[j]]

@@ -39,10 +39,7 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 class Picture(NamedTuple):
-    """A figure on a page: its file name, its caption, its description in words, and the image.
-
-    The description is a text of its own; the short alternative text of the image is `alt`.
-    """
+    """A figure on a page: its file name, its caption, its description in words, and the image."""
 
     name: str
     caption: str
@@ -97,11 +94,9 @@ def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterato
 
 
 def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Picture]:
-    """Yield figures as pictures for a page, SVG or PNG.
+    """Yield figures as pictures for a page, SVG or PNG; with `numbers` in words at the end of each description.
 
-    `draw` makes the figures, each with its file name; they are drawn a second time for a phone. The main `numbers` in
-    words end the description of each figure. A picture's ``svg`` is safe inside HTML: no script, no external reference,
-    and ids that no other figure has.
+    A picture's ``svg`` is safe inside HTML: no script, no external reference, and ids that no other figure has.
     """
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         described = f"{describe(figure)} {clean(numbers)}".strip()

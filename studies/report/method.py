@@ -387,10 +387,7 @@ def _machines(results: xr.Dataset) -> str:
 
 
 def provenance_rows(results: xr.Dataset, path: Path, state: str) -> Rows:
-    """Return the table of the program and its versions, the study's identity, and the result file with its checksum.
-
-    `state`: whether the file's contents are as they were written.
-    """
+    """Return the table of the program and its versions, the study's identity, and the result file with its checksum."""
     versions = json.loads(str(results.attrs.get("package_versions", "{}")))
     packages = ", ".join(f"{name} {version}" for name, version in versions.items())
     rows = [

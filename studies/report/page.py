@@ -55,9 +55,8 @@ def write_report(
 ) -> list[Path]:
     """Write the report of a study's results, and return the files written.
 
-    `out` is the file; by default ``report.html`` (``.md``) beside the results, or in `out` where `out` is a folder or
-    has no ending. The formats are one self-contained page, and Markdown with its figures as PNG files in the same
-    folder. Results that were edited are named on the page and warned of, and with `verify` refused.
+    `out` is the file; by default ``report.html`` (``.md``) beside the results, or in `out` where `out` is a folder
+    or has no ending.
     """
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:
@@ -75,10 +74,7 @@ def write_report(
 
 
 def html_page(results: xr.Dataset, path: Path, state: str) -> str:
-    """Return the page of a study's results, which were read from `path`, and are in a state as `check_content` says.
-
-    The same results give the same text.
-    """
+    """Return the page of a study's results read from `path`, in a `state`; the same results give the same text."""
     found = content(results, path, state)
     drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures(results, found["numbers"])]
     template = environment(escaping=True).get_template("report.html.j2")

@@ -312,11 +312,7 @@ class Simulation:
         return history_figure(self.shown, title, text, lifts=self.thresholds, ends=ends, walls=walls)
 
     def write(self, folder: Path) -> list[Path]:
-        """Write history.csv and history.png into a folder, made where missing, and remove what an earlier run left.
-
-        The films of an earlier run are removed, since they would be taken for this run's.  StudyError where the folder
-        cannot be written.
-        """
+        """Write history.csv and history.png into a folder, and remove what an earlier run left, its films among it."""
         drawn = self.figure()
         try:
             folder.mkdir(parents=True, exist_ok=True)

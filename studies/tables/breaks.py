@@ -37,10 +37,7 @@ HALF = 0.5
 def breaks_by_level(
     every: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArray, confidence: str, what: str
 ) -> Rows | None:
-    """Return a table of the shares of motions in which restraints break: a row a level, a column a restraint.
-
-    `every` has shares (level,) and the ends of their intervals, by the name of the piece and its restraint.
-    """
+    """Return a table of the shares of motions in which restraints break: a row a level, a column a restraint."""
     if not every:
         return None
     scale, unit = display_unit(levels)
@@ -62,10 +59,7 @@ def share_text(share: float, low: float, high: float) -> str:
 
 
 def break_rows(results: xr.Dataset) -> Rows | None:
-    """Return the shares of the motions in which the restraints of blocks break at each level, under the reference law.
-
-    None where no block has a restraint.
-    """
+    """Return the shares of the motions in which restraints break at each level; None where no block has one."""
     if BROKEN not in results:
         return None
     at, _ = reference_law(results)

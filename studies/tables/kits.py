@@ -96,10 +96,7 @@ class KitRow(NamedTuple):
 
     @property
     def payback(self) -> float:
-        """Years after which the discounted saving has paid the cost, infinite where it never does.
-
-        NaN where cost or saving is not known, or no saving is shown.
-        """
+        """Years after which the discounted saving has paid the cost: infinite if never, NaN where not known."""
         if not self.kit or self.effect in (NOTHING, NOT_KNOWN) or not self.piece.judged:
             return math.nan
         return payback(self.piece.number * self.cost, self.saving, self.piece.discount)
@@ -204,8 +201,7 @@ def kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Ro
 def short_kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Rows | None:
     """Return the table of kits for a narrow terminal, of at most so many lines of pieces and kits; None without kits.
 
-    A piece has a row of its own.  A kit has two lines of text: its name and cost with the values, and below them
-    whether it is the choice for the budget or the target, with the intervals.
+    A piece has a row of its own; a kit has two lines of text, the second with the choice and the intervals.
     """
     if "kit_falls" not in results:
         return None

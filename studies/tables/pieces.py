@@ -136,10 +136,7 @@ SLIDING = {
 
 
 def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> Rows:
-    """Return the table of the pieces under one law, for a terminal or a report.
-
-    With `branches` the chances of falling are means and ranges over all branches, where the study has them.
-    """
+    """Return the table of the pieces under one law; with `branches` chances are means and ranges over them."""
     pieces = pieces_of(results, model)
     spread = over_branches(results) if branches else {}
     yearly = "item_rate" in results
@@ -252,11 +249,10 @@ def code_rows(results: xr.Dataset) -> Rows | None:
 
 
 def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> ValueTable:
-    """Return the pieces under one law as values, for a spreadsheet.
+    """Return the pieces under one law as values, for a spreadsheet, in the units of the results.
 
-    Levels and money are in the units of the results (SI; the inventory's currency); levels beyond those that were run
-    are None.  For a workbook that people read (`readable`) levels are in the unit of the tables, such as g, and
-    chances, which its cells show in per cent, have no unit in their headings.
+    For a workbook that people read (`readable`) levels are in the unit of the tables, and chances, in per cent,
+    have no unit in their headings.
     """
     scale, level = display_unit(results["level"]) if readable else (1.0, str(results["level"].attrs.get("units", "1")))
     money = currency_of(results)

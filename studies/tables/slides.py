@@ -41,10 +41,7 @@ NO_SIMULATION = "a criterion, not a simulation"
 
 
 def slide_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of sliding: in the years of a study with a hazard, else at the level at which half of all fall.
-
-    None where no friction is given, or nothing is known of slips.
-    """
+    """Return the table of sliding: in the years of a study with a hazard, else at the level where half fall."""
     if SLIP_HALF in results:
         return _adaptive_rows(results)
     if INSTEAD not in results or SLIP not in results:
@@ -183,10 +180,7 @@ def _chances(results: xr.Dataset, name: str, ends: Sequence[str]) -> list[xr.Dat
 
 
 def edge_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of falls over edges, in the years or at the level of the table of sliding.
-
-    None where no block is near an edge, or nothing is known of falls over edges.
-    """
+    """Return the table of falls over edges, in the years or at the level of the table of sliding; None without any."""
     if f"{FALL_OFF}_probability" not in results:
         return None
     when, cases = _edges(results)

@@ -88,8 +88,7 @@ def action_of(verb: str, name: str) -> str:
 def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
     """Notes on curves that rest on few runs, and on levels of half with wide intervals: one sentence each.
 
-    Without ``median_lower`` in the curves there is no note on intervals; `reached` and `runs`, on their dimensions,
-    count the runs that reached the state, and all.
+    `reached` and `runs`, on their dimensions, count the runs that reached the state, and all.
     """
     status = curves["status"]
     reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
@@ -263,10 +262,7 @@ def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None
 
 
 def possible_change(results: xr.Dataset) -> xr.DataArray:
-    """Return by how much of itself a rate may be off for what its curve does above the highest shaking that was run.
-
-    Where bounds are not known it is the whole share from there.
-    """
+    """Return by how much of itself a rate may be off for what its curve does above the highest shaking that was run."""
     bounds = rate_bounds(results)
     if bounds is None:
         return results[BEYOND]
@@ -284,10 +280,9 @@ def rate_notes(
 ) -> list[str]:
     """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
 
-    `rates` are those of `Risk.of`, with ``rate_share_below_levels`` where `lowest` is given; `settled` is the
-    probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known;
-    `hazard_ends` are the hazard curve's first and last level, SI, in the unit of the bins; `of_formula` is True if the
-    hazard is a formula, whose ends are levels exceeded once and 1e-8 times per year.
+    `settled` is the probability of each curve at the highest shaking that was run: where it is nearly 1, the curve
+    is known; `of_formula` is True if the hazard is a formula, whose ends are levels exceeded once and 1e-8 times
+    per year.
     """
     beyond = rates[BEYOND]
     found = []

@@ -219,10 +219,7 @@ def floor_cell(floor: int | str, roof: str = "") -> str:
 
 
 def reference_law(results: xr.Dataset) -> tuple[int, bool]:
-    """Return the position of the law that the answer is given for, and True if it is the reference of the field.
-
-    Where the reference (Housner's law) is not among the laws, the answer is given for the first law.
-    """
+    """Return the position of the law of the answer, and True if it is Housner's, the reference of the field."""
     law = results.coords.get("law")
     if law is not None and law.dims == ("model",):
         return reference_position([str(one) for one in law.values])
