@@ -52,15 +52,12 @@ def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str],
     """Return the figure of the curves: a panel for each block, floor and law, A and B with bands over motions."""
     chosen = furthest(medians, MOST_PANELS)
     places = [both.places[medians.index(line)] for line in chosen]
-    columns = axes.columns_for(len(chosen))
-    rows = math.ceil(len(chosen) / columns)
-    figure = axes.figure(max(2.9 * columns, 6.0), 2.9 * rows + 1.5)
-    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    figure, panels, columns = axes.panel_grid(len(chosen), (2.9, 2.9), (0.0, 1.5), 6.0, shared=True)
     low, high, log = _span((both.a.side, both.b.side), chosen)
     x = np.geomspace(low, high, POINTS) if log else np.linspace(high / POINTS, high, POINTS)
     axis = axis_of(both.a.side.results)
     scale, _ = display_unit(axis)
-    for i, (ax, line, at) in enumerate(zip(panels.flat, chosen, places, strict=False)):
+    for i, (ax, line, at) in enumerate(zip(panels, chosen, places, strict=True)):
         for curves, where in zip((both.a, both.b), at, strict=True):
             _curve(curves, where, ax, x, scale)
         axes.level_axis(ax, low, high, log, axis_name(axis))
@@ -73,8 +70,7 @@ def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str],
         text += f"\n{axes.model_name(law_text(line.laws))}" if of_laws else ""
         ax.set_title(axes.wrapped(text, axes.width_of(ax) + 0.5, 9.0), fontsize=9)
         axes.outer_labels(ax, i, columns, len(chosen))
-    axes.remove_spare(panels, len(chosen))
-    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
     first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
     title = _title(titles, medians)
     axes.heading(figure, title, f"bands: {confidence} intervals{first}")

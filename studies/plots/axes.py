@@ -28,7 +28,6 @@ from matplotlib.ticker import (
     NullFormatter,
     NullLocator,
 )
-from numpy.typing import NDArray
 
 __all__ = [
     "COLOURS",
@@ -52,8 +51,8 @@ __all__ = [
     "on_a_phone",
     "outer_labels",
     "own_legend",
+    "panel_grid",
     "plain_log",
-    "remove_spare",
     "round_ticks",
     "width_of",
     "wrapped",
@@ -173,6 +172,28 @@ def columns_for(panels: int) -> int:
     return 1 if not has_room() else 2 if panels == 4 else min(PANEL_COLUMNS, panels)
 
 
+def panel_grid(
+    number: int,
+    each: tuple[float, float],
+    beside: tuple[float, float],
+    least: float = 0.0,
+    columns: int | None = None,
+    shared: bool = False,
+) -> tuple[Figure, list[Axes], int]:
+    """Return a figure, its panels, which fill row by row, and the number of their columns.
+
+    `each` is the width and the height of a panel, and `beside` of what stands beside them, in; `least` is the least
+    width of the figure.
+    """
+    columns = columns_for(number) if columns is None else columns
+    rows = math.ceil(number / columns)
+    whole = figure(max(each[0] * columns + beside[0], least), each[1] * rows + beside[1])
+    panels = list(whole.subplots(rows, columns, squeeze=False, sharex=shared, sharey=shared).flat)
+    for ax in panels[number:]:
+        ax.remove()
+    return whole, panels[:number], columns
+
+
 def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = True) -> None:
     """Keep the axis labels of panel `i`, and with `ticks` the numbers, only at the left and the lower edge."""
     left, below = i % columns == 0, i + columns >= panels
@@ -182,12 +203,6 @@ def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = T
         ax.set_xlabel("")
     if ticks:
         ax.tick_params(labelleft=left, labelbottom=below)
-
-
-def remove_spare(axes: NDArray[Any], panels: int) -> None:
-    """Remove the axes of a grid that come after its number of panels."""
-    for ax in list(axes.flat)[panels:]:
-        ax.remove()
 
 
 def grid(ax: Axes, along: str = "both") -> None:
@@ -251,9 +266,8 @@ def plain_log(ax: Axes) -> None:
 
     def text(value: float, _: int | None = None) -> str:
         left, right = ax.get_xlim()
-        if right > (10.0 if value < 1e-3 else 100.0) * left and not _is_power(value):
-            return ""
-        return plain_number(value)
+        is_power = value > 0.0 and abs(math.log10(value) - round(math.log10(value))) < 1e-9
+        return plain_number(value) if is_power or right <= (10.0 if value < 1e-3 else 100.0) * left else ""
 
     ax.xaxis.set_major_formatter(FuncFormatter(text))
     for one in ax.artists:
@@ -336,8 +350,3 @@ class MinorTicks(Artist):
         )
         ticks.set_figure(figure)
         ticks.draw(renderer)
-
-
-def _is_power(value: float) -> bool:
-    """Return True if a number is a power of ten."""
-    return value > 0.0 and abs(math.log10(value) - round(math.log10(value))) < 1e-9

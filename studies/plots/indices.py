@@ -34,12 +34,10 @@ def indices(
     results : xarray.Dataset
         An uncertainty study's results, or the dataset that `sobol_indices` or `tornado` of
         `toppling.fragility` returns, of one output (``isel(output=0)``).
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
     method : {"sobol", "tornado"}, optional
         The method; needed where a study's results hold several.
-    block, model : str, optional
-        Labels of a block and a damping law; each is needed where there are several.
+    ax, block, model : optional
+        As for `fragility`, but a law is needed where there are several.
     level : float, optional
         For a study: one of its levels (SI); by default the level at which the probability of overturning is nearest to
         one half.
@@ -101,8 +99,7 @@ def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     here = here.isel(input=order)
     y = np.arange(order.size)
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.0, 0.55 * y.size + 1.5)
+    ax = ax or axes.new(6.0, 0.55 * y.size + 1.5)
     for name, shift, colour, label in (
         ("total", 0.19, axes.COLOURS[5], "total: with all others"),
         ("first", -0.19, axes.COLOURS[0], "first order: alone"),
@@ -127,8 +124,7 @@ def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     here = here.isel(input=np.argsort(-here["swing"].values, kind="stable"))
     y = np.arange(here.sizes["input"])
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.0, 0.42 * y.size + 1.6)
+    ax = ax or axes.new(6.0, 0.42 * y.size + 1.6)
     base = here["base"].item()
     first, last = (percent(float(one)) for one in found.attrs["quantiles"])
     ax.axvline(base, color="0.25", lw=0.9, zorder=0)
@@ -161,19 +157,15 @@ def index_figure(results: xr.Dataset) -> Figure:
     """Return the figure of Sobol' indices where P(overturn) is nearest to one half: a panel for each block and law."""
     blocks, models = selection.labels(results, "block"), selection.labels(results, "model")
     cases = [(block, model) for block in blocks for model in models]
-    columns = axes.columns_for(len(models))
-    rows = -(-len(cases) // columns)
-    inputs = results.sizes["input"]
-    figure = axes.figure(max(2.7 * columns + 0.4, 6.0), (0.5 * inputs + 1.3) * rows + 1.2)
-    panels = figure.subplots(rows, columns, squeeze=False)
-    for ax, (block, model) in zip(panels.flat, cases, strict=False):
+    each = 2.7, 0.5 * results.sizes["input"] + 1.3
+    figure, panels, columns = axes.panel_grid(len(cases), each, (0.4, 1.2), 6.0, axes.columns_for(len(models)))
+    for ax, (block, model) in zip(panels, cases, strict=True):
         indices(results, ax, method="sobol", block=block or None, model=model or None)
         width = 0.72 * figure.get_figwidth() / columns
         at = ax.get_title().rpartition(" at ")[2]
         ax.set_title(axes.wrapped(f"{block}\n{axes.model_name(model)}\nat {at}", width, 9.0), fontsize=9)
         ax.set_xlabel(axes.wrapped(ax.get_xlabel(), width))
-    axes.remove_spare(panels, len(cases))
-    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
     text = "Sobol' indices of the probability of overturning, with intervals, where it is nearest to one half"
     axes.heading(figure, str(results.attrs.get("title", "Indices")), text)
     return figure

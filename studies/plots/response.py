@@ -79,10 +79,11 @@ def history(
     names = _one_each("labels", labels, many) or _names(many)
     chosen = _one_each("colors", colors, many)
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.4, 3.4)
+    ax = ax or axes.new(6.4, 3.4)
     fallen = False
-    for i, (one, (colour, _, line)) in enumerate(zip(many, _styles(many), strict=True)):
+    laws = [json.loads(one.attrs["configuration"])["model"]["law"] for one in many]
+    looks = selection.looks(xr.Dataset({"law": ("model", laws)}))
+    for i, (one, (colour, _, line)) in enumerate(zip(many, looks, strict=True)):
         standing = before_lying(one)
         time, x = one["time"].values[standing], (one["rotation"].values / one.attrs["alpha"])[standing]
         own = colour if chosen is None else chosen[i]
@@ -133,8 +134,7 @@ def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = N
     "angular velocity over p α, θ'/(pα) (–)"
     """
     checked(response, VARIABLES, ATTRIBUTES)
-    if ax is None:
-        ax = axes.new(4.6, 4.2)
+    ax = ax or axes.new(4.6, 4.2)
     standing = before_lying(response)
     alpha, p = response.attrs["alpha"], response.attrs["p"]
     x, v = response["rotation"].values / alpha, response["angular_velocity"].values / (p * alpha)
@@ -162,9 +162,3 @@ def _names(many: Sequence[xr.Dataset]) -> list[str]:
         differ[0] = True
     texts = [", ".join(part for part, other in zip(row, differ, strict=True) if other and part) for row in found]
     return [axes.model_name(text) for text in texts]
-
-
-def _styles(many: Sequence[xr.Dataset]) -> list[tuple[str, str, Any]]:
-    """Return colour, marker and line of each response, chosen as for the laws of a study."""
-    laws = [json.loads(one.attrs["configuration"])["model"]["law"] for one in many]
-    return selection.looks(xr.Dataset({"law": ("model", laws)}))

@@ -60,8 +60,7 @@ def _panel(results: xr.Dataset, needed: str, ax: Axes | None, block: str | None)
     if needed not in results:
         raise ValueError(f"results hold no {needed}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
     here = selection.one(results, block=block)
-    if ax is None:
-        ax = axes.new(WIDTH, HEIGHT)
+    ax = ax or axes.new(WIDTH, HEIGHT)
     names = [input_name(str(one)) for one in here["input"].values]
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
@@ -109,17 +108,13 @@ def sensitivity(
     ----------
     results : xarray.Dataset
         Results of a sensitivity study.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
     quantity : {"median", "median_ratio", "dispersion", "probability", "excess", "flipped"}
         The quantity; differences are from the study's reference.
-    block, model : str, optional
-        Labels of the block (needed where there are several) and of one law (all laws by default).
     level : float, optional
         One of the study's levels (SI), for quantities that depend on the level; by default the level at which the rigid
         block is nearest to falling under half of the motions.
-    color : str, optional
-        Matplotlib's colour for one law.
+    ax, block, model, color : optional
+        As for `fragility`.
 
     Returns
     -------
@@ -147,8 +142,7 @@ def sensitivity(
     ends = ("lower", "upper") if quantity == "probability" else (f"{quantity}_lower", f"{quantity}_upper")
     laws = selection.laws(drawn, model, color)
     alone = ax is None
-    if ax is None:
-        ax = axes.new(WIDTH, HEIGHT)
+    ax = ax or axes.new(WIDTH, HEIGHT)
     x = results["value"].values
     for law in laws:
         one = law.results
@@ -176,16 +170,11 @@ def sensitivity(
     return ax
 
 
-def sensitivity_figure(results: xr.Dataset, quantity: str) -> Figure:
-    """Return the figure of a quantity over the values of the parameter: a panel for each block, one below the other."""
-    said = f"{results.sizes['motion']} motions; bands: {confidence_text(results)} intervals"
-    return column(results, partial(sensitivity, quantity=quantity), said)
-
-
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield every figure of a study's results with its name."""
     for quantity in ("median", "median_ratio", "dispersion", "probability", "flipped"):
-        yield quantity, sensitivity_figure(results, quantity)
+        said = f"{results.sizes['motion']} motions; bands: {confidence_text(results)} intervals"
+        yield quantity, column(results, partial(sensitivity, quantity=quantity), said)
     for needed, name, draw, said in (
         ("tornado_low", "tornado", tornado_panel, "one input at a time, 5 % to 95 %"),
         ("sobol_total", "sobol", sobol_panel, f"all inputs at once; bars: {confidence_text(results)} intervals"),

@@ -19,7 +19,7 @@ from ..text.words import floor_name, level_text
 from .breaks import ENDS, breaks_by_level
 from .pieces import at_rate, in_years, payback_text
 from .unseen import at_most, most_probability
-from .values import Cell, ValueTable, known, with_units
+from .values import Cell, ValueTable, known, with_ends, with_units
 
 MOST_ROWS = 60
 """Most rows of a table in a terminal or a report."""
@@ -30,25 +30,10 @@ COLUMNS = {
     "pieces": "",
     "kit": "",
     "damping_law": "",
-    "falls": "rate",
-    "falls_lower": "rate",
-    "falls_upper": "rate",
-    "front_falls": "rate",
-    "front_falls_lower": "rate",
-    "front_falls_upper": "rate",
-    "falls_saved": "rate",
-    "falls_saved_lower": "rate",
-    "falls_saved_upper": "rate",
-    "front_falls_saved": "rate",
-    "front_falls_saved_lower": "rate",
-    "front_falls_saved_upper": "rate",
-    "share_saved": "share",
-    "share_saved_lower": "share",
-    "share_saved_upper": "share",
+    **with_ends("rate", "falls", "front_falls", "falls_saved", "front_falls_saved"),
+    **with_ends("share", "share_saved"),
     "effect": "",
-    "breaks": "rate",
-    "breaks_lower": "rate",
-    "breaks_upper": "rate",
+    **with_ends("rate", "breaks"),
     "saving_of_all": "saving",
     "cost": "money",
     "cost_of_all": "money",
