@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING
 from typing import Any
 
+from made_schema import study_schema
+
 from toppling.core.doubts import KINDS
 from toppling.models import LAWS
 from toppling.motions import ENVELOPES, GENERATORS, PULSES
 from toppling.studies.file import blocks, code, motions, supports, uncertainty
 from toppling.studies.file.table import bare
-from toppling.studies.reference.json_schema import study_schema
 
 HEAD = "| key | meaning | unit | default | type |\n|---|---|---|---|---|\n"
 NAMED = " Where not given: "

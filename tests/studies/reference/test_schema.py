@@ -1,7 +1,6 @@
 """The schema of study files: one source for what is read, what editors are told, and the reference of keys."""
 
 import dataclasses
-import importlib.util
 import inspect
 import json
 import tomllib
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from study_schema import made_keys, made_schema
 
 import toppling as tp
 from toppling import motions as mo
@@ -17,16 +17,11 @@ from toppling.studies.command.cli import main
 from toppling.studies.file.motions import AXES
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.file.table import KeyInfo, bare
-from toppling.studies.reference.json_schema import all_tables, study_schema, unit_of
 
-ROOT = Path(tp.__file__).parent
-EXAMPLES = sorted((ROOT / "studies" / "examples").glob("*.toml"))
-SPEC = importlib.util.spec_from_file_location("made_keys", ROOT / "docs/made_keys.py")
-made_keys = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(made_keys)
-SCHEMA = study_schema()
+EXAMPLES = sorted((Path(tp.__file__).parent / "studies" / "examples").glob("*.toml"))
+SCHEMA = made_schema.study_schema()
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
-TABLES = {table.__name__: table for table in all_tables()}
+TABLES = {table.__name__: table for table in made_schema.all_tables()}
 
 
 def keys():
@@ -70,7 +65,7 @@ class TestSchema:
             if '"number"' in json.dumps(said):
                 assert said["unit"], f"{name}.{key}"
             if bare(key) != key:
-                assert said["unit"] == unit_of(key, field) != "", f"{name}.{key}"
+                assert said["unit"] == made_schema.unit_of(key, field) != "", f"{name}.{key}"
 
     def test_nothing_is_null(self):
         """TOML has no null: a key that may be left out is one that is not required."""

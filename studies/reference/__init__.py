@@ -1,1 +1,0 @@
-"""The schema of study files, for other programs, as JSON Schema."""
