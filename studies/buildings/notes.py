@@ -24,11 +24,9 @@ from ...models.friction import LOCKED
 from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import BOTH
 from ..inventory.contents import Inventory
-from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
-from ..text.spread import branch_names
+from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard
 from ..text.words import level_text
 from .assessment import BUILDING, HazardPoints
-from .branches import BEYOND
 from .modelling import covering
 from .slide_runs import faces_an_edge
 from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
@@ -271,12 +269,6 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
         where = beyond_hazard(side, level_text(float(end), assessment["level"]), hazard.of_formula)
         found += _from(shares, NOTABLE, f"shaking {where}")
     return found
-
-
-def branch_notes(spread: xr.Dataset) -> list[str]:
-    """Notes on branches whose rates come from shaking beyond hazard curves or levels: a sentence each."""
-    beyond = [float(one) for one in spread[BEYOND].values]
-    return branches_beyond_note(beyond, branch_names(spread))
 
 
 class _Amount(NamedTuple):

@@ -231,7 +231,8 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
     names = [name for name in (INSTEAD, NEAR, TRIP) if name in assessment]
     found = assessment[names].isel(item=at).rename(item="block")
     said += slide_notes(found, blocks, plane=AXES in configuration_of(assessment))
-    said += exact_friction_notes(exactly_known(inventory))
+    exact = [row.label for row in inventory.rows if slides(row) and isinstance(row.friction, FixedFriction)]
+    said += exact_friction_notes(exact)
     if MOVES in assessment:
         moving = shares_with_moving_supports(assessment)
         above = [i for i, row in enumerate(inventory.rows) if row.stands_on]
@@ -243,11 +244,6 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
             f"{', the largest share of all' if (moving > 0.0).sum() > 1 else ''}"
         )
     return said
-
-
-def exactly_known(inventory: Inventory) -> list[str]:
-    """Return the lines that can slide and whose coefficient of friction has no dispersion."""
-    return [row.label for row in inventory.rows if slides(row) and isinstance(row.friction, FixedFriction)]
 
 
 def shares_with_moving_supports(results: xr.Dataset) -> Array:

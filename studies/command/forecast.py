@@ -66,8 +66,8 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
     room = study.room
     return Forecast(
         study.work,
-        room.chunks.number,
-        (room.chunks.seconds + study.seconds_of_slides) / thread_count(),
+        room.chunks,
+        (room.seconds + study.seconds_of_slides) / thread_count(),
         thread_count(),
         room.memory,
         room.disk,

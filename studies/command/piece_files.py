@@ -89,10 +89,11 @@ def _table(
         about += [["chances", "of at least one fall, from the annual rate"], version]
         return "rates", rate_values(results, laws), about, None
     at = reference_law(results)[0] if model is None else int(laws_of(results, model, path)[0])
+    code = f"{results.attrs['code']} ({results.attrs['code_site']})" if "code" in results.attrs else "not checked"
     about += [
         ["damping law", str(results["model"].values[at])],
         ["chances, values and costs", "of one piece; savings and paybacks are of the line"],
-        ["code requirements", _code(results)],
+        ["code requirements", code],
         version,
     ]
     if "item_rate" not in results and "at_level" in results.attrs:
@@ -128,10 +129,6 @@ def timeless(book: bytes) -> bytes:
                 text = _TIME.sub(b"1980-01-01T00:00:00Z", text)
             new.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
     return held.getvalue()
-
-
-def _code(results: xr.Dataset) -> str:
-    return f"{results.attrs['code']} ({results.attrs['code_site']})" if "code" in results.attrs else "not checked"
 
 
 def _level(results: xr.Dataset) -> str:

@@ -43,7 +43,8 @@ def of_curves(both: CurveComparison, titles: tuple[str, str], confidence: str) -
 def of_pieces(found: Found, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
     """Yield the figure of the chances of both sides where there are any, with the name of its file."""
     for quantity in found.quantities:
-        own = [one for one in found.lines if one.quantity == quantity.name and _drawable(one)]
+        own = [one for one in found.lines if one.quantity == quantity.name]
+        own = [one for one in own if one.a.value > 0.0 or one.b.value > 0.0]
         if quantity.name == CHANCE and own:
             yield "chances", _dots(own, quantity, titles, confidence)
 
@@ -147,10 +148,6 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
     first = f"; the {len(chosen)} of {len(lines):,} that differ most" if len(chosen) < len(lines) else ""
     axes.heading(figure, _title(titles, lines), f"lines: {confidence} intervals{first}")
     return figure
-
-
-def _drawable(line: Line) -> bool:
-    return line.a.value > 0.0 or line.b.value > 0.0
 
 
 def _title(titles: tuple[str, str], lines: list[Line]) -> str:

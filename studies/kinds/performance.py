@@ -43,12 +43,11 @@ from ..buildings.assessment import (
     tells_sides,
 )
 from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
-from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
+from ..buildings.branches import BEYOND, InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
 from ..buildings.notes import (
     UNDIRECTED,
-    branch_notes,
     hazard_notes,
     hazard_shares,
     inventory_notes,
@@ -78,7 +77,8 @@ from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.reading import Reading
 from ..plan.slides import INSTEAD
-from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, level_modelling_note, modelling_note
+from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, level_modelling_note, modelling_note
+from ..text.spread import branch_names
 from ..text.words import level_text
 from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .inventory_motions import (
@@ -706,7 +706,7 @@ class PerformanceStudy(Study):
         sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.draws, self.correlation)
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
         of_slips = [SLIPS_WITHOUT_BRANCHES] if self.may_slide else []
-        return rates, [*said, *branch_notes(rates), *of_slips]
+        return rates, [*said, *branches_beyond_note(rates[BEYOND].values.tolist(), branch_names(rates)), *of_slips]
 
     def _screened(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Screen the lines of the inventory."""

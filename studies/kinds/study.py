@@ -57,7 +57,7 @@ from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
-from ..store.resources import Resources, chunks_of, refuse_shortage
+from ..store.resources import Resources, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
@@ -253,8 +253,9 @@ class Study(ABC):
         dt = float(np.mean([record.dt for record in plain]))
         cases = islice(self.cases, MOST_CASES)
         per_sample = float(np.mean([seconds_per_sample(law.oscillator(block), dt) for _, block, law in cases]))
+        samples = sum(record.acceleration.size for record in plain)
         return Resources.of(
-            chunks_of(self.work, [record.acceleration.size for record in plain], per_sample),
+            self.work * samples / len(plain) * per_sample,
             float(self.bytes_a_run * self.work),
             self.stored_bytes,
             self.together + 3.0 * sum(record.acceleration.nbytes for record in plain),

@@ -42,13 +42,6 @@ MOST_SAID = 3
 """Most slips that have a note of their own."""
 
 
-class Known(NamedTuple):
-    """What is known of sliding: variables, and notes of one sentence each."""
-
-    variables: xr.Dataset
-    notes: list[str]
-
-
 class _Curve(NamedTuple):
     """Numbers of the curve of one slip of one block, NaN where they are not known: estimates with their intervals."""
 
@@ -87,8 +80,8 @@ def adaptive_slides(
     falls: Mapping[str, xr.DataArray],
     units: str,
     client: Runner,
-) -> Known:
-    """Return how likely blocks are to slide instead of rocking, and the curves of their slips.
+) -> tuple[xr.Dataset, list[str]]:
+    """Return how likely blocks are to slide instead of rocking, with the curves of their slips, and notes.
 
     `design` is that of the falls: the same motions, and the same precision for the curve of each slip.  With a
     hazard ``slip_rate``: the rate of the curve, or of weighted runs where the precision asked for is that of a
@@ -154,7 +147,7 @@ def adaptive_slides(
         table = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
         found[name] = (("block", "slip"), table, {"units": DIMENSIONLESS, "long_name": text})
     slip = xr.Variable("slip", list(slides.distances), {"units": METRE, "long_name": "slip that is exceeded"})
-    return Known(found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), list(dict.fromkeys(said)))
+    return found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), list(dict.fromkeys(said))
 
 
 def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -> Iterator[_Curve]:

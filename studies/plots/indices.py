@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from ...core import checks
 from ...core.aliases import Array
 from ...core.wording import percent
+from ..buildings.variables import level_index
 from ..plan.estimates import middle_level
 from ..text.words import display_unit, input_name
 from . import axes, selection
@@ -73,7 +74,7 @@ def indices(
     if not held:
         return draw[name](selection.one(results, block=block, model=model), ax)
     here = selection.one(results, block=block, model=model)
-    at = middle_level(here["probability"]) if level is None else selection.level_index(here, level)
+    at = middle_level(here["probability"]) if level is None else level_index(here, level)
     own = [str(one) for one in here.data_vars if str(one).startswith(f"{name}_")]
     ax = draw[name](here[own].rename({one: one.removeprefix(f"{name}_") for one in own}).isel(output=at), ax)
     scale, unit = display_unit(here["level"])

@@ -19,6 +19,7 @@ from matplotlib.ticker import PercentFormatter
 from ...core import checks
 from ...core.aliases import Array
 from ...core.wording import confidence_text
+from ..buildings.variables import level_index
 from ..file.uncertainty import RIGID
 from ..tables.sensitivity import level_at, level_between, reference_name, reference_of
 from ..text.words import display_unit, input_name, level_name
@@ -134,7 +135,7 @@ def sensitivity(
         raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")
     checks.choice("quantity", quantity, tuple(QUANTITIES))
     here = selection.one(results, block=block)
-    at = level_between(here) if level is None else selection.level_index(here, level)
+    at = level_between(here) if level is None else level_index(here, level)
     drawn = here.isel(level=at) if "level" in here[quantity].dims else here
     if "comparison" in here[quantity].dims:
         drawn = drawn.sel(comparison=reference_of(results))

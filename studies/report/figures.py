@@ -186,7 +186,7 @@ def _svg(figure: Figure, prefix: str) -> str:
     settle(figure)
     file = StringIO()
     figure.savefig(file, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-    root = ElementTree.fromstring(_without_comments(file.getvalue()))
+    root = ElementTree.fromstring(re.sub(r"<!--.*?-->", "", file.getvalue(), flags=re.DOTALL))
     for parent in list(root.iter()):
         for child in list(parent):
             if _local_name(child.tag) in ("metadata", "style", "script"):
@@ -205,10 +205,6 @@ def _svg(figure: Figure, prefix: str) -> str:
     size = f"max-width:{WIDEST * width:.0f}px;min-width:{NARROWEST * width:.0f}px"
     root.attrib |= {"style": size, "aria-hidden": "true", "focusable": "false"}
     return ElementTree.tostring(root, encoding="unicode")
-
-
-def _without_comments(text: str) -> str:
-    return re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
 
 
 def _local_name(name: str) -> str:

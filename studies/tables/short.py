@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -35,7 +34,7 @@ from ..text.spread import (
     range_text,
     years_range,
 )
-from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name, reference_law
+from ..text.words import NOT_REACHED, axis_of, by_place, display_unit, floor_name, level_name, reference_law
 from .pieces import code_text, in_years as chances_in, model_ranges, over_branches
 from .sensitivity import median_rows
 from .unseen import at_most
@@ -53,16 +52,14 @@ def short_rows(results: xr.Dataset) -> Rows | None:
 def _blocks(results: xr.Dataset) -> Rows:
     """Return the levels at which half fall, those of the other laws, and how often, of the blocks that fall first."""
     yearly = "rate" in results
-    floors = results["floor"].values.tolist() if "floor" in results["half_level"].dims else [None]
-    most = max(1, MOST // len(floors))
+    most = max(1, MOST // (results.sizes["floor"] if "floor" in results["half_level"].dims else 1))
     here = shown(results, RATE, most) if yearly else shown(results, most=most)
     at, known = reference_law(here)
     axis = axis_of(here)
     scale, unit = display_unit(axis)
     ranged = has_model_range(here, "rate" if yearly else "half_level")
     rows: list[tuple[str, ...]] = []
-    for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
-        one = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
+    for label, one in by_place(here, here["half_level"].dims):
         own, others = one.isel(model=at), np.delete(one["half_level"].values / scale, at)
         level, interval = level_texts(own, "half_level", scale)
         beta = dispersion_texts(own)[0] if "dispersion" in own else "–"
@@ -79,8 +76,7 @@ def _blocks(results: xr.Dataset) -> Rows:
             cells.append(model_range(own, name, write, 1.0 if yearly else 1.0 / scale) or NOT_GIVEN)
         if "epistemic_rate" in one:
             cells.append(range_text(one).removesuffix(" years") if np.isfinite(one["epistemic_rate"]) else "–")
-        where = "" if floor is None else f", {floor_name(floor)}"
-        rows.append((f"{here['block'].values[i]}{where}", *cells))
+        rows.append((label, *cells))
     law = f"{here['model'].values[at]}{', the reference law' if known else ''}"
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
     heading = f"half fall at {level_name(here)}{f', {unit}' if unit else ''}"

@@ -93,7 +93,7 @@ def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, s
     status = curves["status"]
     reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
     found = []
-    did, stayed = reached_of(state), f"did not {_infinitive(state)}"
+    did, stayed = reached_of(state), f"did not {infinitive_of(verb_of(state))}"
     for few, number, what, cure in (
         (reached, reached, did, "higher levels"),
         (runs - reached, runs - reached, stayed, "lower levels"),
@@ -383,10 +383,6 @@ def family_notes(curves: xr.Dataset, along: str) -> list[str]:
         f"{' and ' if len(others) > 1 else ''}{others[-1]}: a number for them is of no block in particular; take a "
         "family with one free size, such as widths of one height"
     ]
-
-
-def _infinitive(state: str) -> str:
-    return infinitive_of(verb_of(state))
 
 
 def infinitive_of(verb: str) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -194,6 +194,17 @@ def floor_name(floor: int | str) -> str:
     """
     text = str(floor)
     return "ground" if text in ("0", "ground") else text if " " in text else f"floor {text}"
+
+
+def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield the name of each block, with its floor where the `dims` of some variable hold floors, and the results."""
+    for i, block in enumerate(results["block"].values):
+        here = results.isel(block=i)
+        if "floor" not in dims:
+            yield str(block), here
+            continue
+        for k, floor in enumerate(results["floor"].values):
+            yield f"{block}, {floor_name(floor)}", here.isel(floor=k)
 
 
 def roof_of(results: xr.Dataset) -> str:

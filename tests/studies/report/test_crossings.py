@@ -9,8 +9,14 @@ from scipy.stats import binomtest
 
 import toppling as tp
 from toppling.studies.command.verdict import verdict
-from toppling.studies.report.crossed import FEWEST_APART, crossed_pieces
-from toppling.studies.report.crossings import crossing, crossings_of, curves_at, levels_of
+from toppling.studies.report.crossed import (
+    FEWEST_APART,
+    crossed_pieces,
+    crossing,
+    crossings_of,
+    curves_at,
+    levels_of,
+)
 from toppling.studies.report.law_choice import law_choice
 from toppling.studies.report.summary import plain_answer
 
