@@ -185,10 +185,7 @@ class JointFlags:
         return np.asarray(np.any(event.sets & self.standing, axis=-1))
 
     def chances(self) -> Iterator[tuple[slice, slice, Array, Array]]:
-        """Yield slabs of P(a piece overturns | motion) and P(it is lost | motion), with their bounds.
-
-        Both have the dimensions (model, item, level, motion).
-        """
+        """Yield slabs of P(a piece overturns | motion), P(it is lost | motion), bounds (model, item, level, motion)."""
         sizes = dict(zip(("model", "item", "variant", "level", "motion"), self.flags.shape, strict=True))
         for where in slabs(sizes, ("model", "item")):
             of, rows = where.get("model", slice(None)), where.get("item", slice(None))
@@ -273,10 +270,7 @@ class JointFlags:
 
 
 def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_memory) -> Flags | None:
-    """Return the flags of pieces that fell or whose support did, None where nothing is carried.
-
-    Variants of a line and its support are independent draws, so that those of one number are a sample of both.
-    """
+    """Return the flags of pieces that fell or whose support did, None where nothing is carried."""
     if not carried:
         return None
     found = array(flags.shape, np.bool_)

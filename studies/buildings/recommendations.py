@@ -1,7 +1,4 @@
-"""What anchoring a line of an inventory does, in a few words: the rules by which pieces and kits are judged.
-
-Numbers come in, words go out; how results hold the numbers is not known here.
-"""
+"""What anchoring a line of an inventory does, in a few words: the rules by which pieces and kits are judged."""
 
 from __future__ import annotations
 
@@ -224,10 +221,7 @@ def recommended(pieces: Sequence[Piece]) -> list[Piece]:
 
 
 def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
-    """Return the pieces with another word for those that must be fixed first, for the sake of what stands on them.
-
-    Pieces judged by money alone say nothing of that, and so have neither that word nor a payback.
-    """
+    """Return the pieces with another word for those that must be fixed first, for the sake of what stands on them."""
     return [
         one._replace(recommendation=FIRST, saving=UNKNOWN, payback=math.nan)
         if one.item in moving and (one.recommendation in BY_MONEY or one.recommendation == one.doubt)

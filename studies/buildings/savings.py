@@ -1,7 +1,4 @@
-"""Savings of anchoring items, motion by motion: each item alone, and the items one after the other.
-
-Flags are read in parts, of items or of motions; arrays of every item and motion are allocated by `array`.
-"""
+"""Savings of anchoring items, motion by motion: each item alone, and the items one after the other."""
 
 from __future__ import annotations
 

@@ -71,10 +71,7 @@ def slide_variables(
     own_motions: bool = False,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute what sliding changes, line by line, and its annual rates where there are weights of the levels.
-
-    NaN of lines whose sliding is not known.
-    """
+    """Compute what sliding changes, line by line, with annual rates if there are weights; NaN where it is not known."""
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
     every, alone = range(len(rows)), np.ones((len(rows), overturned.shape[2]))
@@ -137,10 +134,7 @@ def slide_variables(
 def _shares_with_moving_supports(
     joint: JointFlags, runs: SlidingRuns, year: Year | None, modelled: Modelled | None
 ) -> Variables:
-    """Return the shares of the falls of lines in runs in which what they stand on moves, given the level and in a year.
-
-    The friction of a line and that of what it stands on are independent; NaN where nothing falls.
-    """
+    """Return the shares of lines' falls in runs in which what they stand on moves, given the level and in a year."""
     models, items, _, levels, _ = joint.flags.shape
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     given, yearly = np.full((models, items, levels), np.nan), np.full((models, items), np.nan)
@@ -247,10 +241,7 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
 
 
 def shares_with_moving_supports(results: xr.Dataset) -> Array:
-    """Return the share of the falls of each line (item,) in runs in which what it stands on moves, under the first law.
-
-    In a year, or without a hazard the largest at any level; 0 of lines that stand on the floor or never fall.
-    """
+    """Return the share of each line's falls in runs in which what it stands on moves, the largest without a hazard."""
     if ITEM_MOVES_SHARE in results:
         shares = results[ITEM_MOVES_SHARE].isel(model=0)
     else:

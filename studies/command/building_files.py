@@ -44,10 +44,7 @@ INDEPENDENT = "independent"
 def write_building_files(
     result: Path, folder: Path, model: str | None = None, prefix: str | None = None, verify: bool = False
 ) -> list[str]:
-    """Write the pieces of a performance study under one law for a whole assessment of pelicun; return lines to print.
-
-    The ids are ``PREFIX.001`` and so on in the order of the inventory, or made of the pieces' names.
-    """
+    """Write pieces of a performance study under one law for a whole assessment of pelicun; return lines to print."""
     with read_results(result) as results:
         check_content(result, results, verify)
         one = results.isel(model=_law(results, model, result))

@@ -43,10 +43,7 @@ _WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str, tuple[str,
 
 
 def read_curves(path: Path, model: str | None = None, verify: bool = False, modelling: bool = False) -> xr.Dataset:
-    """Read the curves of a result file, of every law or of the laws that `model` names by label or short name.
-
-    With `modelling` the dispersions hold the study's modelling uncertainty, too.
-    """
+    """Read a result file's curves, of all laws or those `model` names; with `modelling` their uncertainty counts."""
     try:
         with opened(path) as whole:
             refuse_newer(path, whole)

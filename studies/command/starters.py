@@ -1,7 +1,4 @@
-"""Studies to begin with: a folder with a commented study and the files that it reads, for a user to make their own.
-
-They are the files in `studies/starters` and the example inventory; a workbook and records are made of them on writing.
-"""
+"""Studies to begin with: a folder with a commented study and the files that it reads, for a user to make their own."""
 
 from __future__ import annotations
 

@@ -53,10 +53,7 @@ class Comparison(NamedTuple):
 def compare(
     first: Path, second: Path, folder: Path, laws: tuple[str, str] | None = None, verify: bool = False
 ) -> Comparison:
-    """Compare two results, and write the table, the figures and the page of the comparison into a folder.
-
-    `laws` are a law of A and a law of B, by label or short name, where not given all in common.
-    """
+    """Compare two results, under a law of each or all in common, and write table, figures and page into a folder."""
     from . import figures  # noqa: PLC0415 - matplotlib
 
     same = laws is not None and first.resolve() == second.resolve()

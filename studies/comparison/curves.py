@@ -48,10 +48,7 @@ Place = tuple[int, int, int]
 
 
 class Curves(NamedTuple):
-    """Curves of one side, replicates of their parameters and of their rates, on (block, model, floor, …).
-
-    `fit` and `rates` are None where curves are not fitted again; `rates` also without the hazard curve.
-    """
+    """Curves of one side, replicates of parameters and rates on (block, model, floor, …), None if not fitted anew."""
 
     side: Side
     fit: xr.Dataset | None

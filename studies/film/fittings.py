@@ -1,8 +1,4 @@
-"""Walls and restraints in a film: where they are, in what state, and the lines that show them.
-
-Everything is in metres in the frame of the floor: its origin is the middle of the upright block, and the wall behind
-the block is at the left.  Nothing here draws.
-"""
+"""Walls and restraints in a film, in metres from the middle of the upright block, the back to the left."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Times, rotations and floor displacements of a film's frames, and the block's corners in closed form.
-
-Nothing here draws.
-"""
+"""Times, rotations and floor displacements of a film's frames, and the block's corners in closed form."""
 
 from __future__ import annotations
 

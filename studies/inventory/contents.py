@@ -1,7 +1,4 @@
-"""The contents of a building: kinds of pieces on floors, with the consequences of their overturning.
-
-Pieces of one row are alike in sizes, restitution and value.  Files are read in `inventory`, runs made in `assessment`.
-"""
+"""The contents of a building: kinds of pieces on floors, with the consequences of their overturning."""
 
 from __future__ import annotations
 

@@ -99,10 +99,7 @@ def level_floors(
     levels: Array,
     unit: str,
 ) -> LevelFloors:
-    """Scale ground motions (m s-2) to each level (level,), and send them through the building.
-
-    The measure is the plain factor ``scale``, and the unit '', where motions are as they are.
-    """
+    """Scale ground motions (m s-2) to each level (level,), and send them through the building, if there is one."""
     floors = sorted({int(row.floor) for row in inventory.rows})
     table = None if building is None else building.model_copy(update={"floors": floors, "name": None})
     own = levels if unit else np.ones(1)

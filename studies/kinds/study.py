@@ -1,7 +1,4 @@
-"""A study: the content of a study file, ready to be run into one result dataset.
-
-This module holds the parts that all kinds of studies share; each kind has a module of its own.
-"""
+"""A study: the content of a study file, ready to be run into one result dataset."""
 
 from __future__ import annotations
 

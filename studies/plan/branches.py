@@ -69,12 +69,7 @@ class Branches:
         risk: Risk,
         fit: Fit,
     ) -> xr.Dataset:
-        """Return the rates over all combinations, under the names that they have in the results.
-
-        `own` are the study's own curves with their replicates, of all laws; `fitted` returns those of another
-        design, given its name and itself.  The variables are those of `epistemic_rates`, and
-        ``branch_share_beyond``.
-        """
+        """Return the rates over all combinations from `own` curves and the `fitted` ones of each other design."""
         every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [
             Branch(

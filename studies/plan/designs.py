@@ -1,7 +1,4 @@
-"""Designs of a study's motions: each at every level (ida), a set for each level (stripes), or each once (cloud).
-
-Or each at a few levels of its own, until an answer is as precise as asked (ida with adaptive or pooled levels).
-"""
+"""Designs of a study's motions: each at every level, a set for each level, each once, or at levels of its own."""
 
 from __future__ import annotations
 

@@ -53,10 +53,7 @@ def form_free(
     fit: Fit,
     blocks: Sequence[Block],
 ) -> tuple[dict[Hashable, xr.DataArray], list[str]]:
-    """Return the variables of annual rates, those without a form of curve for those of fitted curves, and notes.
-
-    `factor` is what the modelling uncertainty multiplies a rate by (`modelling_factor`).
-    """
+    """Return variables of annual rates without a form of curve, times `factor`, beside fitted ones, and notes."""
     found = dict(fitted)
     dims = fitted["rate"].dims
     for end in ENDS:

@@ -22,10 +22,7 @@ FAR = 1.5
 
 
 class Reading(NamedTuple):
-    """Doubts in records as used, their processing, scenarios, doubts in amplitudes, spectra's spread and storeys.
-
-    `far`: doubts that matter where motions are not scaled; `variability`: None of pulses and floor motions.
-    """
+    """Doubts in records, processing, scenarios, doubts in amplitudes (motions unscaled), spectra's spread, storeys."""
 
     doubts: tuple[Doubt, ...] = ()
     processing: tuple[str, ...] = ()

@@ -67,10 +67,7 @@ class Risk:
     along: str | None = None
 
     def check(self, design: Design, file_of_floors: bool = False) -> None:
-        """Check that the hazard curve is of the same place as the levels, before anything runs.
-
-        `file_of_floors`: the floor motions are of another program, so that their ground motions are not known.
-        """
+        """Check that hazard curve and levels are of one place; `file_of_floors`: ground motions are not known."""
         floors = design.floors
         upper = [floor for floor in floors if floor not in GROUND_FLOORS]
         if self.hazard.at == FLOOR:

@@ -59,10 +59,7 @@ def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 
 
 def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
-    """Fit the curve of all samples together, on model; with its replicates where `keep` is set.
-
-    Every sample of a motion is a run of that motion: intervals are over motions, and the samples stay as they are.
-    """
+    """Fit the curve of all samples, each a run of its motion, on model; with its replicates where `keep` is set."""
     of_one = runs[["overturned"]].drop_vars([name for name, one in runs.coords.items() if "sample" in one.dims])
     return fit.curves(of_one, replicates=keep, together=("sample",))
 

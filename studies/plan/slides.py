@@ -68,10 +68,7 @@ IN_PLANE = (
 
 @dataclass(frozen=True)
 class Slides:
-    """Friction of a study's blocks, of those with their own by label, distances to obstacles (m), and slips (m).
-
-    `polarity`: whether a block whose edges differ in front and behind slides both ways.
-    """
+    """Friction of blocks, also by label, ratios, distances to obstacles and slips, m, and polarity of uneven edges."""
 
     friction: Friction
     kinetic_ratio: float = 1.0

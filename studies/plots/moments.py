@@ -1,7 +1,4 @@
-"""Figures of the moments that resist a block against its rotation: those of a response, and those of a law.
-
-Every function takes matplotlib axes and returns them, as in `response`.
-"""
+"""Figures of the moments that resist a block against its rotation: those of a response, and those of a law."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""Figures of single responses: histories and phase portraits.
-
-Every function takes matplotlib axes and returns them.  The functions draw the datasets that `toppling.simulate` and
-`toppling.free_rocking` return, and know nothing of studies.  Lines keep the labels that they are given; axes that the
-caller provides get no legend (``ax.legend()``).
-"""
+"""Figures of single responses: histories and phase portraits."""
 
 from __future__ import annotations
 

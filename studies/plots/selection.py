@@ -1,7 +1,4 @@
-"""The parts of results that a figure draws: one block, law or floor by its label, and the laws with their look.
-
-Used as ``selection.one(results, block=block)`` and ``selection.laws(results)``.  Nothing here draws.
-"""
+"""The parts of results that a figure draws: one block, law or floor by its label, and the laws with their look."""
 
 from __future__ import annotations
 

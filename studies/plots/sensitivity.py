@@ -1,7 +1,4 @@
-"""Figures of a sensitivity study: quantities over delta or e, and uncertain inputs.
-
-The panels of a figure stand in one column, so that a telephone can show them.
-"""
+"""Figures of a sensitivity study: quantities over delta or e, and uncertain inputs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The detailed answer of a report: the question of a study, and sentences that answer it from the results.
-
-Every sentence gives its interval, or says that there is none.
-"""
+"""The detailed answer of a report: the question of a study, and sentences that answer it from the results."""
 
 from __future__ import annotations
 

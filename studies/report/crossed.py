@@ -127,10 +127,7 @@ def crossed_pieces(results: xr.Dataset) -> list[str]:
 def crossed(
     results: xr.Dataset, small: xr.Dataset, cases: xr.DataArray, order: NDArray[np.int64], verb: str
 ) -> Iterator[tuple[bool, str]]:
-    """Yield between which levels which of two pieces falls more often, where their curves cross, in sentences.
-
-    With each comes whether it says that the curve of the piece that falls first crosses another.
-    """
+    """Yield between which levels which piece falls more often, and whether the first one's curve crosses."""
     places_of = [tuple(int(i) for i in np.unravel_index(one, cases.shape)) for one in order[:MOST_COMPARED].tolist()]
     if len(places_of) < MIN_CURVES:
         return

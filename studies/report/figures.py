@@ -94,10 +94,7 @@ def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterato
 
 
 def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Picture]:
-    """Yield figures as pictures for a page, SVG or PNG; with `numbers` in words at the end of each description.
-
-    A picture's ``svg`` is safe inside HTML: no script, no external reference, and ids that no other figure has.
-    """
+    """Yield figures as pictures, described in words; their SVG has no script, no reference outside, unique ids."""
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         described = f"{describe(figure)} {clean(numbers)}".strip()
         svg, phone, content = "", "", b""

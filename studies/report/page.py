@@ -1,7 +1,4 @@
-"""The report of a study's results as one self-contained HTML page, or as Markdown.
-
-The page loads nothing: figures are inside it, there is no script, and its content policy forbids everything else.
-"""
+"""The report of a study's results as one self-contained HTML page, or as Markdown."""
 
 from __future__ import annotations
 
@@ -53,11 +50,7 @@ NUMBERS = 600
 def write_report(
     result: Path, out: Path | None = None, format_: ReportFormat = "html", verify: bool = False
 ) -> list[Path]:
-    """Write the report of a study's results, and return the files written.
-
-    `out` is the file; by default ``report.html`` (``.md``) beside the results, or in `out` where `out` is a folder
-    or has no ending.
-    """
+    """Write the report of results to the file or folder `out`, beside the results by default; return the files."""
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:
         target /= f"report.{format_}"

@@ -1,8 +1,4 @@
-"""The summary at the top of a report: the answer in plain words for the owner of the contents.
-
-The sentences give counts out of a hundred earthquakes and chances in years, each with its interval, without names of
-laws or parameters of curves.
-"""
+"""The summary at the top of a report: the answer in plain words for the owner of the contents."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""One run of one block under one motion, with its outputs, as `toppling simulate` makes it.
-
-The outputs are lines for people, JSON for programs, a table and a figure (module `figure`); module `inputs` reads the
-command line.
-"""
+"""One run of one block under one motion, with its outputs, as `toppling simulate` makes it."""
 
 from __future__ import annotations
 

@@ -26,10 +26,7 @@ HELD = 4
 
 
 class Resources(NamedTuple):
-    """Approximate bytes of memory, of disk while a study runs, of its shards and of what is left; and its chunks.
-
-    seconds: on one core, by the generous planning figures of the engine.
-    """
+    """Approximate bytes of memory, of disk during a study, of shards, of what is left; chunks and their time, s."""
 
     memory: float
     disk: float

@@ -184,10 +184,7 @@ def kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Ro
 
 
 def short_kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Rows | None:
-    """Return the table of kits for a narrow terminal, of at most so many lines of pieces and kits; None without kits.
-
-    A piece has a row of its own; a kit has two lines of text, the second with the choice and the intervals.
-    """
+    """Return the table of kits for a narrow terminal, of at most so many rows of pieces and kits; None without kits."""
     if "kit_falls" not in results:
         return None
     lines = kit_lines(results, model)

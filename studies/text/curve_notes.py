@@ -1,8 +1,4 @@
-"""Notes on fitted curves and their rates that a reader needs before relying on them, in sentences.
-
-This module does not know how curves are fitted or rates computed: only which data they rest on, and how far they are
-extrapolated.
-"""
+"""Notes on fitted curves and their rates that a reader needs before relying on them, in sentences."""
 
 from __future__ import annotations
 
@@ -86,10 +82,7 @@ def action_of(verb: str, name: str) -> str:
 
 
 def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
-    """Notes on curves that rest on few runs, and on levels of half with wide intervals: one sentence each.
-
-    `reached` and `runs`, on their dimensions, count the runs that reached the state, and all.
-    """
+    """Notes on curves of few `runs` that `reached` the state, and on levels of half with wide intervals."""
     status = curves["status"]
     reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
     found = []

@@ -1,7 +1,4 @@
-"""Names of measures, floors, inputs and axes for people: the same words in tables and in drawings.
-
-Nothing here draws, so that tables and messages load no plotting library.
-"""
+"""Names of measures, floors, inputs and axes for people: the same words in tables and in drawings."""
 
 from __future__ import annotations
 
