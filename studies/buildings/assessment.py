@@ -24,7 +24,7 @@ from ...core.units import DIMENSIONLESS, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
-from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
+from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
 from ...fragility.runs.progress import part_of
@@ -597,13 +597,18 @@ def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
     return level_weights(scaled.levels, hazard)
 
 
-class HazardPoints(NamedTuple):
+class _HazardPoints(NamedTuple):
     """A hazard curve as points."""
 
     levels: Array
     rates: Array
     im: Any
     units: str
+
+
+def straight_weights(levels: Array, curve: HazardCurve, rates: Array) -> LevelWeights:
+    """Return the weights of levels from straight lines between a curve's levels, which have other rates."""
+    return line_weights(levels, _HazardPoints(np.asarray(curve.levels), rates, curve.im, curve.units))
 
 
 def check_drawn(inventory: Inventory, realisations: int) -> None:

@@ -26,7 +26,7 @@ from ...motions.polarity import BOTH
 from ..inventory.contents import Inventory
 from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard
 from ..text.words import level_text
-from .assessment import BUILDING, HazardPoints
+from .assessment import BUILDING, straight_weights
 from .modelling import covering
 from .slide_runs import faces_an_edge
 from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
@@ -227,10 +227,10 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
     """
     levels = assessment["level"].values
     plain = covering(hazard, levels)
-    knots, rates = np.asarray(plain.levels), np.asarray(plain.rates)
+    rates = np.asarray(plain.rates)
 
     def weights(of: Array) -> xr.DataArray:
-        return xr.DataArray(line_weights(levels, HazardPoints(knots, of, plain.im, plain.units)).weights, dims="level")
+        return xr.DataArray(straight_weights(levels, plain, of).weights, dims="level")
 
     # where other events are left out the curve is flat: below its own first level, or all the way up to its last
     shaking, known, rarer = (weights(np.minimum(rates, most)) for most in (np.inf, hazard.rates[0], hazard.rates[-1]))

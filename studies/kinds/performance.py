@@ -34,7 +34,6 @@ from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import (
-    assess,
     check_drawn,
     described,
     distinct_runs,
@@ -683,21 +682,10 @@ class PerformanceStudy(Study):
         assessed = {OF_MOTIONS: found}
         said: list[str] = []
         for name, one in self.further.items():
-            assessed[name] = assess(
-                one.inventory,
-                self.models,
-                one.motions,
-                self.levels,
-                self.im,
-                self._elastic,
-                variability=self.variability,
-                slipping=self.slipping,
-                consequence_correlation=self.correlation,
-                replicates=self.replicates,
-                seed=self.seed,
-                polarity=self.polarity,
-                client=client,
-                progress=part_of(progress, done, self.work),
+            shake = self._shake._replace(motions=one.motions, hazard=None, modelling_dispersion=0.0)
+            told = part_of(progress, done, self.work)
+            assessed[name] = shake.assess(
+                one.inventory, consequence_correlation=self.correlation, client=client, progress=told
             )
             done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
             if not bool(fall_flags(assessed[name]).any()):
