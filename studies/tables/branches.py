@@ -25,7 +25,8 @@ def spread_rows(results: xr.Dataset) -> Rows | None:
     there = [one for one in names if float(results["epistemic_spread"].sel(epistemic_source=one).max()) > 0.0]
     fractiles = results["epistemic_fractile"].values.tolist()
     rows = []
-    for name, one in by_place(results, results["epistemic_rate"].dims):
+    for name, place in by_place(results, results["epistemic_rate"].dims):
+        one = results.isel(place)
         mean = one["epistemic_rate"].item()
         years = [about_years(rate) for rate in one["epistemic_rate_fractile"].values]
         shares = [float(one["epistemic_spread"].sel(epistemic_source=source)) for source in there]

@@ -91,10 +91,10 @@ def fragility_table(results: xr.Dataset) -> Table:
         f"{_chosen(results)}",
         ("law", "half at", percent, "β", percent, *(f"P = {given_percent(p)}" for p in fractions)),
     )
-    for label, here in by_place(results, results.dims):
+    for label, place in by_place(results, results.dims):
         table.add_row(f"[bold]{escape(label)}[/]")
         for j, model in enumerate(results["model"].values):
-            one = here.isel(model=j)
+            one = results.isel(place).isel(model=j)
             if bool(one["converged"]):
                 cells: tuple[str, ...] = (*level_texts(one, "half_level", scale), "", "")
                 if "dispersion" in one:
@@ -120,10 +120,10 @@ def risk_table(results: xr.Dataset) -> Table:
         f"for the given hazard curve){_chosen(results)}",
         ("law", "once in, years", "in a year", f"in {years_text(years)}", f"{shares} at {measure}"),
     )
-    for label, here in by_place(results, results["rate"].dims):
+    for label, place in by_place(results, results["rate"].dims):
         table.add_row(f"[bold]{escape(label)}[/]")
         for j, model in enumerate(results["model"].values):
-            one = here.isel(model=j)
+            one = results.isel(place).isel(model=j)
             rate = one["rate"].item()
             if np.isfinite(rate):
                 low, high = one["rate_lower"].item(), one["rate_upper"].item()
@@ -210,7 +210,8 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
     """The most efficient measures of each block: the dispersion in each measure under every law, best first."""
     found = ranking_of_measures(results)
     tables = []
-    for place, here in by_place(found, found.dims):
+    for name, place in by_place(found, found.dims):
+        here = found.isel(place)
         rank = here["rank"].mean("model").values
         rows = []
         known = np.isfinite(here["amplitude_dispersion"].values).any(
@@ -224,10 +225,10 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
                 near = "" if bool(one["distinguishable"]) else "≈ "
                 cells.append("{}{} ({})".format(near, *dispersion_texts(one, "amplitude_dispersion")))
             # (the dispersion is of the root of the measure that grows with the amplitude)
-            label, long_name = (str(here[name].values[i]) for name in ("measure", "measure_long_name"))
+            label, long_name = (str(here[key].values[i]) for key in ("measure", "measure_long_name"))
             rows.append((measure_at(label, long_name, float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
-        title = f"Dispersion by measure: {place} ({shown}≈: not distinguished from the best)"
+        title = f"Dispersion by measure: {name} ({shown}≈: not distinguished from the best)"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import xarray as xr
 
 from ...core.units import STANDARD_GRAVITY
-from ...core.wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
+from ...core.wording import about_percent, confidence_text, currency_of, given_number, two_digits
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import HELPS, NOT_KNOWN, NOTHING, UNKNOWN, YEARS, Piece, Range
 from ..buildings.variables import RUPTURE
@@ -17,7 +17,7 @@ from ..money.present_value import payback
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
 from .breaks import ENDS, breaks_by_level
-from .pieces import at_rate, in_years, payback_text
+from .pieces import at_rate, chance_cell, in_years, payback_text
 from .unseen import at_most, most_probability
 from .values import Cell, ValueTable, known, with_ends, with_units
 
@@ -357,11 +357,7 @@ def _chosen(one: xr.Dataset, kit: str) -> tuple[bool | None, bool | None]:
 
 def _chance(rate: Range, yearly: bool, most: str) -> str:
     """Return a chance with its interval; `most` is the bound of what no motion showed."""
-    chance = in_years(rate, YEARS) if yearly else rate
-    if chance.value == 0.0:
-        return most
-    ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
-    return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")
+    return chance_cell(in_years(rate, YEARS) if yearly else rate, most)
 
 
 def _share(share: Range) -> str:

@@ -151,9 +151,9 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
         if yearly:
             rate = spread.get(one.item, one.chance)
             chances = [in_years(rate, 1.0).value, in_years(rate, YEARS)]
-        cells += ["–" if held else _chance(chance, text) for chance, text in zip(chances, bounds, strict=True)]
+        cells += ["–" if held else chance_cell(chance, text) for chance, text in zip(chances, bounds, strict=True)]
         cells += ["–" if held else ranges.get(one.item, NOT_GIVEN)] if ranges else []
-        cells += [_chance(breaking[one.item], most) if one.item in breaking else "–"] if breaking else []
+        cells += [chance_cell(breaking[one.item], most) if one.item in breaking else "–"] if breaking else []
         cells.append(one.recommendation)
         cells += ["–" if one.meant is None or one.held else one.meant.kit] if tried else []
         cells += ["–" if one.code is None else one.code.status] if coded else []
@@ -432,11 +432,11 @@ def _first(number: int) -> list[str]:
     return [f"the first {MOST_ROWS} of {number:,}; the exported table holds all of them"]
 
 
-def _chance(chance: Range | float, most: str) -> str:
+def chance_cell(chance: Range | float, most: str) -> str:
     """Return a chance, with its interval; `most` is the bound of what no motion showed."""
     if isinstance(chance, float):
         return about_percent(chance) if chance > 0.0 else most
-    if chance.value == 0.0:
+    if not chance.value > 0.0:
         return most
     ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
     return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")

@@ -193,15 +193,14 @@ def floor_name(floor: int | str) -> str:
     return "ground" if text in ("0", "ground") else text if " " in text else f"floor {text}"
 
 
-def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield the name of each block, with its floor where the `dims` of some variable hold floors, and the results."""
+def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[str, dict[str, int]]]:
+    """Yield the name and the position of each block, and each of its floors where the `dims` of some variable do."""
     for i, block in enumerate(results["block"].values):
-        here = results.isel(block=i)
         if "floor" not in dims:
-            yield str(block), here
+            yield str(block), {"block": i}
             continue
         for k, floor in enumerate(results["floor"].values):
-            yield f"{block}, {floor_name(floor)}", here.isel(floor=k)
+            yield f"{block}, {floor_name(floor)}", {"block": i, "floor": k}
 
 
 def roof_of(results: xr.Dataset) -> str:
