@@ -50,11 +50,8 @@ class Side(NamedTuple):
 
     def identity(self, part: int) -> str:
         """The hash of all tables (part 0), or of the samples of all motions (part 1)."""
-        return str(self.results.attrs.get("identity", "")).split("-")[part] if self._identified else ""
-
-    @property
-    def _identified(self) -> bool:
-        return str(self.results.attrs.get("identity", "")).count("-") == 1
+        parts = str(self.results.attrs.get("identity", "")).split("-")
+        return parts[part] if len(parts) == 2 else ""
 
 
 class Matched(NamedTuple):

@@ -472,7 +472,7 @@ class Study(ABC):
             except BaseException as error:
                 log.error("ended by %s (%s): %s", type(error).__name__, error, watch.words)
                 raise
-            log.info("finished: %s", watch.all_words)
+            log.info("finished: %s", f"{watch.runs:,} runs, {watch.pace}")
         return results
 
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:

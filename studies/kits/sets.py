@@ -52,13 +52,8 @@ class _Options:
     def surely_saved(self, name: str) -> Array:
         """Return what each option saves of an amount, none where the interval of what it saves does not exclude 0."""
         saved = self.saved(name)
-        unresolved = (saved > 0.0) & ~self.resolved(name)
-        return np.where(unresolved, 0.0, saved)
-
-    def resolved(self, name: str) -> Flags:
-        """Return whether the lower end of what each option saves of an amount lies above 0, or is not known."""
-        lower = f"kit_{'front_' if name == FRONT_FALLS else ''}falls_saved_lower"
-        return np.asarray(~(self.here[lower].values[self.kit, self.item] <= 0.0))
+        lower = self.here[f"kit_{'front_' if name == FRONT_FALLS else ''}falls_saved_lower"].values
+        return np.where((saved > 0.0) & (lower[self.kit, self.item] <= 0.0), 0.0, saved)
 
     def now(self, name: str) -> float:
         """Return the amount of all items as they are."""
