@@ -1,17 +1,96 @@
-"""Parts of the page of study files beside the keys: which belong to one generator, law …, and kinds of doubts."""
+"""The page of study files, from their JSON schema: every key, the keys of one generator, law …, and kinds of doubts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING
 from typing import Any
+
+from made_schema import study_schema
 
 from toppling.core.doubts import KINDS
 from toppling.models import LAWS
 from toppling.motions import ENVELOPES, GENERATORS, PULSES
 from toppling.studies.file import blocks, code, motions, supports, uncertainty
 from toppling.studies.file.table import bare
-from toppling.studies.reference.json_schema import study_schema
+
+HEAD = "| key | meaning | unit | default | type |\n|---|---|---|---|---|\n"
+NAMED = " Where not given: "
+
+
+def key_reference() -> str:
+    """Return the reference of all keys in Markdown; tables in the order in which a study names them."""
+    schema = study_schema()
+    parts = []
+    for heading, table in _places(schema, schema, ""):
+        needed = set(table.get("required", ())) | set(table.get("then", {}).get("required", ()))
+        rows = [_row(key, one, key in needed) for key, one in table["properties"].items()]
+        about = table["description"] if heading else "The study itself: keys before the first table."
+        parts.append(f"### {heading or 'Top of the file'}\n\n{about}\n\n{HEAD}{''.join(rows)}")
+    return "\n".join(parts)
+
+
+def _places(schema: dict[str, Any], table: dict[str, Any], path: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield a table and the tables in it, each after its heading."""
+    brackets = f"`[[{path.removesuffix('[]')}]]`" if path.endswith("[]") else f"`[{path}]`"
+    yield brackets if path else "", table
+    for key, one in table["properties"].items():
+        inner, several = _table_in(one)
+        if inner is None or ("description" in one and one["description"].startswith("Keys of [")):
+            continue
+        here = f"{path.removesuffix('[]')}.{key}".lstrip(".")
+        yield from _places(schema, schema["$defs"][inner], here + several)
+
+
+def _table_in(one: dict[str, Any]) -> tuple[str | None, str]:
+    """Return the table that a key holds, and '[]' for a list of tables or '.NAME' for tables with names."""
+    either = [(part, "") for part in one.get("oneOf", [])]
+    for part, mark in (*either, (one, ""), (one.get("items"), "[]"), (one.get("additionalProperties"), ".NAME")):
+        if isinstance(part, dict) and "$ref" in part:
+            return part["$ref"].rpartition("/")[2], mark
+    return None, ""
+
+
+def _row(key: str, one: dict[str, Any], needed: bool) -> str:
+    meaning, _, default = one["description"].partition(NAMED)
+    if needed:
+        default = "must be given"
+    elif "default" in one:
+        default = f"`{str(one['default']).lower() if isinstance(one['default'], bool) else _number(one['default'])}`"
+    cells = (f"`{key}`", meaning, one.get("unit", ""), default.removesuffix("."), _type(one))
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"
+
+
+def _type(one: dict[str, Any]) -> str:
+    """The type of a value in words."""
+    if "oneOf" in one:
+        return " or ".join(_type(part) for part in one["oneOf"])
+    if "const" in one:
+        return f"`{one['const']}`"
+    inner, mark = _table_in(one)
+    if inner is not None:
+        return {"": "table", "[]": "tables", ".NAME": "a table each"}[mark]
+    if "enum" in one:
+        return ", ".join(f"`{word}`" for word in one["enum"])
+    if "anyOf" in one and "type" not in one:
+        return " or ".join(_type(part) for part in one["anyOf"])
+    if one.get("type") == "array":
+        if "prefixItems" in one:
+            return f"list of {len(one['prefixItems'])}"
+        return f"list of {_type(one['items'])}"
+    words = {"string": "text", "boolean": "true or false", "integer": "whole number", "object": "table"}
+    kind = words.get(one.get("type", ""), "number")
+    return kind + ",".join(
+        f" {sign} {_number(one[word])}"
+        for word, sign in (
+            ("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤"),
+        )
+        if word in one
+    )  # fmt: skip
+
+
+def _number(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def of_classes(table: str, classes: Mapping[str, Any]) -> dict[str, tuple[set[str], set[str]]]:

@@ -77,14 +77,13 @@ def api_page(package: str, about: str) -> str:
 
 def study_file_page() -> str:
     """Every key of a study file: from the schema."""
-    key_reference = importlib.import_module("toppling.studies.reference.key_reference").key_reference
     head = (
         "# Study files: every key\n\nMade from the schema that reads study files, so that page and program cannot "
         "differ. [Study files](../study.md) explains them with examples.\n\n"
     )
-    keys = key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
-    beside = importlib.import_module("made_keys")
-    return head + keys + beside.choices_section() + beside.doubts_section()
+    made = importlib.import_module("made_keys")
+    keys = made.key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
+    return head + keys + made.choices_section() + made.doubts_section()
 
 
 def modules_page() -> str:

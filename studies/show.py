@@ -15,7 +15,7 @@ from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
 from .text.error import StudyError
 from .text.names import drawable
 from .text.reached import within_levels
-from .text.rows import plain_table
+from .text.rows import Rows, plain_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -112,27 +112,22 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
     from .text.precision import precision_rows  # noqa: PLC0415
 
     first = shown(results)
-    for rows in (surface_rows(results), *region_rows(results), *event_rows(results)):
-        if rows is not None:
-            yield plain_table(*rows)
+    rated = shown(results, RATE) if "rate" in results else results
+    yield from _there(surface_rows(results), *region_rows(results), *event_rows(results))
     yield fragility_table(first)
     if "rate" in results:
-        yield risk_table(shown(results, RATE))
-    precision = precision_rows(first)
-    if precision is not None:
-        yield plain_table(*precision)
-    of_blocks = gain_rows(results), break_rows(results), edge_rows(results), slide_rows(results), axis_rows(first)
-    for rows in (*of_blocks, selection_rows(results)):
-        if rows is not None:
-            yield plain_table(*rows)
-    spread = spread_rows(shown(results, RATE) if "rate" in results else results)
-    if spread is not None:
-        yield plain_table(*spread)
+        yield risk_table(rated)
+    yield from _there(precision_rows(first), gain_rows(results), break_rows(results), edge_rows(results))
+    yield from _there(slide_rows(results), axis_rows(first), selection_rows(results), spread_rows(rated))
     if "size_along" in results.attrs:
         yield size_table(results)
     if "measure_rank" in results:
-        for rows in measure_rows(first):
-            yield plain_table(*rows)
+        yield from _there(*measure_rows(first))
+
+
+def _there(*rows: Rows | None) -> Iterator[Table]:
+    """Yield the tables for a terminal of those rows that results have."""
+    return (plain_table(*one) for one in rows if one is not None)
 
 
 def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
@@ -166,13 +161,8 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
     from .tables.uncertainty import index_rows, median_rows, rate_rows, share_rows  # noqa: PLC0415
 
-    yield plain_table(*median_rows(results))
-    if "rate" in results:
-        yield plain_table(*rate_rows(results))
-    yield plain_table(*share_rows(results))
-    rows = index_rows(results)
-    if rows is not None:
-        yield plain_table(*rows)
+    rated = rate_rows(results) if "rate" in results else None
+    yield from _there(median_rows(results), rated, share_rows(results), index_rows(results))
 
 
 def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
@@ -196,27 +186,20 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .text.words import reference_law  # noqa: PLC0415
 
     for k, model in enumerate(results["model"].values):
-        pieces = piece_rows(results, k)
-        yield plain_table(f"{pieces.title}: {model}", *pieces[1:])
-        for rows in (kit_rows(results, k), item_slide_rows(results, k)):
-            if rows is not None:
-                yield plain_table(f"{rows.title}: {model}", *rows[1:])
         level = None if "annual_number" in results else float(results.attrs["at_level"])
         whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
-        yield plain_table(f"{whole.title}: {model}", *whole[1:])
+        for rows in (piece_rows(results, k), kit_rows(results, k), item_slide_rows(results, k), whole):
+            if rows is not None:
+                yield plain_table(f"{rows.title}: {model}", *rows[1:])
         consequences = consequence_rows(results, level, str(model))
-        if consequences is not None:
-            yield plain_table(*consequences)
-        yield plain_table(*ranking_rows(ranking_of(results), str(model)))
+        yield from _there(consequences, ranking_rows(ranking_of(results), str(model)))
     if "branch" in results.dims:
         spread = spread_rows(rates_of_building(results).isel(block=slice(MOST_SPREAD)))
         for rows in (spread, amount_spread_rows(results), consequence_spread_rows(results)):
             if rows is not None and rows.rows:
                 yield plain_table(*rows)
     at, _ = reference_law(results)
-    for checks in (axis_rows(results), static_rows(results), level_break_rows(results, at), code_rows(results)):
-        if checks is not None:
-            yield plain_table(*checks)
+    yield from _there(axis_rows(results), static_rows(results), level_break_rows(results, at), code_rows(results))
 
 
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
@@ -241,8 +224,7 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def _sensitivity_tables(results: xr.Dataset) -> Iterator[Table]:
     from .tables.sensitivity import median_rows, probability_rows  # noqa: PLC0415
 
-    for rows in (*median_rows(results), *probability_rows(results)):
-        yield plain_table(*rows)
+    return _there(*median_rows(results), *probability_rows(results))
 
 
 def _sensitivity_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:

@@ -15,7 +15,7 @@ from ...core.wording import given_percent
 from ...fragility.curves.means import REPLICATES, Interval, mean_interval, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from .outcomes import ANY
-from .savings import AdditiveItems, AnchoringOrder, EventItems, FreeItems, ItemChances, Load, order_of, score_of
+from .savings import AdditiveItems, EventItems, FreeItems, ItemChances, order_of, score_of
 from .variables import JOINT, PER_YEAR, Year, carried_items, level_index, per_year, variable
 
 AMOUNTS = ("number", "loss")
@@ -101,7 +101,7 @@ def anchoring(
         raise ValueError(f"per_cost needs the anchoring_cost of every item, {labels[np.isnan(cost)][0]!r} has none")
     year = Year.of(assessment, weights)
     free = _free(assessment, objective, year, chosen, array)
-    steps = free.steps(cost if per_cost else None)
+    order, left = free.steps(cost if per_cost else None)
     resampling = Resampling(replicates, seed, year.strata(assessment.sizes["motion"]))
     kept = {str(name): one.variable for name, one in assessment.coords.items() if one.dims == ("model",)}
     for name, coordinate in assessment.coords.items():
@@ -110,7 +110,7 @@ def anchoring(
     return xr.Dataset(
         {
             **_savings(assessment, free, goal, cost, per_cost, resampling),
-            **_stepped(assessment, steps, goal, labels, cost, resampling),
+            **_stepped(assessment, order, left, goal, labels, cost, resampling),
         },
         coords={
             **kept,
@@ -156,7 +156,7 @@ def _free(assessment: xr.Dataset, objective: str, year: Year, chosen: Index, arr
         amounts = assessment["count"].values * assessment["value"].values
         at = {line: i for i, line in enumerate(chosen.tolist())}
         carried = carried_items(assessment).items()
-        loads = [Load(at.get(i), at[below], float(amounts[i])) for i, below in carried if below in at]
+        loads = [(at.get(i), at[below], float(amounts[i])) for i, below in carried if below in at]
         return AdditiveItems(every, amounts[chosen], year, array, loads)
     if objective == "number":
         return AdditiveItems(every, assessment["count"].values[chosen], year, array)
@@ -249,7 +249,8 @@ def _rank_ends(
 
 def _stepped(
     assessment: xr.Dataset,
-    steps: AnchoringOrder,
+    order: Index,
+    left: Array,
     goal: _Goal,
     labels: NDArray[np.object_],
     cost: Array,
@@ -258,14 +259,14 @@ def _stepped(
     """Return the variables on (model, step)."""
     confidence = float(assessment.attrs["confidence"])
     percent = given_percent(confidence)
-    interval = resampling.interval(steps.left, confidence)
-    models = steps.order.shape[0]
-    names = np.concatenate([np.full((models, 1), "", dtype=object), labels[steps.order]], axis=1)
-    spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[steps.order], axis=1)], axis=1)
+    interval = resampling.interval(left, confidence)
+    models = order.shape[0]
+    names = np.concatenate([np.full((models, 1), "", dtype=object), labels[order]], axis=1)
+    spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[order], axis=1)], axis=1)
     money = assessment["anchoring_cost"].attrs["units"]
     each = {
         "anchored_item": (names, DIMENSIONLESS, "item anchored at the step"),
-        "left": (steps.left.mean(axis=-1), goal.units, f"what is left: {goal.text}"),
+        "left": (left.mean(axis=-1), goal.units, f"what is left: {goal.text}"),
         "left_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of what is left"),
         "left_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of what is left"),
         "total_cost": (spent, money, "cost of all that is anchored then"),

@@ -24,7 +24,7 @@ from ...core.units import DIMENSIONLESS, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
-from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
+from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
 from ...fragility.runs.progress import part_of
@@ -172,40 +172,13 @@ def assess(
         `rate` are per year and only there with a hazard curve, names with `loss` only where something has a value, with
         `consequence` only where something has one, with `downtime` or `injuries` only where lines give them.
 
-        - ``overturned`` (model, item, level, motion): flags; (…, item, variant, …) with `variability`.
-        - ``number``, ``loss`` (model, place, level, motion): what overturns under each motion; one axis more,
-          realisation, with `variability`.  ``number_mean``, ``number_quantile``, ``number_exceedance`` (P of
-          ``number_threshold`` or more) and the same of loss (P of more than ``loss_threshold``).  Of draws quantiles
-          and exceedances have a ``…_sampling_error``.
-        - ``probability`` (model, item, level): that a piece overturns; ``any_probability`` (model, place, level): that
-          at least one does; ``consequence_probability`` (model, place, consequence, level): that at least one does
-          that has the consequence.
-        - ``annual_number``, ``annual_loss``, ``any_rate``, ``consequence_rate``, ``number_rate``, ``loss_rate``: the
-          same in a year; ``item_rate``, ``item_annual_number``, ``item_annual_loss`` (model, item).
-        - ``downtime`` (days): the longest of what overturned; ``injuries``: injured persons; with the same names as the
-          loss in a mean, quantiles, exceedance and in a year.  ``item_annual_downtime`` is that of one piece.  Costs,
-          downtimes and injuries are drawn: ``loss``, ``downtime`` and ``injuries`` have an axis realisation then.
-        - ``front`` (as ``overturned``), ``front_probability`` (model, item, level), ``item_front_rate`` (model, item):
-          forward falls, away from a wall and into the room, where `sides` are told apart.
-        - ``sideways`` (as ``overturned``), ``sideways_probability``, ``item_sideways_rate``: the same of falls along
-          the depth, NaN of items that are run about their width alone; ``sideways_share`` (model, item): their share of
-          all falls, in a year or at all levels together; where both horizontal components shake.
-        - ``broken_probability``, ``item_broken_rate``: the same that the restraint of a piece breaks, NaN of pieces
-          without one; where sides are told apart and a restraint holds any piece.
-        - With friction, of lines that stand free (NaN of others): ``slides_instead`` (item), the chance of a friction
-          below b/h, ``slide_probability`` (item, level), ``slip_probability`` (item, slip, level) and
-          ``item_slip_rate`` (item, slip), of greater slips; ``gated_probability`` (model, item, level) and
-          ``item_gated_rate`` (model, item), of overturning where pieces slide instead, which lowers no other value.
-        - With an obstacle near any line (`Contents.trip`): ``trip_probability`` (item, level) and ``item_trip_rate``
-          (item), that a piece slides into it fast enough to turn over it, a criterion that counts as no fall.
-        - Of lines that stand on another: ``support_moves_probability`` (item, level), that the piece below slides or
-          rocks, and ``item_support_moves_rate`` (item).  Outcomes of these runs are not those of a moving pedestal.
-        - With an edge at any line: ``fallen`` (model, item, variant, level, motion), flags of pieces that overturned,
-          as if none could slide, or slid off; all that is said of what overturns is then of these.
-          ``overturning_probability`` and ``item_overturning_rate`` are of overturning alone, ``off_probability`` (item,
-          level) and ``item_off_rate`` (item) of falling off.
-        - ``level_weight`` (level): the annual rate that each level stands for; ``level_weight_below`` and ``_above``
-          say which parts of the first and the last lie outside the levels, ``annual_number_below`` … what comes of it.
+        ``overturned`` (model, item, level, motion) are the flags, (…, item, variant, …) with `variability`; ``number``,
+        ``loss``, ``downtime`` (days, the longest) and ``injuries`` (model, place, level, motion) what overturns under
+        each motion, with an axis realisation where it is drawn.  ``front…`` are forward falls, ``sideways…`` falls
+        along the depth, ``broken…`` ruptures of restraints, NaN of pieces without them.  Where any line has an edge,
+        all that is said of what overturns is of ``fallen``, what overturned as if none could slide, or slid off;
+        ``gated…`` is of overturning where pieces slide instead, which lowers no other value, and a trip counts as no
+        fall.  ``level_weight`` (level) is the annual rate that each level stands for.  docs/study.md explains all.
 
         ``…_lower`` and ``…_upper`` are ends of intervals.  Where motions are run both ways, each is followed by its
         reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
@@ -437,10 +410,7 @@ def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
 
 
 def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
-    """Raise a ValueError where floor histories, which are not scaled, do not tell what beta_m (`beta`) changes.
-
-    yearly: whether annual values are asked for, and not values at a given level.
-    """
+    """Raise a ValueError where floor histories, which are not scaled, do not tell what beta_m (`beta`) changes."""
     if beta == 0.0:
         return
     if not yearly and not shaking.scalable:
@@ -465,10 +435,9 @@ def _run(
 ) -> tuple[Flags, Flags | None, Flags | None, Flags | None]:
     """Run floor by floor, each direction by itself, and return flags (model, item, variant, level, motion).
 
-    Alike items of a floor and direction are run once.  With `sides` the flags of forward falls are returned, too, and
-    where a restraint holds any piece those of its rupture; where any piece is run about both axes those of falls along
-    the depth.  `slips` are run on the same motions.  Where motions are run both ways, pieces whose front and back are
-    alike are run as recorded: what falls under a motion falls under its reverse, to the other side.
+    With `sides` the flags of forward falls, of ruptures and of falls along the depth are returned, too.  Motions
+    both ways: what falls under a motion falls under its reverse, to the other side, so that pieces whose front and
+    back are alike are run as recorded.
     """
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
@@ -583,10 +552,7 @@ def tells_sides(inventory: Inventory) -> bool:
 
 
 def distinct_runs(inventory: Inventory, variability: Variability | None = None, polarity: str = AS_RECORDED) -> int:
-    """Return the number of runs of an inventory for one law, motion and level: alike items of a floor are run once.
-
-    Both ways, pieces whose front and back differ are run twice; about both axes, each piece is.
-    """
+    """Return the number of distinct runs of an inventory for one law, motion and level, in all ways and axes."""
     kinds = {(*support_of(row), *kind_of(row)): row for row in inventory.rows if not row.anchored}
     twice = sum((polarity == BOTH and row.block.sided) or row.both_axes for row in kinds.values())
     return (len(kinds) + twice) * (1 if variability is None else variability.variants)
@@ -631,13 +597,18 @@ def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
     return level_weights(scaled.levels, hazard)
 
 
-class HazardPoints(NamedTuple):
+class _HazardPoints(NamedTuple):
     """A hazard curve as points."""
 
     levels: Array
     rates: Array
     im: Any
     units: str
+
+
+def straight_weights(levels: Array, curve: HazardCurve, rates: Array) -> LevelWeights:
+    """Return the weights of levels from straight lines between a curve's levels, which have other rates."""
+    return line_weights(levels, _HazardPoints(np.asarray(curve.levels), rates, curve.im, curve.units))
 
 
 def check_drawn(inventory: Inventory, realisations: int) -> None:

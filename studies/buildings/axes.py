@@ -32,9 +32,8 @@ MOST_NAMED = 8
 def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) -> Inventory:
     """Return an inventory as `Shaking.placed` does, with the lines that are run about their depth, too.
 
-    These are all lines that can fall, but those on soft beds, and those that are at least 1.6 times as long as they are
-    wide and so squat along their depth that a law has no restitution for it. A wall, a restraint, an offset of the mass
-    and a lean act in the direction of the width: along its depth a piece stands free.
+    These are all lines that can fall but those on soft beds and those too squat along their depth for a law's
+    restitution.  Along its depth a piece stands free: scene, offset and lean act in the direction of the width.
     """
     placed = shaking.placed(inventory)
     if not shaking.axes:
@@ -78,10 +77,7 @@ def _decided(row: Contents, laws: Sequence[Law]) -> bool:
 
 
 def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[str]:
-    """Return notes on the axes about which the lines of an inventory are run, a sentence each.
-
-    inventory: as `placed_on_axes` returns it; as_read: with the directions that it gives; axes: how components shake.
-    """
+    """Return notes on the axes about which the lines of an inventory are run, a sentence each."""
     if not axes:
         return []
     free = [row for row in inventory.rows if not row.anchored]

@@ -16,14 +16,14 @@ from ...core.streams import key_of, stream
 from ...core.units import DIMENSIONLESS
 from ...fragility import HazardCurve
 from ...fragility.fitting.bootstrap import draw_motions
-from ...fragility.hazard.levels import level_weights, line_weights
+from ...fragility.hazard.levels import level_weights
 from ...fragility.risk.epistemic import FRACTILES
 from ...fragility.risk.weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
 from ...fragility.uncertainty.joint import PieceDraws
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED
-from .assessment import HazardPoints
+from .assessment import straight_weights
 from .joined_classes import JoinedClasses, JoinedDowntime, JoinedEvent
 from .modelling import ShiftedLevels, classes_of, covering, refuse_own_motions
 from .outcomes import DAY, JointFlags
@@ -51,10 +51,7 @@ class InventoryBranch(NamedTuple):
 
 @dataclass(frozen=True)
 class Sampling:
-    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means.
-
-    Variability and correlation of consequences are those of the assessments.
-    """
+    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means."""
 
     replicates: int
     seed: int
@@ -74,21 +71,12 @@ def rates_over_branches(
 ) -> xr.Dataset:
     """Return fractiles and means over branches of the annual rates of pieces and events, and of annual amounts.
 
-    `branches` are all combinations, whose weights sum to 1; with realisations of a hazard its own uncertainty counts.
-    `assessments` are the inventory by the names of motions at the same levels, without modelling uncertainty in their
-    flags; `sampling` has replicates, seed and modelling uncertainty.
-
-    The variables, with a hazard in 1/year, are of item_rate (item), any_rate, annual_number, annual_loss,
-    annual_downtime, annual_injuries (place) and consequence_rate (place, consequence), as far as the inventory gives
-    them: ``epistemic_…``, the mean; ``epistemic_…_fractile`` on epistemic_fractile; ``epistemic_…_spread`` on
-    epistemic_source, shares of the variance of the logarithm; ``branch_…`` on branch; and ``branch_share_beyond``, the
-    share of the building's expected falls from shaking beyond the hazard curve's or above the highest level, where they
-    are a guess.
-
-    As `toppling.fragility.epistemic_rates`, with the rates of weighted levels in place of those of curves: the finite
-    number of motions counts by resampled motions. With beta_m in the fractiles each sample has a score of each class
-    (`modelling`): capacities of the class are off by exp(beta_m Z), so that its rate is the hazard at the shifted
-    capacities; sums over classes are of independent scores. With beta_m in the means all rates are means over it.
+    `branches` are all combinations, whose weights sum to 1; `assessments` are the inventory by the names of motions
+    at the same levels, without modelling uncertainty in their flags.  As `toppling.fragility.epistemic_rates`, with
+    the rates of weighted levels in place of those of curves: the finite number of motions counts by resampled
+    motions.  With beta_m in the fractiles each sample has a score Z of each class (`modelling`), whose capacities
+    are off by exp(beta_m Z); sums over classes are of independent scores.  With beta_m in the means all rates are
+    means over it.
     """
     for one in branches:
         if one.hazard.fractile is not None and one.hazard.weights is not None:
@@ -196,15 +184,6 @@ class _Sampled(NamedTuple):
         return _Sampled(self.mean + other.mean, sums)
 
 
-class _Weighed(NamedTuple):
-    """Means, fractiles, shares and values of branches, by row."""
-
-    mean: Array
-    fractiles: Array
-    shares: Array
-    own: Array
-
-
 @dataclass
 class _Found:
     """Variables of the results, as they are found."""
@@ -213,11 +192,11 @@ class _Found:
     branches: Sequence[InventoryBranch]
     weights: Array
 
-    def of(self, sampled: Sequence[_Sampled]) -> _Weighed:
-        """Weigh the rates of all branches."""
+    def of(self, sampled: Sequence[_Sampled]) -> tuple[Array, Array, Array, Array]:
+        """Weigh the rates of all branches: means, fractiles, shares of the spread and values of branches, by row."""
         found = [one.rates for one in sampled]
         own = np.stack([one.mean for one in found], axis=-1)
-        return _Weighed(
+        return (
             np.stack([one.mean for one in sampled], axis=-1) @ self.weights,
             fractiles_of(found, self.weights, FRACTILES),
             shares_of_spread(self.branches, found, self.weights),
@@ -372,12 +351,10 @@ class _Branch:
     def beyond(self) -> float:
         """The share of the expected falls from shaking beyond the curve's levels, or above the highest that was run."""
         plain = covering(self.hazard, self.levels)
-        knots, rates = np.asarray(plain.levels), np.asarray(plain.rates)
+        rates = np.asarray(plain.rates)
 
         def value(of: Array) -> float:
-            return float(
-                line_weights(self.levels, HazardPoints(knots, of, plain.im, plain.units)).weights @ self.number
-            )
+            return float(straight_weights(self.levels, plain, of).weights @ self.number)
 
         whole = value(rates)
         if not whole > 0.0:
@@ -387,9 +364,7 @@ class _Branch:
         last = 0.0
         standing = sum(row.count for row in self.inventory.rows if not row.anchored)
         if self.number[-1] < SETTLED * standing:
-            last = line_weights(self.levels, HazardPoints(knots, rates, plain.im, plain.units)).above * float(
-                self.number[-1]
-            )
+            last = straight_weights(self.levels, plain, rates).above * float(self.number[-1])
         return float(np.clip(max(below, above, last) / whole, 0.0, 1.0))
 
 

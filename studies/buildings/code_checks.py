@@ -27,10 +27,7 @@ NUMBERS = {
 def code_variables(
     inventory: Inventory, code: Code, building: Building | None, safety: tuple[str, ...]
 ) -> dict[str, xr.Variable]:
-    """Return the statements of a code on every line, on item: ``code_status``, ``code_clause``, ….
-
-    The building gives the heights of the floors; `safety` are consequences that are a risk to persons.
-    """
+    """Return the statements of a code on every line, on item; `safety` are consequences that are a risk to persons."""
     found = [code.check(component_of(row, building, safety)) for row in inventory.rows]
     texts = {name: (np.array([getattr(one, name) for one in found], object), text) for name, text in TEXTS.items()}
     return {

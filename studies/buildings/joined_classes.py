@@ -72,10 +72,7 @@ class JoinedEvent(JoinedClasses):
 
 @dataclass(frozen=True)
 class JoinedDowntime(JoinedClasses):
-    """The longest downtime of what falls, a mean over its draws.
-
-    joint: the pieces and their flags under one law; seed: of the scores of the classes.
-    """
+    """The longest downtime of what falls, a mean over its draws; seed: of the scores of the classes."""
 
     joint: JointFlags
     seed: int

@@ -177,11 +177,7 @@ def several_classes(inventory: Inventory) -> bool:
 
 
 def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
-    """Raise a ValueError where classes would be joined at levels that have no motion in common.
-
-    A class whose capacities are off has its outcome at another level, under the same motion; where each level has
-    motions of its own, the outcome of one class at a level says nothing of that of another class at the next.
-    """
+    """Raise a ValueError where classes would be joined at levels that have no motion in common."""
     if own_motions and several_classes(inventory):
         raise ValueError(
             "modelling_dispersion of several classes of pieces needs the same motions at all levels, but each level "

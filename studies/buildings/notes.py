@@ -25,11 +25,9 @@ from ...models.friction import LOCKED
 from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import BOTH
 from ..inventory.contents import Inventory
-from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
-from ..text.spread import branch_names
+from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard
 from ..text.words import level_text
-from .assessment import BUILDING, HazardPoints
-from .branches import BEYOND
+from .assessment import BUILDING, straight_weights
 from .modelling import covering
 from .slide_runs import faces_an_edge
 from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
@@ -231,15 +229,14 @@ def history_notes(histories: FloorHistories, inventory: Inventory) -> list[str]:
 def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.Variable]:
     """Return the shares of the building's annual values from shaking below and above the hazard curve's own levels.
 
-    They are of straight lines between the levels, whose weights add up (`line_weights`): with the rates of all shaking
-    below the curve's first level taken out, and with only those above its last.
+    They are of straight lines between the levels, whose weights add up (`line_weights`).
     """
     levels = assessment["level"].values
     plain = covering(hazard, levels)
-    knots, rates = np.asarray(plain.levels), np.asarray(plain.rates)
+    rates = np.asarray(plain.rates)
 
     def weights(of: Array) -> xr.DataArray:
-        return xr.DataArray(line_weights(levels, HazardPoints(knots, of, plain.im, plain.units)).weights, dims="level")
+        return xr.DataArray(straight_weights(levels, plain, of).weights, dims="level")
 
     # where other events are left out the curve is flat: below its own first level, or all the way up to its last
     shaking, known, rarer = (weights(np.minimum(rates, most)) for most in (np.inf, hazard.rates[0], hazard.rates[-1]))
@@ -257,10 +254,7 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
 
 
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
-    """Notes on annual values that hang on few levels, or come from beyond the hazard curve's own: a sentence each.
-
-    The assessment holds `hazard_shares`.
-    """
+    """Notes on annual values that hang on few levels, or come from beyond the hazard curve's own: a sentence each."""
     levels = assessment["level"].values
     curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
     whole = xr.DataArray(line_weights(levels, curve).weights, dims="level")
@@ -281,12 +275,6 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
         where = beyond_hazard(side, level_text(float(end), assessment["level"]), hazard.of_formula)
         found += _from(shares, NOTABLE, f"shaking {where}")
     return found
-
-
-def branch_notes(spread: xr.Dataset) -> list[str]:
-    """Notes on branches whose rates come from shaking beyond hazard curves or levels: a sentence each."""
-    beyond = [float(one) for one in spread[BEYOND].values]
-    return branches_beyond_note(beyond, branch_names(spread))
 
 
 class _Amount(NamedTuple):

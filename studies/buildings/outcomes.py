@@ -185,10 +185,7 @@ class JointFlags:
         return np.asarray(np.any(event.sets & self.standing, axis=-1))
 
     def chances(self) -> Iterator[tuple[slice, slice, Array, Array]]:
-        """Yield slabs of P(a piece overturns | motion) and P(it is lost | motion), with their bounds.
-
-        Both have the dimensions (model, item, level, motion).
-        """
+        """Yield slabs of P(a piece overturns | motion), P(it is lost | motion), bounds (model, item, level, motion)."""
         sizes = dict(zip(("model", "item", "variant", "level", "motion"), self.flags.shape, strict=True))
         for where in slabs(sizes, ("model", "item")):
             of, rows = where.get("model", slice(None)), where.get("item", slice(None))
@@ -231,11 +228,7 @@ class JointFlags:
         return self.scores.realisations if quantity.drawn else 1
 
     def _add(self, i: int, of: slice, outcomes: dict[str, Array]) -> None:
-        """Add the amounts of line i under some laws to the outcomes of these.
-
-        The pieces of a line are exchangeable: where n of them fall, they are the first n that are drawn, so that the
-        same pieces fall at every level, and more of them at a higher one.
-        """
+        """Add the amounts of line i under some laws: where n pieces fall, they are the first n that are drawn."""
         row, places = self.inventory.rows[i], np.flatnonzero(self.members[:, i])
         flags = self.flags[of, i]
         lost = flags if self.lost is None else self.lost[of, i]
@@ -277,11 +270,7 @@ class JointFlags:
 
 
 def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_memory) -> Flags | None:
-    """Return the flags of pieces that fell or whose support did, None where nothing is carried.
-
-    carried: as `Inventory.carried`.  Of a line and its support, which differ, variants are independent draws, so that
-    those of one number are a sample of both.
-    """
+    """Return the flags of pieces that fell or whose support did, None where nothing is carried."""
     if not carried:
         return None
     found = array(flags.shape, np.bool_)

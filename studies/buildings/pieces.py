@@ -46,27 +46,15 @@ SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor"
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     """Return the pieces of a performance study's results under one of its laws, sorted as the study says.
 
-    The attributes ``safety`` and ``sort`` count where they are not as by default, and ``at_level`` without a hazard.
-
-    *Required by code* and *anchor below code force* come before all others, whatever the risk. Other recommendations,
-    for pieces that are not anchored. Where the falling of a piece is a matter of safety (``safety``, by default the
-    consequences injury, blocks-exit, and release of a hazardous substance), nothing is said of its cost: *reduces risk
-    most* for those that, taken from the one that contributes most, make up four fifths of the expected falls of all
-    such pieces (of the expected injuries, where the inventory gives these for all of them), *makes people safer* for
-    the others. For pieces that are no matter of safety: *worth its cost*, if the lower end of what anchoring saves in
-    50 years, discounted (``discount_rate``), is at least its cost; *small effect*, if the upper end is less; *not
-    resolved* between the two; *anchoring cost not given*, *value not given* where there is nothing to compare. Where a
-    line has no cost of anchoring and kits were tried, the costs and the savings are those of the kits. Without a
-    hazard, or where no piece has a value, *reduces loss most* are those that make up four fifths of the expected loss
-    (*prevents most other falls*: of the falls, where nothing has a value), and *small effect* the others; both are
-    *reduces risk most* in an inventory of which nothing that is not anchored is a matter of safety. A small effect is
-    *little money saved* (*few falls prevented*) *; danger to people not stated* of lines without any consequence: that
-    is not known to be harmless. A piece that falls under no motion is *not resolved*.
-
-    No advice follows from chances of falling that do not apply: *outside the model* is a squat piece, whose mass centre
-    is less than two half widths high, *indicative only* one of whose falls more than 5 % are in runs in which what it
-    stands on slides or rocks. The latter is *fix before what stands on it*, unless there is another reason to fix it.
-    None of these has a saving or a payback.
+    *Required by code* and *anchor below code force* come before all others, whatever the risk.  A matter of safety
+    (``safety``) is not weighed against cost: *reduces risk most* are those that make up four fifths of the expected
+    falls of all such pieces (of the injuries, where known of all of them), *makes people safer* the others.  Other
+    pieces: *worth its cost*, if the lower end of what anchoring (or a kit) saves in 50 years, discounted, is at
+    least its cost; *small effect*, if the upper end is less; *not resolved* between the two.  Without a hazard or
+    values, *reduces loss most* or *prevents most other falls* make up four fifths of the loss or the falls.  A
+    small effect is *danger to people not stated* of lines without any consequence.  No advice follows from chances
+    that do not apply: *outside the model* is a squat piece, *indicative only* one of whose falls more than 5 % are
+    in runs in which what it stands on moves, which is *fix before what stands on it* otherwise.
     """
     here = results.isel(model=model)
     yearly = "item_rate" in here
@@ -180,11 +168,10 @@ def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
 def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     """Choose the lines to anchor for a sum of money under one law: `chosen` in the order of the results' items.
 
-    What the code requires comes first (as many pieces as the budget allows), then the most falls of pieces that are a
-    matter of safety (the most injuries, where these are known of all such pieces), then of the others what they save in
-    50 years, discounted, beyond their cost: none is chosen that costs more than it saves. Without a hazard, or where
-    nothing has a value, the loss or the falls of the others. Pieces whose chances are no ground for advice are chosen
-    only where the code requires it.
+    What the code requires comes first, then the most falls (injuries, where known) of pieces that are a matter of
+    safety, then of the others what they save in 50 years, discounted, beyond their cost; without a hazard or
+    values, their loss or falls.  Pieces whose chances are no ground for advice are chosen only where the code
+    requires it.
     """
     named = {one.item: one for one in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]

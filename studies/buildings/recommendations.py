@@ -1,7 +1,4 @@
-"""What anchoring a line of an inventory does, in a few words: the rules by which pieces and kits are judged.
-
-Numbers come in, words go out; how results hold the numbers is not known here.
-"""
+"""What anchoring a line of an inventory does, in a few words: the rules by which pieces and kits are judged."""
 
 from __future__ import annotations
 
@@ -186,10 +183,7 @@ class Piece(NamedTuple):
 
 
 def settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
-    """Return the recommendation that is settled before any risk is looked at, '' where there is none.
-
-    anchored: for good; held: by a kit, which can break.
-    """
+    """Return the recommendation that is settled before any risk is looked at, '' where there is none."""
     if (anchored or held) and code is not None and code.ratio > 1.0:
         return WEAK
     if anchored or held:
@@ -227,11 +221,7 @@ def recommended(pieces: Sequence[Piece]) -> list[Piece]:
 
 
 def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
-    """Return the pieces with another word for those that must be fixed first, for the sake of what stands on them.
-
-    moving: names of lines that slide or rock while what stands on them falls.  Those that are judged by money alone say
-    nothing of that, and so have neither that word nor a payback.
-    """
+    """Return the pieces with another word for those that must be fixed first, for the sake of what stands on them."""
     return [
         one._replace(recommendation=FIRST, saving=UNKNOWN, payback=math.nan)
         if one.item in moving and (one.recommendation in BY_MONEY or one.recommendation == one.doubt)
@@ -241,10 +231,7 @@ def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
 
 
 def harm_of(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
-    """Return how much a piece contributes to the danger to people, the measure by which these are ranked.
-
-    The expected injuries, where they are known of all pieces that are a matter of safety and not held; else the falls.
-    """
+    """Return how much a piece contributes to the danger to people: expected injuries if known of all, else falls."""
     of = [one for one in pieces if one.safety and one.judged and not one.held and one.chance.value > 0.0]
     if of and all(one.injuries.value > 0.0 for one in of):
         return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0
@@ -289,10 +276,7 @@ def _by_cost(one: Piece) -> str:
 
 
 def _paid(one: Piece) -> Piece:
-    """Return a piece with its payback: of its own anchors, or where these have no cost of the kit that is meant.
-
-    Nothing is said of a piece that is no ground for advice, is held already, or never falls.
-    """
+    """Return a piece with its payback: of its own anchors, or where these have no cost of the kit that is meant."""
     if not one.judged:
         return one._replace(saving=UNKNOWN, payback=math.nan)
     if one.recommendation == ANCHORED or not one.chance.value > 0.0:

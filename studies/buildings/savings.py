@@ -1,14 +1,10 @@
-"""Savings of anchoring items, motion by motion: each item alone, and the items one after the other.
-
-Flags are read in parts, of items or of motions; arrays of every item and motion are allocated by `array`.
-"""
+"""Savings of anchoring items, motion by motion: each item alone, and the items one after the other."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,13 +13,6 @@ from ...core.aliases import Array, Index
 from ...fragility.numerics.slabs import Allocator, slabs
 from ...fragility.numerics.totals import chances, chances_of_any
 from .variables import Year, carried_items, fall_flags
-
-
-class AnchoringOrder(NamedTuple):
-    """The order of anchoring (model, item), and the rest of the objective after each step (model, step, motion)."""
-
-    order: Index
-    left: Array
 
 
 class FreeItems(ABC):
@@ -45,8 +34,11 @@ class FreeItems(ABC):
         """The saving by anchoring each item while all others stand free (model, item, motion)."""
 
     @abstractmethod
-    def steps(self, cost: Array | None) -> AnchoringOrder:
-        """Anchor the items one after the other, each time the item that saves most (for its cost)."""
+    def steps(self, cost: Array | None) -> tuple[Index, Array]:
+        """Anchor the items one after the other, each time the item that saves most (for its cost).
+
+        Return their order (model, item), and the rest of the objective after each step (model, step, motion).
+        """
 
     def _nothing_left(self) -> Array:
         """Allocate zeros (model, step, motion)."""
@@ -57,10 +49,18 @@ class FreeItems(ABC):
 
 
 class AdditiveItems(FreeItems):
-    """Items whose amounts add up to the objective; a load is lost where it or the item that it stands on falls."""
+    """Items whose amounts add up to the objective; a load is lost where it or the item that it stands on falls.
+
+    loads: position of each among the items, None where it is fixed, the item's that it stands on, and its amount.
+    """
 
     def __init__(
-        self, chances: ItemChances, amounts: Array, year: Year, array: Allocator, loads: Sequence[Load] = ()
+        self,
+        chances: ItemChances,
+        amounts: Array,
+        year: Year,
+        array: Allocator,
+        loads: Sequence[tuple[int | None, int, float]] = (),
     ) -> None:
         self.array = array
         models, items, _, motions = chances.shape
@@ -69,12 +69,11 @@ class AdditiveItems(FreeItems):
             self.alone[of, rows] = year.total(chances.piece(of, rows)) * amounts[rows, None]
         # (what is lost with either of two is counted with both, less once where both fall)
         self._twice: dict[tuple[int, int], Array] = {}
-        for load in loads:
-            support = slice(load.support, load.support + 1)
-            self.alone[:, load.support] += load.amount * year.total(chances.piece(slice(None), support))[:, 0]
-            if load.item is not None:
-                both = load.amount * year.total(chances.both(load.item, load.support))
-                self._twice[load.item, load.support] = both
+        for item, support, amount in loads:
+            below = chances.piece(slice(None), slice(support, support + 1))
+            self.alone[:, support] += amount * year.total(below)[:, 0]
+            if item is not None:
+                self._twice[item, support] = amount * year.total(chances.both(item, support))
 
     @property
     def whole(self) -> Array:
@@ -91,7 +90,7 @@ class AdditiveItems(FreeItems):
                 found[:, item] -= both
         return np.maximum(found, 0.0, out=found)  # (rounding)
 
-    def steps(self, cost: Array | None) -> AnchoringOrder:
+    def steps(self, cost: Array | None) -> tuple[Index, Array]:
         alone, saved = self.alone.mean(axis=-1), self.savings.mean(axis=-1)
         models, items = alone.shape
         order = np.empty((models, items), np.int64)
@@ -110,7 +109,7 @@ class AdditiveItems(FreeItems):
                 np.add(left[k, step + 1], self.alone[k, item], out=left[k, step])
                 for other, both in self._beside(item, k):
                     left[k, step] -= both if other in order[k, step:] else 0.0
-        return AnchoringOrder(order, left)
+        return order, left
 
     def _beside(self, item: int, k: int) -> Iterator[tuple[int, Array]]:
         """Yield the items that an item carries or stands on, and what is lost with both (motion,) under one law."""
@@ -147,7 +146,7 @@ class EventItems(FreeItems):
             found[k, :, self._values(part)] = self._saved(chance)
         return found
 
-    def steps(self, cost: Array | None) -> AnchoringOrder:
+    def steps(self, cost: Array | None) -> tuple[Index, Array]:
         models, items, values = self.alone.shape
         order = np.empty((models, items), np.int64)
         left = self._nothing_left()
@@ -166,7 +165,7 @@ class EventItems(FreeItems):
                 if not score.max() > 0.0:
                     score = score_of(self.alone[k, standing].mean(axis=-1), prices)
                 order[k, step] = standing.pop(int(score.argmax()))
-        return AnchoringOrder(order, left)
+        return order, left
 
     @property
     def _motions(self) -> list[slice]:
@@ -207,19 +206,8 @@ class EventItems(FreeItems):
         return self.year.total(others)
 
 
-class Load(NamedTuple):
-    """What stands on an item: its position among the items, None where it is fixed, the item's, and its amount."""
-
-    item: int | None
-    support: int
-    amount: float
-
-
 class ItemChances:
-    """Probabilities of items given the motion, from the flags of an assessment, read in parts.
-
-    `flags_of`: the variable with the flags, such as ``front``; '' for those of all falls.
-    """
+    """Probabilities of items given the motion, from flags (`flags_of`, '' for all falls) that are read in parts."""
 
     def __init__(self, assessment: xr.Dataset, chosen: Index, flags_of: str = "") -> None:
         self._flags = fall_flags(assessment, flags_of).variable

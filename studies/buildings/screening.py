@@ -56,11 +56,10 @@ def screen_inventory(
     variability: Variability | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Screen every line of an inventory; lines that are anchored neither rock nor slide.
+    """Screen every line of an inventory, as `summary_screen`; NaN for what depends on the motion where it is anchored.
 
-    The variables are those of `summary_screen`, on item instead of block; NaN for what depends on the motion where an
-    item is anchored. The flags `overturned` are on (model, item, level, motion), and variant where pieces differ:
-    variants are among the outcomes that are tested; the rest is of the nominal block.
+    `overturned` is on (model, item, level, motion), and variant where pieces differ: variants are among the
+    outcomes that are tested; the rest is of the nominal block.
     """
     inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(levels, im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
@@ -130,11 +129,7 @@ class _Tests:
         motions: Sequence[Record],
         factors: Array,
     ) -> FlipCounts:
-        """Return the counts of the lines of a floor.
-
-        flags (line, model, variant, level, motion): of all floors; at: the positions of this floor's lines in them;
-        chosen (motion,): True for the motions that are tested.
-        """
+        """Return the counts of a floor's lines, at positions `at`, from flags (line, model, variant, level, motion)."""
         _, models, variants, levels, _ = flags.shape
         counts = self.runner.array((len(rows), models, levels, variants, int(chosen.sum())), np.int8)
         counts[...] = 0

@@ -36,10 +36,7 @@ from ..inventory.stands import Stand
 
 
 class Support(NamedTuple):
-    """Where pieces stand: their floor, and the direction in which their widths lie ('' where there is only one).
-
-    stand: the bench or the platform between the floor and them, if any.
-    """
+    """Where pieces stand: floor, direction of their widths ('' for only one), and bench or platform below, if any."""
 
     floor: str
     direction: str
@@ -89,10 +86,7 @@ class Shaking:
     def of(
         cls, building: Any, motions: Any, ground: Any, scaled_plainly: bool = False, polarity: str = AS_RECORDED
     ) -> Shaking:
-        """Make the shaking from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motions.
-
-        Floor motions need their ground motions and no building; motions that hold reverses already are refused.
-        """
+        """Make the shaking from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motion."""
         checks.choice("polarity", polarity, POLARITIES)
         if building is not None and not isinstance(building, Building):
             raise TypeError(f"building must be a Building or None, got {checks.kind(building)}")
@@ -291,10 +285,7 @@ class Shaking:
         return Shaken(plain, dense(scaled.factors), once)
 
     def on(self, at: Support) -> list[Record]:
-        """Return the motions of one floor, in the order of the ground motions; of histories level after level.
-
-        Of pairs of components they are those in the direction of the support, with the others as companions.
-        """
+        """Return the motions of one floor in the direction of the support, others as companions; histories by level."""
         found = self.below(at)
         if at.stand is not None:
             return at.stand.carry(found)

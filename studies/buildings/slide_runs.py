@@ -44,10 +44,7 @@ ORDER_OF_FRICTION = 2
 
 @dataclass(frozen=True)
 class Slipping:
-    """What is asked of slips: those whose chances are wanted (m), and whether the pieces of a line share a coefficient.
-
-    `shared` counts where the pieces of a line do not differ otherwise; else `Variability.pieces` says it.
-    """
+    """Slips whose chances are wanted (m), and whether alike pieces of a line share a coefficient of friction."""
 
     distances: tuple[float, ...] = DISTANCES
     shared: bool = True
@@ -221,10 +218,7 @@ class SlidingRuns:
         return end_doubts([*self.cut.values()], [*self.cut])
 
     def fallen(self, overturned: Flags) -> Flags:
-        """Return flags (model, item, variant, level, motion) of pieces that overturned, as if none slid, or fell off.
-
-        overturned: the flags of the runs of rocking, with one variant where pieces do not differ otherwise.
-        """
+        """Return flags (model, item, variant, level, motion) of pieces that overturned as if none slid, or fell off."""
         return self._joined(overturned, None, 0)
 
     def fallen_forward(self, front: Flags, overturned: Flags) -> Flags:
@@ -280,10 +274,7 @@ def _sliding(coefficients: Array, blocks: Iterable[Block], plane: bool) -> Array
 
 
 class _Slips(NamedTuple):
-    """Greatest slips (…, level, motion), m, and the velocities with which obstacles are met, m/s, where there are any.
-
-    forward, backward: along the width; peak: in any direction.
-    """
+    """Greatest slips (…, level, motion), m, to both sides and in any direction; velocities at obstacles, if any."""
 
     forward: Array
     backward: Array

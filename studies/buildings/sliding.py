@@ -47,10 +47,7 @@ ITEM_TRIP_RATE = f"item_{TRIP_RATE}"
 
 
 class _Values(NamedTuple):
-    """Something of some lines: its names, dimensions before the level, words, and chances (…, level, motion).
-
-    rows: the lines that it is known of; chance: of a part of them.
-    """
+    """Something of some lines (`rows`): names, dimensions before the level, words, and chances (…, level, motion)."""
 
     name: str
     rate: str
@@ -74,11 +71,7 @@ def slide_variables(
     own_motions: bool = False,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute what sliding changes, line by line, and its annual rates where there are weights of the levels.
-
-    joint, precision, weights, own_motions, modelled: as for `event_variables`; overturned: flags of the runs of rocking
-    (model, item, variant, level, motion).  NaN of lines whose sliding is not known.
-    """
+    """Compute what sliding changes, line by line, with annual rates if there are weights; NaN where it is not known."""
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
     every, alone = range(len(rows)), np.ones((len(rows), overturned.shape[2]))
@@ -141,10 +134,7 @@ def slide_variables(
 def _shares_with_moving_supports(
     joint: JointFlags, runs: SlidingRuns, year: Year | None, modelled: Modelled | None
 ) -> Variables:
-    """Return the shares of the falls of lines in runs in which what they stand on moves, given the level and in a year.
-
-    The friction of a line and that of what it stands on are independent; NaN where nothing falls.
-    """
+    """Return the shares of lines' falls in runs in which what they stand on moves, given the level and in a year."""
     models, items, _, levels, _ = joint.flags.shape
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     given, yearly = np.full((models, items, levels), np.nan), np.full((models, items), np.nan)
@@ -180,10 +170,7 @@ def _chances_of_friction(rows: Sequence[Contents], runs: SlidingRuns, rocks: Arr
 def _of_lines(
     one: _Values, of: Callable[[_Values, slice], tuple[Array, Array, Array]], lines: int, runs: int
 ) -> list[Array]:
-    """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab.
-
-    runs: number of runs of all lines.
-    """
+    """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab."""
     step = max(1, RUNS // (1 + runs // lines))
     parts = [of(one, slice(first, first + step)) for first in range(0, len(one.rows), step)]
     found = []
@@ -196,10 +183,7 @@ def _of_lines(
 
 
 def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
-    """Return the means over variants of flags of some lines (model, line, level, motion) times weights (line, variant).
-
-    Flags of one variant are those of all.
-    """
+    """Return means over variants of flags of some lines (model, line, level, motion) times weights (line, variant)."""
     models, _, variants, *shape = flags.shape
     found = np.empty((models, len(rows), *shape))
     for k, i in enumerate(rows):
@@ -241,7 +225,8 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
     names = [name for name in (INSTEAD, NEAR, TRIP) if name in assessment]
     found = assessment[names].isel(item=at).rename(item="block")
     said += slide_notes(found, blocks, plane=AXES in configuration_of(assessment))
-    said += exact_friction_notes(exactly_known(inventory))
+    exact = [row.label for row in inventory.rows if slides(row) and isinstance(row.friction, FixedFriction)]
+    said += exact_friction_notes(exact)
     if MOVES in assessment:
         moving = shares_with_moving_supports(assessment)
         above = [i for i, row in enumerate(inventory.rows) if row.stands_on]
@@ -255,16 +240,8 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
     return said
 
 
-def exactly_known(inventory: Inventory) -> list[str]:
-    """Return the lines that can slide and whose coefficient of friction has no dispersion."""
-    return [row.label for row in inventory.rows if slides(row) and isinstance(row.friction, FixedFriction)]
-
-
 def shares_with_moving_supports(results: xr.Dataset) -> Array:
-    """Return the share of the falls of each line (item,) in runs in which what it stands on moves, under the first law.
-
-    In a year, or without a hazard the largest at any level; 0 of lines that stand on the floor or never fall.
-    """
+    """Return the share of each line's falls in runs in which what it stands on moves, the largest without a hazard."""
     if ITEM_MOVES_SHARE in results:
         shares = results[ITEM_MOVES_SHARE].isel(model=0)
     else:

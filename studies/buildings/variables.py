@@ -93,10 +93,7 @@ class Precision:
         return values.mean(axis=-1), found.lower, found.upper
 
     def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
-        """Return the mean over motions of P(event | motion), and Wilson's interval with one trial for each motion.
-
-        Where an event is not `possible` (broadcast to the mean), the interval is 0.
-        """
+        """Return the mean over motions of P(event | motion), and Wilson's interval; 0 where it is not `possible`."""
         n = values.shape[-1]
         mean = values.mean(axis=-1)
         # a motion counts as a success by its probability; where all probabilities are 1, the successes are exactly n
@@ -196,10 +193,7 @@ def event_variables(
     own_motions: bool = False,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute the probabilities of an event and, with weights, its annual rates, item by item.
-
-    joint: with the flags of the event.  Others: as for `conditional_variables` and `annual_variables`.
-    """
+    """Compute the probabilities of an event and, with weights, its annual rates, item by item."""
     models, items, _, levels, motions = joint.flags.shape
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     falls = _falls(joint, (models, items, levels), precision, modelled)
@@ -220,10 +214,7 @@ def event_variables(
 
 
 class Modelled(NamedTuple):
-    """Outcomes over the modelling uncertainty at points of shaking, their states, and the annual rates of the points.
-
-    The points are the levels, and have no rates, where there is no hazard.
-    """
+    """Outcomes over the modelling uncertainty at points of shaking, their states, and the points' rates, if any."""
 
     results: JointOutcomes
     mixture: Mixture
@@ -231,10 +222,7 @@ class Modelled(NamedTuple):
 
 
 def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision, polarities: int) -> tuple[Array, Array]:
-    """Return quantiles (value, ends and error, model, place, level, quantile) and exceedances (value and error, …).
-
-    The polarities of a motion are further realisations of it, with the same draws.
-    """
+    """Return quantiles and exceedances with ends and errors; both polarities of a motion are its realisations."""
     of_level = outcomes.shape[:3]
     at, above = np.empty((4, *of_level, precision.quantiles.size)), np.empty((2, *of_level, one.thresholds.size))
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
@@ -258,9 +246,8 @@ def annual_variables(
 ) -> Variables:
     """Compute all annual variables: values given the level, weighted with the hazard motion by motion.
 
-    `own_motions`: whether each level has motions of its own, which are resampled by themselves.  With `modelled`, where
-    all levels have the same motions, the joint outcomes are over the modelling uncertainty of several classes, at
-    points whose rates are `Modelled.rates`; sums of means are those of the weights, which hold it.
+    With `modelled`, where all levels have the same motions, the joint outcomes are over the modelling uncertainty
+    of several classes, at points whose rates are `Modelled.rates`; sums of means are those of the weights.
     """
     year = of_points = Year(weights.weights, own_motions, joint.polarities)
     results = joint.results
@@ -374,10 +361,7 @@ class Year:
         return runs // self.polarities * self.parts
 
     def total(self, values: Array) -> Array:
-        """Sum values (…, level, run) over the weighted levels, (…, motion), whose mean is the annual value.
-
-        With own motions (…, motion times part): the values of the levels times the number of levels.
-        """
+        """Sum values (…, level, run) over the weighted levels: (…, motion), whose mean is the annual value."""
         values = of_motions(values, self.polarities)
         if self.own_motions:
             factors = self.weights[self.levels] * self.parts
@@ -403,10 +387,7 @@ class Year:
 
 
 def of_motions(values: Array, polarities: int) -> Array:
-    """Return the means (…, motion) over the polarities of each motion of values (…, run).
-
-    The runs of a motion follow one another.
-    """
+    """Return the means (…, motion) over the polarities of each motion, which follow one another."""
     if polarities == 1:
         return values
     return np.asarray(values.reshape(*values.shape[:-1], values.shape[-1] // polarities, polarities).mean(axis=-1))
@@ -457,10 +438,7 @@ def per_year(units: str) -> str:
 def with_interval(
     name: str, dims: tuple[str, ...], found: Any, units: str, long_name: str, precision: Precision
 ) -> Variables:
-    """Make a variable and the ends of its interval.
-
-    Of places the first one is the building, which contains the others: none has a higher upper end, or lower end.
-    """
+    """Make a variable and the ends of its interval; no place has a higher end than the first, the building."""
     value, lower, upper = found
     if "place" in dims:
         ends = np.moveaxis(np.stack([lower, upper]), 1 + dims.index("place"), 0)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from .check import EXEMPT, REQUIRED, UNCHECKED, Code, Component, Duty
+from .check import EXEMPT, REQUIRED, UNCHECKED, Code, Component
 
 CATEGORIES = ("A", "B", "C", "D", "E", "F")
 TALL = 1.829
@@ -65,34 +65,34 @@ class Asce7(Code):
     def held_down(self) -> float:
         return max(0.9 - 0.2 * self.sds, 0.0)
 
-    def duty(self, one: Component) -> Duty:
+    def duty(self, one: Component) -> tuple[str, str]:
         importance = one.importance or self.importance
         if self.category == "A":
-            return Duty(EXEMPT, "11.7: category A")
+            return EXEMPT, "11.7: category A"
         if not one.kind:
-            return Duty(UNCHECKED, "code_class not given")
+            return UNCHECKED, "code_class not given"
         if one.kind == "furniture":
-            return Duty(EXEMPT, "13.1.4: furniture")
+            return EXEMPT, "13.1.4: furniture"
         if one.kind == "movable":
-            return Duty(EXEMPT, "13.1.4: temporary or movable")
+            return EXEMPT, "13.1.4: temporary or movable"
         if one.kind == "storage" and one.height <= TALL:
-            return Duty(EXEMPT, f"13.1.4: furniture, up to {TALL:g} m tall")
+            return EXEMPT, f"13.1.4: furniture, up to {TALL:g} m tall"
         if one.kind == "equipment":
             return self._equipment(one, importance)
         if self.category == "B" and importance == 1.0:
-            return Duty(EXEMPT, "13.1.4: architectural, category B, I_p = 1")
-        return Duty(REQUIRED, "13.4, table 13.5-1")
+            return EXEMPT, "13.1.4: architectural, category B, I_p = 1"
+        return REQUIRED, "13.4, table 13.5-1"
 
-    def _equipment(self, one: Component, importance: float) -> Duty:
-        required = Duty(REQUIRED, "13.4, table 13.6-1")
+    def _equipment(self, one: Component, importance: float) -> tuple[str, str]:
+        required = REQUIRED, "13.4, table 13.6-1"
         if self.category == "B":
-            return Duty(EXEMPT, "13.1.4: category B")
+            return EXEMPT, "13.1.4: category B"
         if importance != 1.0 or not one.anchored:
             return required
         if self.category == "C":
-            return Duty(EXEMPT, "13.1.4: category C, I_p = 1, attached")
+            return EXEMPT, "13.1.4: category C, I_p = 1, attached"
         if one.weight <= VERY_LIGHT or (one.weight <= LIGHT and one.cm_height <= LOW):
-            return Duty(UNCHECKED, "13.1.4: light and low: exempt where its connections are flexible")
+            return UNCHECKED, "13.1.4: light and low: exempt where its connections are flexible"
         return required
 
     def coefficient(self, one: Component) -> tuple[float, str]:

@@ -44,13 +44,6 @@ class Component:
         return math.nan if self.mass is None else self.mass * STANDARD_GRAVITY
 
 
-class Duty(NamedTuple):
-    """Whether a piece must be anchored, and the clause that says so."""
-
-    status: str
-    clause: str
-
-
 class CodeCheck(NamedTuple):
     """A code's demands on a piece; NaN where something is not known.
 
@@ -84,8 +77,8 @@ class Code(ABC):
         """Share of the weight that may be counted against overturning."""
 
     @abstractmethod
-    def duty(self, one: Component) -> Duty:
-        """Return whether a piece must be anchored."""
+    def duty(self, one: Component) -> tuple[str, str]:
+        """Return whether a piece must be anchored, and the clause that says so."""
 
     @abstractmethod
     def coefficient(self, one: Component) -> tuple[float, str]:

@@ -44,11 +44,7 @@ INDEPENDENT = "independent"
 def write_building_files(
     result: Path, folder: Path, model: str | None = None, prefix: str | None = None, verify: bool = False
 ) -> list[str]:
-    """Write the pieces of a performance study under one law for a whole assessment of pelicun; return lines to print.
-
-    `model` is the label or short name of the law, not needed where the study has one. The ids are ``PREFIX.001`` and so
-    on in the order of the inventory, or made of the pieces' names. With `verify`, results that were edited are refused.
-    """
+    """Write pieces of a performance study under one law for a whole assessment of pelicun; return lines to print."""
     with read_results(result) as results:
         check_content(result, results, verify)
         one = results.isel(model=_law(results, model, result))
@@ -155,11 +151,7 @@ def _consequence(one: xr.Dataset, i: int, kind: str) -> Consequence | None:
 
 
 def _amount(one: Consequence, pieces: int, greatest: bool = False) -> Amount:
-    """Return a consequence as pelicun draws it: once for pieces that fall together.
-
-    The cost of several pieces is then their mean, and their downtime the greatest: lognormal with the mean and the
-    standard deviation that these have of independent pieces.
-    """
+    """Return a consequence as pelicun draws it, once for pieces that fall together: mean cost, longest downtime."""
     if one.dispersion == 0.0:
         return Amount(float(one.median))
     if pieces == 1:

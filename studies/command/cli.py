@@ -39,21 +39,11 @@ if TYPE_CHECKING:
 EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_SIGNAL = 128  # and the number of the signal that ended it
+Result = Annotated[Path, Parameter(help="The results (results.nc), or the folder that holds them.")]
 Verify = Annotated[
     bool, Parameter(negative="", help="Refuse results that were edited after they were written (exit code 2).")
 ]
-COMMANDS = (
-    "new",
-    "run",
-    "status",
-    "simulate",
-    "motions",
-    "catalogue",
-    "export",
-    "report",
-    "compare",
-    "schema",
-)
+COMMANDS = ("new", "run", "status", "simulate", "motions", "catalogue", "export", "report", "compare", "schema")
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
 """The schema of study files as `make schema` writes it, for the classes of all tables take a second to load."""
@@ -75,7 +65,7 @@ app = App(
 
 @app.command(group=RUN)
 def run(
-    study: Path,
+    study: Annotated[Path, Parameter(help="The study file (TOML).")],
     *,
     out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
@@ -99,11 +89,6 @@ def run(
 
     Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
     finished results of the same study are not computed again; `toppling schema` lists every key.
-
-    Parameters
-    ----------
-    study
-        The study file (TOML).
     """
     from ..kinds.study import Study
     from ..store.folder import RESULT_NAME
@@ -203,18 +188,12 @@ def _show(console: Console, plan: Study, results: Dataset, folder: Path, verbose
 
 @app.command(group=RUN)
 def status(
-    folder: Path,
+    folder: Annotated[Path, Parameter(help="The folder that `toppling run` was given with --out.")],
     *,
     json: Annotated[bool, Parameter(negative="", help="Print it as JSON.")] = False,
     verify: Verify = False,
 ) -> None:
-    """Say where a study stands: finished, running, or interrupted with so many runs kept.
-
-    Parameters
-    ----------
-    folder
-        The folder that `toppling run` was given with --out.
-    """
+    """Say where a study stands: finished, running, or interrupted with so many runs kept."""
     from .status import status_of
 
     found = status_of(folder, verify)
@@ -254,7 +233,9 @@ app.command(simulate_one, name="simulate", group=INPUTS)
 
 @app.command(name="motions", group=INPUTS)
 def look_at_motions(
-    inputs: Annotated[list[str], Parameter(negative_iterable="")],
+    inputs: Annotated[
+        list[str], Parameter(negative_iterable="", help="One study file (TOML), or record files: paths or patterns.")
+    ],
     /,
     *,
     out: Annotated[Path, Parameter(help="Folder for the figures.")] = Path("results/motions"),
@@ -266,13 +247,7 @@ def look_at_motions(
         Path | None, Parameter(help="CSV of a spectrum to hold them against: period (s) or frequency (Hz), sa (unit).")
     ] = None,
 ) -> None:
-    """Look at motions: print their measures, draw histories.png, spectra.png and husid.png.
-
-    Parameters
-    ----------
-    inputs
-        One study file (TOML), or record files: paths or patterns.
-    """
+    """Look at motions: print their measures, draw histories.png, spectra.png and husid.png."""
     from ...motions import TargetSpectrum, matching_report
     from ..single import motions as looked_at
     from ..text.error import StudyError
@@ -342,7 +317,7 @@ def show_catalogue() -> None:
 
 @app.command(group=READ)
 def export(
-    result: Path,
+    result: Result,
     *,
     format_: Annotated[
         ExportFormat,
@@ -362,13 +337,7 @@ def export(
     ] = None,
     verify: Verify = False,
 ) -> None:
-    """Write the fragility curves of a study's results, or the pieces of a building, for another program.
-
-    Parameters
-    ----------
-    result
-        The results (results.nc), or the folder that holds them.
-    """
+    """Write the fragility curves of a study's results, or the pieces of a building, for another program."""
     from ..text.error import StudyError
     from .building_files import write_building_files
     from .export import PERFORMANCE, guessed_lines, kind_of, missing_lines, read_curves, write_curves
@@ -398,7 +367,7 @@ def export(
 
 @app.command(group=READ)
 def report(
-    result: Path,
+    result: Result,
     *,
     format_: Annotated[
         Literal["html", "md"] | None,
@@ -409,13 +378,7 @@ def report(
     ] = None,
     verify: Verify = False,
 ) -> None:
-    """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance.
-
-    Parameters
-    ----------
-    result
-        The results (results.nc), or the folder that holds them.
-    """
+    """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance."""
     from ..report.page import write_report
 
     console = terminal()

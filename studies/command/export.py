@@ -43,11 +43,7 @@ _WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str, tuple[str,
 
 
 def read_curves(path: Path, model: str | None = None, verify: bool = False, modelling: bool = False) -> xr.Dataset:
-    """Read the curves of a result file, of every law or of the laws that `model` names by label or short name.
-
-    Results that were edited after they were written are warned of, and with `verify` refused. With `modelling` the
-    dispersions hold the study's modelling uncertainty, too; ``modelling_dispersion`` says how much they hold.
-    """
+    """Read a result file's curves, of all laws or those `model` names; with `modelling` their uncertainty counts."""
     try:
         with opened(path) as whole:
             refuse_newer(path, whole)
@@ -92,10 +88,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
 
 
 def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
-    """Return curves with what their dispersions hold of modelling uncertainty: the study's where it is asked for.
-
-    Rates are the study's either way; what they hold is said where it is something else.
-    """
+    """Return curves whose dispersions hold the modelling uncertainty, where it is asked for; rates are as they are."""
     beta = float(curves.attrs.get(MODELLING, 0.0))
     if asked and beta == 0.0:
         raise StudyError(

@@ -15,11 +15,7 @@ MANY_CURVES = 1000
 
 
 class Forecast(NamedTuple):
-    """Approximate runs, chunks, seconds on `threads`, bytes of memory, of disk during and after the run; free bytes.
-
-    curves: number of curves that are fitted after the runs, which takes `fits_seconds` more.  slides: number of
-    further runs, of sliding blocks, which the seconds hold.
-    """
+    """Approximate runs, chunks, seconds on `threads`, bytes of memory and disk, free bytes, curves, and slides."""
 
     runs: int
     chunks: int
@@ -70,8 +66,8 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
     room = study.room
     return Forecast(
         study.work,
-        room.chunks.number,
-        (room.chunks.seconds + study.seconds_of_slides) / thread_count(),
+        room.chunks,
+        (room.seconds + study.seconds_of_slides) / thread_count(),
         thread_count(),
         room.memory,
         room.disk,

@@ -40,11 +40,9 @@ WIDEST = 40
 def write_pieces(result: Path, folder: Path, format_: str, model: str | None = None, verify: bool = False) -> Path:
     """Write the table of a performance study's pieces under one law, or of blocks' rates; return the file.
 
-    A CSV file has the table in SI units, which its headings name; an XLSX workbook that table, levels in the unit of
-    the tables and chances in per cent, and a sheet on its contents. Kits are in another sheet of the workbook, or in
-    ``kits.csv``. `model` is the label of the law, or its short name for the first of its kind; where not given the
-    reference, for rates all. In a CSV file, texts that a spreadsheet would take for formulas begin with an apostrophe,
-    as in exported curves.
+    A CSV file is in SI units, and ``kits.csv`` holds the kits; an XLSX workbook has sheets of that table, of it in
+    units of the tables, of kits, and on its contents.  In a CSV file, texts that a spreadsheet would take for
+    formulas begin with an apostrophe.
     """
     with read_results(result) as results:
         check_content(result, results, verify)
@@ -91,10 +89,11 @@ def _table(
         about += [["chances", "of at least one fall, from the annual rate"], version]
         return "rates", rate_values(results, laws), about, None
     at = reference_law(results)[0] if model is None else int(laws_of(results, model, path)[0])
+    code = f"{results.attrs['code']} ({results.attrs['code_site']})" if "code" in results.attrs else "not checked"
     about += [
         ["damping law", str(results["model"].values[at])],
         ["chances, values and costs", "of one piece; savings and paybacks are of the line"],
-        ["code requirements", _code(results)],
+        ["code requirements", code],
         version,
     ]
     if "item_rate" not in results and "at_level" in results.attrs:
@@ -130,10 +129,6 @@ def timeless(book: bytes) -> bytes:
                 text = _TIME.sub(b"1980-01-01T00:00:00Z", text)
             new.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
     return held.getvalue()
-
-
-def _code(results: xr.Dataset) -> str:
-    return f"{results.attrs['code']} ({results.attrs['code_site']})" if "code" in results.attrs else "not checked"
 
 
 def _level(results: xr.Dataset) -> str:

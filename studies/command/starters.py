@@ -1,7 +1,4 @@
-"""Studies to begin with: a folder with a commented study and the files that it reads, for a user to make their own.
-
-They are the files in `studies/starters` and the example inventory; a workbook and records are made of them on writing.
-"""
+"""Studies to begin with: a folder with a commented study and the files that it reads, for a user to make their own."""
 
 from __future__ import annotations
 
@@ -51,10 +48,7 @@ _HERE = Path(__file__).parents[1] / "starters"
 
 
 def write_starter(kind: Starter, folder: Path) -> list[str]:
-    """Write a study to begin with into a new or empty folder, all of its files or none.
-
-    The names of the files are returned, the study first.
-    """
+    """Write a study to begin with into a new or empty folder; return the names of its files, the study first."""
     try:
         if os.path.lexists(folder) and not folder.is_dir():
             raise StudyError(f"{folder}: there is a file of that name already; nothing was written")

@@ -20,10 +20,7 @@ from ..text.precision import missed_precision
 
 
 def verdict(results: xr.Dataset, answered: bool) -> list[str]:
-    """Return how valid results are, a line, and the answer in sentences, or what a table leaves out of it.
-
-    The line comes last, but first where the results are not valid: nothing is advised before that is said.
-    """
+    """Return the validity of results in a line, which comes first where they are not valid, and the answer."""
     checks = checks_of(results)
     said = _beside_table(results) if answered else plain_answer(results)
     line = f"validity: {badge(checks)}"

@@ -53,13 +53,7 @@ class Comparison(NamedTuple):
 def compare(
     first: Path, second: Path, folder: Path, laws: tuple[str, str] | None = None, verify: bool = False
 ) -> Comparison:
-    """Compare two results, and write the table, the figures and the page of the comparison into a folder.
-
-    The results are folders of finished studies, their results, or study files with results in results/NAME; A and B in
-    all texts. The folder for ``comparison.csv``, ``comparison.html`` and the figures is made where missing; files of an
-    earlier comparison are removed. `laws` are a law of A and a law of B, by label or short name, where not given all in
-    common. With `verify`, results that were edited are refused.
-    """
+    """Compare two results, under a law of each or all in common, and write table, figures and page into a folder."""
     from . import figures  # noqa: PLC0415 - matplotlib
 
     same = laws is not None and first.resolve() == second.resolve()
@@ -110,11 +104,7 @@ def _html_page(
     reading: Sequence[str],
     draw: Draw,
 ) -> str:
-    """Return the page of a comparison; the same results give the same text.
-
-    `titles` are the names of both sides; `sentences`, `differences` and `reading` are the answer, the differences
-    between the inputs, and what a reader must know; `draw` makes the figures, each with its file name.
-    """
+    """Return the page of a comparison; the same results give the same text."""
     of_page = [page_table(plain_table(*rows)) for rows in tables]
     drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures_of(draw, " ".join(sentences))]
     content = {

@@ -35,7 +35,7 @@ from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, FLAT, highest_level, open_ends
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
 from .ratios import Found, Line, Quantity
-from .sides import Matched, Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
+from .sides import Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
 NO_RANGE = Range(math.nan, math.nan, math.nan)
 """In place of a median that lies above the highest level that was run."""
@@ -49,11 +49,7 @@ Place = tuple[int, int, int]
 
 
 class Curves(NamedTuple):
-    """Curves of one side with the replicates of their parameters and of their rates, on (block, model, floor, …).
-
-    `fit` and `rates` are None where curves are not fitted again; `rates` also where the hazard curve is not in the
-    study.
-    """
+    """Curves of one side, replicates of parameters and rates on (block, model, floor, …), None if not fitted anew."""
 
     side: Side
     fit: xr.Dataset | None
@@ -115,7 +111,12 @@ def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Cur
     places = [((i[0], j[0], k[0]), (i[1], j[1], k[1])) for i, k, j in product(blocks.pairs, floors.pairs, models.pairs)]
     lines = [line for one, other in places for line in _lines(of_a, of_b, one, other, time)]
     notes = [*_notes(a, b, of_a, of_b), *([] if again else [OF_SURFACES if surface else _too_many(number)])]
-    found = Found(blocks, models, lines, _quantities(a, time), [*_alone(floors), *notes])
+    alone = [
+        f"floors only in {name}, not compared: {', '.join(only)}"
+        for name, only in (("A", floors.only_a), ("B", floors.only_b))
+        if only
+    ]
+    found = Found(blocks, models, lines, _quantities(a, time), [*alone, *notes])
     return CurveComparison(found, of_a, of_b, places)
 
 
@@ -132,12 +133,6 @@ def _quantities(side: Side, years: float) -> list[Quantity]:
         Quantity(RATE, f"Annual rate of {state}", "1/year", 1.0, PER_YEAR, shown=False),
         Quantity(CHANCE, f"Chance of {state} in {years_text(years)}", "", 1.0, DIMENSIONLESS, chance=True),
     ]
-
-
-def _alone(floors: Matched) -> list[str]:
-    """Name the floors that only one side has."""
-    sides = (("A", floors.only_a), ("B", floors.only_b))
-    return [f"floors only in {name}, not compared: {', '.join(alone)}" for name, alone in sides if alone]
 
 
 def fit_of(side: Side) -> Fit:

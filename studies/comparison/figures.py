@@ -43,7 +43,8 @@ def of_curves(both: CurveComparison, titles: tuple[str, str], confidence: str) -
 def of_pieces(found: Found, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
     """Yield the figure of the chances of both sides where there are any, with the name of its file."""
     for quantity in found.quantities:
-        own = [one for one in found.lines if one.quantity == quantity.name and _drawable(one)]
+        own = [one for one in found.lines if one.quantity == quantity.name]
+        own = [one for one in own if one.a.value > 0.0 or one.b.value > 0.0]
         if quantity.name == CHANCE and own:
             yield "chances", _dots(own, quantity, titles, confidence)
 
@@ -52,15 +53,12 @@ def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str],
     """Return the figure of the curves: a panel for each block, floor and law, A and B with bands over motions."""
     chosen = furthest(medians, MOST_PANELS)
     places = [both.places[medians.index(line)] for line in chosen]
-    columns = axes.columns_for(len(chosen))
-    rows = math.ceil(len(chosen) / columns)
-    figure = axes.figure(max(2.9 * columns, 6.0), 2.9 * rows + 1.5)
-    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    figure, panels, columns = axes.panel_grid(len(chosen), (2.9, 2.9), (0.0, 1.5), 6.0, shared=True)
     low, high, log = _span((both.a.side, both.b.side), chosen)
     x = np.geomspace(low, high, POINTS) if log else np.linspace(high / POINTS, high, POINTS)
     axis = axis_of(both.a.side.results)
     scale, _ = display_unit(axis)
-    for i, (ax, line, at) in enumerate(zip(panels.flat, chosen, places, strict=False)):
+    for i, (ax, line, at) in enumerate(zip(panels, chosen, places, strict=True)):
         for curves, where in zip((both.a, both.b), at, strict=True):
             _curve(curves, where, ax, x, scale)
         axes.level_axis(ax, low, high, log, axis_name(axis))
@@ -73,8 +71,7 @@ def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str],
         text += f"\n{axes.model_name(law_text(line.laws))}" if of_laws else ""
         ax.set_title(axes.wrapped(text, axes.width_of(ax) + 0.5, 9.0), fontsize=9)
         axes.outer_labels(ax, i, columns, len(chosen))
-    axes.remove_spare(panels, len(chosen))
-    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
     first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
     title = _title(titles, medians)
     axes.heading(figure, title, f"bands: {confidence} intervals{first}")
@@ -151,10 +148,6 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
     first = f"; the {len(chosen)} of {len(lines):,} that differ most" if len(chosen) < len(lines) else ""
     axes.heading(figure, _title(titles, lines), f"lines: {confidence} intervals{first}")
     return figure
-
-
-def _drawable(line: Line) -> bool:
-    return line.a.value > 0.0 or line.b.value > 0.0
 
 
 def _title(titles: tuple[str, str], lines: list[Line]) -> str:

@@ -16,6 +16,7 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.totals import chances, chances_of_any
 from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import number_of_motions
+from ..buildings.anchoring import weights_of
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import ENOUGH_MOTIONS
 from ..buildings.outcomes import DAY
@@ -55,8 +56,7 @@ PERIOD = "in 1,000 years"
 class Shaken(NamedTuple):
     """What falls on one side under one law, motion by motion, (…, motion), as annual values or at the level.
 
-    `chance` (item, motion) is of one piece of each line, all others (motion,) of the building; `downtime` and
-    `injuries` are None where the results have none.
+    `chance` (item, motion) is of one piece of each line, all others (motion,) of the building.
     """
 
     chance: Array
@@ -170,18 +170,10 @@ def _quantities(side: Side, yearly: bool) -> list[Quantity]:
     ]
 
 
-def level_weights(side: Side) -> Array:
-    """Return the annual rate that each level stands for; without a hazard 1 for the level of the answer, else 0."""
-    if "level_weight" in side.results:
-        return np.asarray(side.results["level_weight"].values)
-    found = np.zeros(side.results.sizes["level"])
-    found[level_index(side.results, float(side.results.attrs["at_level"]))] = 1.0
-    return found
-
-
 def year_of(side: Side) -> Year:
-    """Return the sums over the levels of a side."""
-    return Year.of(side.results, level_weights(side))
+    """Return the sums over the levels of a side; without a hazard the level of the answer alone."""
+    level = None if "level_weight" in side.results else float(side.results.attrs["at_level"])
+    return Year.of(side.results, weights_of(side.results, level))
 
 
 def _strata(side: Side) -> tuple[Index, ...]:

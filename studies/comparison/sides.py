@@ -50,11 +50,8 @@ class Side(NamedTuple):
 
     def identity(self, part: int) -> str:
         """The hash of all tables (part 0), or of the samples of all motions (part 1)."""
-        return str(self.results.attrs.get("identity", "")).split("-")[part] if self._identified else ""
-
-    @property
-    def _identified(self) -> bool:
-        return str(self.results.attrs.get("identity", "")).count("-") == 1
+        parts = str(self.results.attrs.get("identity", "")).split("-")
+        return parts[part] if len(parts) == 2 else ""
 
 
 class Matched(NamedTuple):
@@ -126,11 +123,7 @@ def _refuse_unfinished(said: Path, folder: Path) -> None:
 
 @contextmanager
 def two_sides(first: Path, second: Path, same: bool = False, verify: bool = False) -> Iterator[tuple[Side, Side]]:
-    """Open two results until the block ends: folders of finished studies, their results, or study files (results/NAME).
-
-    `same` is True where both may be the same, as for two laws of one study. Results that were edited are warned of, and
-    with `verify` refused.
-    """
+    """Open two results until the block ends: folders of finished studies, their results, or their study files."""
     paths = [result_of(one) for one in (first, second)]
     if not same and paths[0].resolve() == paths[1].resolve():
         raise StudyError(f"{first} and {second} are the same results: name another folder, or two laws with --laws")
@@ -218,10 +211,7 @@ def _measure_key(side: Side) -> tuple[str, str, str]:
 
 
 def same_motions(a: Side, b: Side) -> bool:
-    """Return True if both sides were shaken by the same motions in one design, so that replicates can be paired.
-
-    Pieces may be shaken both ways on one side alone: a replicate draws a motion with all its runs.
-    """
+    """True if both sides were shaken by the same motions in one design, so that replicates can be paired."""
     if number_of_motions(a.results) != number_of_motions(b.results) or not a.identity(1):
         return False
     if a.identity(1) != b.identity(1) or a.results.attrs.get("design") != b.results.attrs.get("design"):

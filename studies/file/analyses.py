@@ -274,10 +274,7 @@ class UntilTable(Table):
     ] = 0
 
     def build(self, im: str, motions: int, usual: int = MOST) -> Until:
-        """Return the precision, for so many motions that there are; ValueError where there is none such.
-
-        usual: greatest number of motions where the table names none.
-        """
+        """Return the precision, for so many motions that there are; ValueError where there is none such."""
         asked = self.model_dump(include=set(TARGETS), exclude_none=True)
         if len(asked) > 1:
             raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(sorted(asked))}")

@@ -25,10 +25,7 @@ Value = TypeVar("Value")
 
 
 class TableKind(NamedTuple):
-    """A kind of table: its name, the columns that it may have, and its largest size.
-
-    `sheet` is the name of its sheet in a workbook; a kind without one is read from text alone.
-    """
+    """A kind of table: its name, columns, largest size, and its sheet in a workbook; without one it is text alone."""
 
     name: str
     columns: tuple[str, ...]

@@ -59,10 +59,7 @@ class MergedContent:
 
 
 def read_content(path: Path, table: type[Table]) -> MergedContent:
-    """Read a study file merged with its included files; the fields of `table` tell which keys are paths.
-
-    An included file includes no others, and no key is given twice.
-    """
+    """Read a study file merged with its included files; the fields of `table` tell which keys are paths."""
     own = _parsed(path)
     found: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}

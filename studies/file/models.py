@@ -80,10 +80,7 @@ class ModelTable(Table):
     ] = None
 
     def build(self, blocks: Sequence[Block] = ()) -> Law:
-        """Make the law; ValueError where an option does not belong to it or is out of range.
-
-        blocks: those of the study, whose soft support gives delta where it is not given itself.
-        """
+        """Make the law; ValueError for a wrong option. Soft supports of `blocks` give delta where it is not given."""
         given = self.model_dump(exclude={"law", *SUPPORT})
         options = {k: v for k, v in given.items() if v is not None}
         law = LAWS[self.law]

@@ -374,10 +374,6 @@ PROCESSING = ("baseline_order", "window", "taper_s", "highpass_hz", "lowpass_hz"
 RECORD_UNITS = ("g", "m/s2", "cm/s2", "mm/s2", "gal")
 
 
-def _read_one(path: Path, dt: float | None, unit: str | float | None) -> list[xr.DataArray]:
-    return [shaking.read(path, dt, unit)]
-
-
 PAIR = "pair"
 AXES = {"both": shaking.both_axes, "weak": shaking.weak_axis}
 SHAKES = {"both": BOTH_AXES, "weak": WEAK_AXIS}
@@ -762,7 +758,8 @@ class MotionsTable(Table):
                 raise ValueError("motions.order is of a filter: it needs highpass_hz or lowpass_hz")
             read: dict[Path, list[xr.DataArray]] = {}
             for path in expand(self.records, folder):
-                read[path] = (_read_one if self.component is None else shaking.read_all)(path, self.dt_s, self.unit)
+                given = path, self.dt_s, self.unit
+                read[path] = [shaking.read(*given)] if self.component is None else shaking.read_all(*given)
                 refuse_samples(sum(array.size for arrays in read.values() for array in arrays), "records")
             patterns = [self.records] if isinstance(self.records, str) else self.records
             if self.component in (None, VERTICAL):

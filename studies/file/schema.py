@@ -90,10 +90,7 @@ class MotionSet(NamedTuple):
 
 
 class LookedAt(NamedTuple):
-    """Motions of an analysis that takes them one after the other.
-
-    shaken: all that there are, or the first of a `generator`; number: of all; seed: of their order or of the generator.
-    """
+    """Motions taken one after the other: all or a generator's first, the generator, their number and seed."""
 
     shaken: MotionSet
     generator: Generator | None
@@ -697,10 +694,7 @@ class StudyFile(Table):
         return any(block.sided for block in blocks) if asked is None else asked == BOTH
 
     def design(self, folder: Path, both: bool = False) -> Design:
-        """Make the design of the analysis with its motions, run `both` ways or as they are.
-
-        ValueError where they do not go together.
-        """
+        """Make the design of the analysis with its motions, run `both` ways or as they are; ValueError for a clash."""
         levels = self._levels()  # (errors of the levels are raised before motions are made)
         if self.ida is not None and self.adaptive:
             looked = self._looked_at(folder)
@@ -785,10 +779,7 @@ class StudyFile(Table):
 
 
 def read_study_file(path: Path, target: float | None = None) -> StudyFile:
-    """Read a study file and check it against the schema; StudyError with one sentence where it is not valid.
-
-    target: of all restraints, in place of the targets in the file.
-    """
+    """Read and check a study file; StudyError where it is not valid. target: of all restraints, beyond the file."""
     merged = read_content(path, StudyFile)
     if target is not None:
         _set_targets(path, merged.content, target)

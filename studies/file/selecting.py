@@ -239,10 +239,7 @@ SELECTION = "selection"
 
 
 class Levels(NamedTuple):
-    """Levels of the stripes: the measure, their unit as it is written, its SI value, the levels in SI, and the hazard.
-
-    hazard: the study's, where it has one.
-    """
+    """Levels of the stripes: measure, unit as written, its SI value, levels in SI, and the study's hazard, if any."""
 
     im: str
     unit: str

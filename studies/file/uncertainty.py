@@ -67,10 +67,7 @@ class InputTable(Table):
     weights: Annotated[list[float] | None, KeyInfo("equal", at_least=0.0), Field(description="Their weights.")] = None
 
     def build(self, factor: float = 1.0) -> Distribution:
-        """Make the distribution of the input in SI, `factor` times that of the file.
-
-        ValueError where a key does not belong to it, or is missing or out of range.
-        """
+        """Make the distribution of the input in SI, `factor` times that of the file; ValueError for a wrong key."""
         kind, needed, more = DISTRIBUTIONS[self.distribution]
         refuse_foreign(self, {"distribution", *needed, *more}, f"distribution {self.distribution!r}")
         missing = [name for name in needed if getattr(self, name) is None]

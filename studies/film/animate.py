@@ -1,9 +1,4 @@
-"""Films of a rocking block: the history of one run, drawn to scale and played in real time.
-
-The film shows only the computed history, with one exception: where the record ends before the block lies on its side,
-the rest of the fall is drawn and labelled as such.  `frames` holds times and geometry, `scene` the drawing of a frame,
-and `writers` the files.
-"""
+"""Films of a rocking block: the history of one run, drawn to scale and played in real time."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Walls and restraints in a film: where they are, in what state, and the lines that show them.
-
-Everything is in metres in the frame of the floor: its origin is the middle of the upright block, and the wall behind
-the block is at the left.  Nothing here draws.
-"""
+"""Walls and restraints in a film, in metres from the middle of the upright block, the back to the left."""
 
 from __future__ import annotations
 
@@ -43,10 +39,7 @@ class Face(NamedTuple):
 
 
 class Strap(NamedTuple):
-    """Restraint as it is drawn: its points on the block when upright and on what it is fixed to, and whether it sags.
-
-    A restraint is drawn by its moment arm: a sloping cable as a horizontal one with the same arm.
-    """
+    """Restraint as it is drawn, by its moment arm: its points on the block and what holds it, and whether it sags."""
 
     restraint: Restraint
     on_block: Array

@@ -1,7 +1,4 @@
-"""Times, rotations and floor displacements of a film's frames, and the block's corners in closed form.
-
-Nothing here draws.
-"""
+"""Times, rotations and floor displacements of a film's frames, and the block's corners in closed form."""
 
 from __future__ import annotations
 
@@ -33,10 +30,7 @@ ATTRIBUTES = ("alpha", "p", "block", "model", "configuration")
 
 
 class Frames(NamedTuple):
-    """The state at each frame of a film: time (s), rotation (rad), displacement of the floor (m).
-
-    `drawn` marks the frames after the record, whose fall is drawn and not computed by the engine.
-    """
+    """The state at each frame of a film: time (s), rotation (rad), floor (m), and whether the fall is only drawn."""
 
     time: Array
     rotation: Array
@@ -87,10 +81,7 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
 
 
 def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
-    """Return the rotation (rad) of a rigid block that falls on a quiet floor, every millisecond until it lies flat.
-
-    Return None where the block turns back before it falls.  Walls and restraint are left out.
-    """
+    """Return the rotation (rad) of a rigid block that falls on a quiet floor, every ms; None where it turns back."""
     side = math.copysign(1.0, theta)
     own = sides(block, "exact")[0 if side > 0.0 else 1]
     alpha, p2 = own.alpha, own.q2
@@ -111,8 +102,7 @@ def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
 def corners(block: Block, rotation: float, floor: float = 0.0) -> Array:
     """Return the corners (4, 2) of a block on a floor at height 0, m: bottom left and right, top right and left.
 
-    A rotation (rad) is positive to the right, about the right corner; `floor` is the displacement of the floor, m,
-    which is the x of the middle of the upright block.
+    A rotation (rad) is positive to the right; `floor` is the x of the middle of the upright block.
     """
     return rotated(
         block,

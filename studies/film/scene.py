@@ -1,7 +1,4 @@
-"""The drawing of a film's frames: the block on its floor, to scale, above its rotation over time.
-
-The parts that do not move are drawn once; each frame draws the moving parts over them.
-"""
+"""The drawing of a film's frames: the block on its floor, to scale, above its rotation over time."""
 
 from __future__ import annotations
 

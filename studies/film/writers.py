@@ -54,10 +54,9 @@ def ffmpeg() -> str | None:
 
 @contextmanager
 def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> Iterator[Film]:
-    """Open a film of `size` (width, height, both even) at `path`; the file is complete when the block ends.
+    """Open a film of `size` (width, height, both even) at `path`, .gif or .mp4; if the block fails, there is no file.
 
-    Where the block fails, there is no file. The path ends in .gif or .mp4; `fps` is one of `FRAME_RATES`; `colours` are
-    the palette of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
+    `colours` are the palette of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
     """
     with whole_file(path) as temporary:
         made = _Gif(temporary, fps, size, colours) if path.suffix == ".gif" else _Mp4(temporary, fps, size)

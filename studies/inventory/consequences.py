@@ -1,7 +1,4 @@
-"""Consequences of a fall as distributions: the cost and the downtime of a piece, and the persons whom it injures.
-
-The three are correlated within a piece and independent from piece to piece.  What falls, and where, is not known here.
-"""
+"""Consequences of a fall as distributions: the cost and the downtime of a piece, and the persons whom it injures."""
 
 from __future__ import annotations
 

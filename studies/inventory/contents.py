@@ -1,7 +1,4 @@
-"""The contents of a building: kinds of pieces on floors, with the consequences of their overturning.
-
-Pieces of one row are alike in sizes, restitution and value.  Files are read in `inventory`, runs made in `assessment`.
-"""
+"""The contents of a building: kinds of pieces on floors, with the consequences of their overturning."""
 
 from __future__ import annotations
 
@@ -307,10 +304,7 @@ class Inventory:
             )
 
     def check_supports(self) -> None:
-        """Raise a ValueError where pieces stand on a line that is not there, or may move in a way that is not known.
-
-        A part of an inventory need not hold what its pieces stand on.
-        """
+        """Raise a ValueError where pieces stand on a line that is not there, or may move in a way that is not known."""
         by_label = {row.label: row for row in self.rows}
         for row in self.rows:
             if not row.stands_on:

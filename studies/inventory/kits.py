@@ -42,12 +42,7 @@ class Kit:
         return cls(name, table.build(), table.cost, table.height_m, table.width_m)
 
     def misfit(self, block: Block, height: float | None = None) -> str:
-        """Return why a block cannot have the kit, '' where it can; height: of the anchors on the block, m, if not own.
-
-        A kit must lie within the block: an anchor no higher than its top, an adhesive above its base, a pole at
-        distances from both edges that make up the width; tendons and sloping cables fit only blocks as wide as they are
-        made for.
-        """
+        """Return why a block cannot have the kit, '' where it can; height: of anchors on the block, m, if not own."""
         if block.bed is not None:
             return "cannot hold a piece on a soft bed, for which no restraint is modelled"
         if block.edge is not None:

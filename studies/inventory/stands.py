@@ -16,10 +16,7 @@ from ...motions.supports.support import Support
 
 @dataclass(frozen=True)
 class Stand:
-    """A bench or an isolated platform, which answers the motion of its floor and shakes what stands on it.
-
-    The reaction of what stands on it is left out.
-    """
+    """A bench or an isolated platform, which answers the motion of its floor alone and shakes what stands on it."""
 
     name: str
     support: Support | Isolator

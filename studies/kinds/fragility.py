@@ -172,10 +172,8 @@ class Rated(NamedTuple):
 class FragilityStudy(BlockStudy, Study):
     """Blocks x damping laws x motions.
 
-    `design` holds the motions and their analysis; `friction` and `undecided` (share of the motions) are for the
-    validity screen; `fit` holds the options of the fit, `risk` the hazard and its questions where there is a hazard;
-    `measures` are ranked beside the plain ones (None: no ranking); `outputs` are kept of every run, beside the outputs
-    that the fit needs.
+    `friction` and `undecided` (share of the motions) are for the validity screen; `measures` are ranked beside the
+    plain ones (None: no ranking); `outputs` are kept beside the outputs that the fit needs.
     """
 
     blocks: tuple[Block, ...]

@@ -51,10 +51,7 @@ def reading_of(motions: Motions, generator: Generator | None, building: Building
 
 
 def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: bool = False) -> list[str]:
-    """Return notes on floor histories, a sentence each.
-
-    elastic: whether the study file lets them be scaled; yields: whether they are of the study's own building.
-    """
+    """Return notes on floor histories, a sentence each."""
     if isinstance(motions, FloorHistories):
         if yields:
             return []
@@ -63,11 +60,7 @@ def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: 
 
 
 def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> None:
-    """Raise a ValueError where floor histories would be scaled without saying that the building is elastic.
-
-    levels: the levels to which they are scaled, in words, '' without any; about: whether the histories of an earthquake
-    are scaled to levels about their own, for the modelling uncertainty.
-    """
+    """Raise a ValueError where floor histories would be scaled without saying that the building is elastic."""
     scales = f"{levels} scale" if levels else "performance.modelling_dispersion at a given level scales"
     if (levels or about) and table.floors_file is not None and not table.elastic:
         raise ValueError(
@@ -79,10 +72,7 @@ def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> Non
 
 
 def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -> FloorHistories | None:
-    """Read the floor histories with levels of their own, in the unit of their index; None where there is no index.
-
-    A study may ask for other levels only if it says that one set is scaled to them.
-    """
+    """Read the floor histories with levels of their own, in the unit of their index; None where there is no index."""
     if table.floors_index is None:
         return None
     path = folder / table.floors_index

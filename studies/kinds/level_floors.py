@@ -80,10 +80,7 @@ def what_yields(building: BuildingTable | None, inventory: Inventory) -> str:
 
 
 def check_levels(what: str, asked: PerformanceTable, yearly: bool) -> None:
-    """Raise a ValueError where motions do not go through what yields at each level, or levels about these are needed.
-
-    yearly: whether there is a hazard.
-    """
+    """Raise a ValueError where motions do not go through what yields at each level, or levels about it are needed."""
     if asked.levels is not None and asked.im in (SCALE, *BLOCK_MEASURES):
         raise ValueError(f"{what} needs a measure of the ground motion, got performance.im {asked.im!r}")
     if asked.modelling_dispersion > 0.0 and not yearly:
@@ -102,11 +99,7 @@ def level_floors(
     levels: Array,
     unit: str,
 ) -> LevelFloors:
-    """Scale ground motions (m s-2) to each level (level,), and send them through the building.
-
-    All of the inventory is on the ground without a building; the motions of no other floors are kept. The measure is
-    the plain factor ``scale``, and the unit '', where motions are as they are.
-    """
+    """Scale ground motions (m s-2) to each level (level,), and send them through the building, if there is one."""
     floors = sorted({int(row.floor) for row in inventory.rows})
     table = None if building is None else building.model_copy(update={"floors": floors, "name": None})
     own = levels if unit else np.ones(1)

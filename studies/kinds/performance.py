@@ -34,7 +34,6 @@ from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import (
-    assess,
     check_drawn,
     described,
     distinct_runs,
@@ -43,12 +42,11 @@ from ..buildings.assessment import (
     tells_sides,
 )
 from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
-from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
+from ..buildings.branches import BEYOND, InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
 from ..buildings.notes import (
     UNDIRECTED,
-    branch_notes,
     hazard_notes,
     hazard_shares,
     inventory_notes,
@@ -78,7 +76,8 @@ from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.reading import Reading
 from ..plan.slides import INSTEAD
-from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, level_modelling_note, modelling_note
+from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, level_modelling_note, modelling_note
+from ..text.spread import branch_names
 from ..text.words import level_text
 from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .inventory_motions import (
@@ -683,21 +682,10 @@ class PerformanceStudy(Study):
         assessed = {OF_MOTIONS: found}
         said: list[str] = []
         for name, one in self.further.items():
-            assessed[name] = assess(
-                one.inventory,
-                self.models,
-                one.motions,
-                self.levels,
-                self.im,
-                self._elastic,
-                variability=self.variability,
-                slipping=self.slipping,
-                consequence_correlation=self.correlation,
-                replicates=self.replicates,
-                seed=self.seed,
-                polarity=self.polarity,
-                client=client,
-                progress=part_of(progress, done, self.work),
+            shake = self._shake._replace(motions=one.motions, hazard=None, modelling_dispersion=0.0)
+            told = part_of(progress, done, self.work)
+            assessed[name] = shake.assess(
+                one.inventory, consequence_correlation=self.correlation, client=client, progress=told
             )
             done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
             if not bool(fall_flags(assessed[name]).any()):
@@ -706,7 +694,7 @@ class PerformanceStudy(Study):
         sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.draws, self.correlation)
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
         of_slips = [SLIPS_WITHOUT_BRANCHES] if self.may_slide else []
-        return rates, [*said, *branch_notes(rates), *of_slips]
+        return rates, [*said, *branches_beyond_note(rates[BEYOND].values.tolist(), branch_names(rates)), *of_slips]
 
     def _screened(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Screen the lines of the inventory."""
@@ -725,10 +713,7 @@ class PerformanceStudy(Study):
 
 
 class ShakenBy(NamedTuple):
-    """The motions of a branch, what was read and is doubted of them, and the inventory as it stands on them.
-
-    `elastic`: whether floor histories are scaled as if the building were elastic.
-    """
+    """The motions of a branch, their reading, the inventory on them, and whether histories are scaled as if elastic."""
 
     motions: Motions
     reading: Reading
@@ -746,10 +731,7 @@ class InventoryBranches(NamedTuple):
 def _branches(
     content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory
 ) -> InventoryBranches | None:
-    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks.
-
-    inventory: as it was read, with the directions that the study's own motions may not have.
-    """
+    """Return the weighted branches of a study, None where it has none; `inventory` has the directions as read."""
     spread = study.where != IN_MEAN and study.modelling > 0.0
     if study.hazard is None or (content.branches is None and not spread):
         return None

@@ -52,10 +52,7 @@ FORM = (
 
 @dataclass(frozen=True)
 class PooledStudy(BlockStudy, Study):
-    """A region of free-standing blocks x damping laws, and as many motions as the precision of all medians takes.
-
-    `region` holds all blocks; of `blocks`, one of them, the engine is prepared.
-    """
+    """A region of free-standing blocks x damping laws; of `blocks`, one of them, the engine is prepared."""
 
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]

@@ -160,8 +160,8 @@ class SequentialStudy(FragilityStudy):
         if self.sequence.until.target != RATE:
             return fitted
         factor = modelling_factor(curves, risk, self.fit)
-        found = form_free(fitted.variables, results, factor, risk, self.fit, self.blocks)
-        return fitted._replace(variables=found.variables, notes=[*found.notes, *fitted.notes])
+        found, said = form_free(fitted.variables, results, factor, risk, self.fit, self.blocks)
+        return fitted._replace(variables=found, notes=[*said, *fitted.notes])
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         design = self.sequence if self.slides is None else self.sequence.keeping
@@ -181,11 +181,11 @@ class SequentialStudy(FragilityStudy):
         units, medians = str(runs["level"].attrs["units"]), runs["half_level"].values
         if self.slides is not None:
             falls = {"rate": found["rate"]} if "rate" in found else {}
-            slid = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
-            found |= {name: one.variable for name, one in slid.variables.data_vars.items()}
-            coordinates["slip"] = slid.variables["slip"]
-            medians = np.append(medians, slid.variables[SLIP_HALF].values)
-            said += [*slid.notes, *slide_notes(slid.variables, self.blocks, plane=in_plane(runs))]
+            slid, noted = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
+            found |= {name: one.variable for name, one in slid.data_vars.items()}
+            coordinates["slip"] = slid["slip"]
+            medians = np.append(medians, slid[SLIP_HALF].values)
+            said += [*noted, *slide_notes(slid, self.blocks, plane=in_plane(runs))]
             said += exact_friction_notes(self.slides.exact(self.blocks))
         said += [*median_doubts(medians, units), *notes(runs, self.slides is not None)]
         found |= without_replicates(curves).drop_vars(OF_FIT).data_vars

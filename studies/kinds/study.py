@@ -1,7 +1,4 @@
-"""A study: the content of a study file, ready to be run into one result dataset.
-
-This module holds the parts that all kinds of studies share; each kind has a module of its own.
-"""
+"""A study: the content of a study file, ready to be run into one result dataset."""
 
 from __future__ import annotations
 
@@ -57,7 +54,7 @@ from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
-from ..store.resources import Resources, chunks_of, refuse_shortage
+from ..store.resources import Resources, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
@@ -79,10 +76,7 @@ __version__ = metadata.version("toppling")
 
 
 class Expected(NamedTuple):
-    """About how many runs adaptive levels take (few, usual, many), and of how many motions in words.
-
-    slides: further runs of sliding blocks, as a rule.
-    """
+    """About how many runs adaptive levels take (few, usual, many), of motions in words, and usual runs of slides."""
 
     runs: tuple[int, int, int]
     words: str
@@ -256,8 +250,9 @@ class Study(ABC):
         dt = float(np.mean([record.dt for record in plain]))
         cases = islice(self.cases, MOST_CASES)
         per_sample = float(np.mean([seconds_per_sample(law.oscillator(block), dt) for _, block, law in cases]))
+        samples = sum(record.acceleration.size for record in plain)
         return Resources.of(
-            chunks_of(self.work, [record.acceleration.size for record in plain], per_sample),
+            self.work * samples / len(plain) * per_sample,
             float(self.bytes_a_run * self.work),
             self.stored_bytes,
             self.together + 3.0 * sum(record.acceleration.nbytes for record in plain),
@@ -477,7 +472,7 @@ class Study(ABC):
             except BaseException as error:
                 log.error("ended by %s (%s): %s", type(error).__name__, error, watch.words)
                 raise
-            log.info("finished: %s", watch.all_words)
+            log.info("finished: %s", f"{watch.runs:,} runs, {watch.pace}")
         return results
 
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:

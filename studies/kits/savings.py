@@ -100,26 +100,11 @@ def kit_savings(
 ) -> xr.Dataset:
     """Run an inventory with each of several kits, and return what falls then and what that saves.
 
-    Lines that are not anchored for good get each kit that fits them, in place of the one that holds them. `assessment`
-    is that of the inventory as it is, with ``sides=True`` and the arguments in `shake`; `level` is one of its levels,
-    for probabilities given this level instead of annual rates. Progress counts the runs of all kits. On (model, kit,
-    item), NaN where the kit does not fit the item:
-
-    - ``kit_falls``, ``kit_front_falls``: annual rate at which a piece with the kit falls, in any way and to the
-      front (or the probability given the level); ``kit_falls_saved``, ``kit_front_falls_saved``: those of the piece
-      as it is less those with the kit (negative where the kit makes it worse); with ends of intervals over motions,
-      paired: the same resampled motions shake the piece with and without.  ``kit_saving``: the mean loss that all
-      pieces of the line save by it in a year (or given the level), where something has a value.
-    - ``kit_share_saved``: the falls saved over the falls as it is; NaN where it never falls.
-    - ``kit_breaks``: annual rate at which the kit breaks (or the probability given the level), with its interval.
-    - ``kit_probability``, ``kit_front_probability``, ``kit_broken_probability`` (…, level): all at every level.
-      With a hazard curve ``kit_breaks_at_design``, with its interval: the last at the level that is exceeded with
-      10 % in 50 years, between the levels by straight lines over the logarithm.
-
-    On kit, item or both: ``kit_strength``, of all that hold a piece, ``kit_required_force``, ``kit_static_capacity``
-    and ``kit_half_weight`` (`toppling.models.required_force` and the others), with ``kit_peak_acceleration``, the
-    median over motions of the peak acceleration of the item's floor at the level, or with a hazard curve at the level
-    that is exceeded with 10 % in 50 years.
+    Lines that are not anchored for good get each kit that fits them.  `assessment` is that of the inventory as it
+    is, with ``sides=True`` and the arguments in `shake`; `level` is one of its levels, for probabilities given this
+    level instead of annual rates.  Variables are on (model, kit, item), NaN where the kit does not fit; intervals
+    are paired over motions.  ``kit_peak_acceleration`` is the median over motions of the peak acceleration of the
+    item's floor at the level, or with a hazard at the level that is exceeded with 10 % in 50 years.
     """
     if level is not None and shake.modelling_dispersion > 0.0:
         raise ValueError("savings of kits at a given level hold no modelling_dispersion: give a hazard curve")

@@ -22,11 +22,7 @@ TARGETS = (FALLS, FRONT_FALLS, INJURIES, LOSS)
 
 
 class KitSet(NamedTuple):
-    """The kit of every item ('' where it stays as it is), what they cost, and by how much another set may be better.
-
-    amounts: what is expected of each of `TARGETS` with the set.  met: whether it is enough; where no set is, the kits
-    are '' for all items.
-    """
+    """The kit of every item ('' for none), their cost, gap, expected amounts of `TARGETS`, and whether they are met."""
 
     kits: NDArray[np.object_]
     cost: float
@@ -56,13 +52,8 @@ class _Options:
     def surely_saved(self, name: str) -> Array:
         """Return what each option saves of an amount, none where the interval of what it saves does not exclude 0."""
         saved = self.saved(name)
-        unresolved = (saved > 0.0) & ~self.resolved(name)
-        return np.where(unresolved, 0.0, saved)
-
-    def resolved(self, name: str) -> Flags:
-        """Return whether the lower end of what each option saves of an amount lies above 0, or is not known."""
-        lower = f"kit_{'front_' if name == FRONT_FALLS else ''}falls_saved_lower"
-        return np.asarray(~(self.here[lower].values[self.kit, self.item] <= 0.0))
+        lower = self.here[f"kit_{'front_' if name == FRONT_FALLS else ''}falls_saved_lower"].values
+        return np.where((saved > 0.0) & (lower[self.kit, self.item] <= 0.0), 0.0, saved)
 
     def now(self, name: str) -> float:
         """Return the amount of all items as they are."""
@@ -97,13 +88,11 @@ class _Options:
 def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     """Choose the kits to buy for a sum of money under one law, at most one for the pieces of a line.
 
-    Kits come first for what the code requires to be anchored (as many pieces as the budget allows, with kits that are
-    as strong as the code's demand on the anchor where that is known), then for the most falls saved of pieces that are
-    a matter of safety, then of pieces that the code requires to be anchored, then of the others for what they save in
-    50 years, discounted, beyond their cost; without a hazard, or where nothing has a value, the loss or the falls of
-    the others that they save. Of sets that serve all of this equally it is the cheapest. A kit whose interval of the
-    falls it saves holds 0 counts as one that saves none: it is bought only where the code requires an anchor. So does
-    any kit for pieces whose chances of falling are no ground for advice (`Piece.judged`).
+    Kits come first for what the code requires, strong enough for its demand where known, then for falls saved of
+    pieces that are a matter of safety, then for those of the code, then for what the others save in 50 years,
+    discounted, beyond their cost (without a hazard or values, loss or falls); of equal sets the cheapest.  A kit
+    whose interval of the falls it saves holds 0 counts as one that saves none, as does any kit for pieces whose
+    chances are no ground for advice (`Piece.judged`).
     """
     options = _Options(results, model)
     pieces = _in_order(results, model)
@@ -136,10 +125,8 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
 def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 0) -> KitSet:
     """Choose the cheapest kits with which what is expected of the building is within targets, under one law.
 
-    `targets` are the most that is allowed of some of `TARGETS`, in a year or at the level of the results' table; the
-    set is not `met` where none is enough. Expected falls are at least the rate (or the probability) of any fall, so
-    that a set that meets a target of falls also meets it for the event that anything falls. A kit whose interval of the
-    falls that it saves (of forward falls, for a target of these) holds 0 counts as one that saves none.
+    `targets` are the most that is allowed of some of `TARGETS`, in a year or at the level of the table.  A kit
+    whose interval of the falls that it saves holds 0 counts as one that saves none.
     """
     options = _Options(results, model)
     needs = [(options.surely_saved(name), options.now(name) - most) for name, most in targets.items()]

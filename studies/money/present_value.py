@@ -1,7 +1,4 @@
-"""Money now and money later: what a saving of some years is worth today, and when it has paid a cost.
-
-What falls, and what anything costs, is not known here.
-"""
+"""Money now and money later: what a saving of some years is worth today, and when it has paid a cost."""
 
 from __future__ import annotations
 

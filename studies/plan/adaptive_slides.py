@@ -42,13 +42,6 @@ MOST_SAID = 3
 """Most slips that have a note of their own."""
 
 
-class Known(NamedTuple):
-    """What is known of sliding: variables, and notes of one sentence each."""
-
-    variables: xr.Dataset
-    notes: list[str]
-
-
 class _Curve(NamedTuple):
     """Numbers of the curve of one slip of one block, NaN where they are not known: estimates with their intervals."""
 
@@ -87,21 +80,12 @@ def adaptive_slides(
     falls: Mapping[str, xr.DataArray],
     units: str,
     client: Runner,
-) -> Known:
-    """Return how likely blocks are to slide instead of rocking, and the curves of their slips.
+) -> tuple[xr.Dataset, list[str]]:
+    """Return how likely blocks are to slide instead of rocking, with the curves of their slips, and notes.
 
-    `design` is that of the falls: the same motions, and the same precision for the curve of each slip; `units` are
-    those of the levels, the other arguments as of `Slides.of`.
-
-    On block: ``slides_instead`` and ``friction_near_uplift`` (`Slides.of`). On (block, slip), slip in m:
-    ``slip_half_level`` and ``slip_dispersion`` with their intervals, of the shaking that takes a block further where it
-    slides, in the measure of the levels; ``slip_target`` with its interval, the number whose precision is asked for, of
-    blocks that slide, and its ``slip_half_width``; ``slip_motions_run``, ``slip_runs``, ``slip_stopped_because``,
-    ``slip_account``; and with a hazard ``slip_rate``, 1/year, with its interval: the rate of the curve, or of weighted
-    runs without a curve where the precision asked for is that of a rate, times ``slides_instead``; where it is that of
-    a probability, ``slip_probability`` at its level with its interval, times ``slides_instead``, too. ``gated_rate``:
-    as of `Slides.of`. NaN for blocks that are held or uneven, and medians of blocks that never slide, whose rates are
-    0.
+    `design` is that of the falls: the same motions, and the same precision for the curve of each slip.  With a
+    hazard ``slip_rate``: the rate of the curve, or of weighted runs where the precision asked for is that of a
+    rate, times ``slides_instead``.  NaN for blocks that are held or uneven, and medians of blocks that never slide.
     """
     found = slides.chances(blocks, design.axes != "")
     chance = found[INSTEAD].values
@@ -163,7 +147,7 @@ def adaptive_slides(
         table = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
         found[name] = (("block", "slip"), table, {"units": DIMENSIONLESS, "long_name": text})
     slip = xr.Variable("slip", list(slides.distances), {"units": METRE, "long_name": "slip that is exceeded"})
-    return Known(found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), list(dict.fromkeys(said)))
+    return found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), list(dict.fromkeys(said))
 
 
 def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -> Iterator[_Curve]:

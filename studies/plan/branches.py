@@ -50,10 +50,7 @@ class FittedCurves(NamedTuple):
 
 @dataclass(frozen=True)
 class Branches:
-    """Weights by name of laws (labels), sets of motions and hazard curves; the study's own motions have no design.
-
-    `modelling` is beta_m where it is to be in the fractiles, 0 where it is in the mean rate or not known.
-    """
+    """Weights by name of laws (labels), motions and hazard curves; `modelling` is beta_m in the fractiles, else 0."""
 
     models: dict[str, float]
     motions: dict[str, tuple[OfRuns | None, float]]
@@ -72,14 +69,7 @@ class Branches:
         risk: Risk,
         fit: Fit,
     ) -> xr.Dataset:
-        """Return the rates over all combinations, under the names that they have in the results.
-
-        `own` are the study's own curves with their replicates, of all laws; `fitted` returns those of another design,
-        given its name and itself. `risk` has the rules beyond the ends of hazard curves; `fit` the seed of the pairing
-        of replicates with samples of the modelling uncertainty, the state that counts, and beta_m of the range of the
-        mean. The variables are those of `epistemic_rates`; and ``branch_share_beyond``, the share of each branch's rate
-        from shaking beyond its hazard curve or above its runs, where it is a guess.
-        """
+        """Return the rates over all combinations from `own` curves and the `fitted` ones of each other design."""
         every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [
             Branch(

@@ -17,10 +17,7 @@ POINTS = 10_000
 
 
 def design_level(levels: Array, hazard: HazardCurve) -> float:
-    """Return the level that is exceeded with 10 % in 50 years, in the unit of the levels; NaN beyond the levels.
-
-    The levels (level,) of the runs are > 0 and increase, in the unit of the hazard curve of their measure.
-    """
+    """Return the level that is exceeded with 10 % in 50 years, in the unit of the levels; NaN beyond the levels."""
     axis = np.linspace(math.log(levels[0]), math.log(levels[-1]), POINTS)
     rates = hazard.rate_at(np.exp(axis))
     if not rates[-1] <= DESIGN_RATE <= rates[0]:

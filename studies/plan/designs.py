@@ -1,7 +1,4 @@
-"""Designs of a study's motions: each at every level (ida), a set for each level (stripes), or each once (cloud).
-
-Or each at a few levels of its own, until an answer is as precise as asked (ida with adaptive or pooled levels).
-"""
+"""Designs of a study's motions: each at every level, a set for each level, each once, or at levels of its own."""
 
 from __future__ import annotations
 
@@ -205,10 +202,7 @@ class Incremental(OfRuns):
 
 
 class KeptMotions(Generator):
-    """The motions of a generator, made once as long as they fit into `KEPT_BYTES`; others are made again each time.
-
-    Its `repr` is the generator's, so that results name that, and so are its other properties.
-    """
+    """The motions of a generator, made once as long as they fit into `KEPT_BYTES`; its `repr` is the generator's."""
 
     def __init__(self, generator: Generator) -> None:
         self._generator = generator
@@ -240,11 +234,7 @@ class KeptMotions(Generator):
 
 @dataclass(frozen=True)
 class Sequential(OfRuns):
-    """Motion after motion at a few levels of its own, until the answer is as precise as asked.
-
-    motions, generator, seed, both: as of `Pooled`; state: the damage state of the curves; `hazard` where the precision
-    is that of a rate; screening: what is asked of the screen of its runs.
-    """
+    """Motion after motion at a few levels of its own, until the answer is as precise as asked."""
 
     motions: Motions
     ground: Motions
@@ -291,10 +281,7 @@ class Sequential(OfRuns):
         return self.runs_of(self.until.most, self.until.least)
 
     def runs_of(self, motions: int, first: int) -> int:
-        """Return the number of runs of one block under one law and so many motions, which are run both ways if all are.
-
-        The `first` motions, which look for the curve, have more runs.
-        """
+        """Return the number of runs of one block under one law and so many motions, of which the `first` have more."""
         each = 2 if self.both_ways else 1
         more = exploring(self.runs_per_motion) - self.runs_per_motion
         return each * (motions * self.runs_per_motion + more * first)
@@ -365,11 +352,7 @@ class Events(NamedTuple):
 
 @dataclass(frozen=True)
 class Pooled(Design):
-    """One surface of all blocks under each law: motion after motion, each of which runs several blocks once.
-
-    motions: all that there are, or the first of those that a `generator` makes, which are looked at before anything
-    runs.  seed: that of its motions, of the blocks and of the levels.
-    """
+    """One surface of all blocks under each law: motion after motion, each of which runs several blocks once."""
 
     motions: Motions
     ground: Motions
@@ -440,10 +423,7 @@ class Pooled(Design):
     def falls(
         self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
     ) -> xr.Dataset:
-        """Return how much of the region falls in one event (`toppling.fragility.joint_falls`).
-
-        The motions of a generator are others than those of the surfaces.
-        """
+        """Return how much of the region falls in one event (`toppling.fragility.joint_falls`), under other motions."""
         assert self.events is not None
         motions: Any = list(self.motions)
         if self.generator is not None:
@@ -470,10 +450,7 @@ class Pooled(Design):
 
 @dataclass(frozen=True)
 class Stripes(OfRuns):
-    """A set of motions at each level, scaled to it where `scale` is set, or as they are.
-
-    `selections` says, for each level, how well selected motions agree with the hazard; empty where none are selected.
-    """
+    """A set of motions at each level, scaled to it where `scale` is set; `selections` says how well they agree."""
 
     motions: tuple[Motions, ...]
     ground: tuple[Motions, ...]

@@ -69,10 +69,7 @@ class Fit:
         together: tuple[str, ...] = (),
         telling: Callable[[str, int, int], None] | None = None,
     ) -> xr.Dataset:
-        """Fit the curves of runs, pooled along the dimensions `together`, with their `replicates` if wanted.
-
-        `telling` is called with the name of the work, the number of curves fitted, and the number of all curves.
-        """
+        """Fit the curves of runs, pooled along the dimensions `together`, with their `replicates` if wanted."""
         total = math.prod(runs.sizes.get(dim, 1) for dim in ("block", "model")) * len(motions_by_floor(runs)[1])
         before = 0
 
@@ -111,10 +108,7 @@ class Fit:
         return with_modelling(curves, self.in_mean) if self.in_mean else curves
 
     def chances_of_range(self, curves: xr.Dataset, level: xr.DataArray) -> dict[str, xr.Variable]:
-        """Return chances at levels, of the curves, if all capacities are off by one factor (`with_ends`).
-
-        NaN where a curve without parameters is not known so far.
-        """
+        """Return chances at levels, of the curves, if all capacities are off by one factor (`with_ends`)."""
         ends = []
         for factor in capacity_factors(self.modelling_dispersion):
             seen = level.values / factor

@@ -7,7 +7,6 @@ the fitted curve is a second opinion: its interval takes the form as known and i
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -46,13 +45,6 @@ OF_CURVE = (
 MOST_NAMED = 3
 
 
-class FormFree(NamedTuple):
-    """Rates without a form of curve: variables of the results that take the place of others, and notes."""
-
-    variables: dict[Hashable, xr.DataArray]
-    notes: list[str]
-
-
 def form_free(
     fitted: Mapping[Hashable, xr.DataArray],
     runs: xr.Dataset,
@@ -60,13 +52,8 @@ def form_free(
     risk: Risk,
     fit: Fit,
     blocks: Sequence[Block],
-) -> FormFree:
-    """Return the variables of annual rates with those without a form of curve in the place of the fitted curves'.
-
-    `fitted` are the variables of the fitted curves, under the names that they have in results; `runs` are those of
-    `toppling.ida` at adaptive levels until a rate; `factor` is what the modelling uncertainty multiplies a rate by
-    (`modelling_factor`).
-    """
+) -> tuple[dict[Hashable, xr.DataArray], list[str]]:
+    """Return variables of annual rates without a form of curve, times `factor`, beside fitted ones, and notes."""
     found = dict(fitted)
     dims = fitted["rate"].dims
     for end in ENDS:
@@ -105,7 +92,7 @@ def form_free(
         said.append(OF_THE_MEAN)
     if fit.confidence != CONFIDENCE:
         said.append(f"intervals of rates without a form of curve are of {given_percent(CONFIDENCE)}, as [until] asks")
-    return FormFree(found, said)
+    return found, said
 
 
 def modelling_factor(curves: xr.Dataset, risk: Risk, fit: Fit) -> xr.DataArray | float:

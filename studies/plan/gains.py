@@ -46,12 +46,10 @@ def comparable(blocks: Sequence[Block]) -> dict[int, int]:
 
 
 def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
-    """Return ratios of chances in the years of a study, as `comparable` pairs blocks, with intervals over motions.
+    """Return ratios of chances in the years of a study, as `comparable` pairs blocks; None where none can be compared.
 
-    ``chance_ratio`` with its interval is on the dimensions of the rates, NaN for blocks that are compared with none,
-    and ``compared_with`` on block is the other block, or ''; None where no block can be compared. A replicate draws the
-    same motions for both blocks, so that scatter that both have in common cancels in the ratio. The hazard curve is the
-    mean one where it has realisations: the interval is over motions only.
+    A replicate draws the same motions for both blocks, so that scatter that both have in common cancels in the
+    ratio.
     """
     pairs = comparable(blocks)
     if not pairs:
@@ -62,10 +60,7 @@ def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: f
 
 
 def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
-    """Return the ratios of `gains` from the rates of the blocks that are compared, or of all blocks.
-
-    rates: ``rate`` and ``rate_sample`` of these blocks, in the order of `blocks`; None without samples or pairs.
-    """
+    """Return the ratios of `gains` from the rates of the blocks that are compared; None without samples or pairs."""
     pairs = comparable(blocks)
     if not pairs or "rate_sample" not in rates:
         return None

@@ -22,13 +22,7 @@ FAR = 1.5
 
 
 class Reading(NamedTuple):
-    """Doubts in records as they are used, their processing (a line for each record, or one for all), and scenarios.
-
-    scenario: a line for each simulated earthquake, with the medians of its motions over those of a ground-motion model.
-    far: the doubts in these amplitudes, which matter where motions are not scaled.
-    variability: how much the spectra differ; None of pulses and floor motions.  storeys: how far those of a building
-    yield, a line for each set of motions.
-    """
+    """Doubts in records, processing, scenarios, doubts in amplitudes (motions unscaled), spectra's spread, storeys."""
 
     doubts: tuple[Doubt, ...] = ()
     processing: tuple[str, ...] = ()

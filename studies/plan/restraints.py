@@ -42,12 +42,10 @@ def any_held(blocks: Sequence[Block]) -> bool:
 def ruptures(
     runs: xr.Dataset, blocks: Sequence[Block], confidence: float, hazard: HazardCurve | None = None
 ) -> xr.Dataset:
-    """Return the shares of the motions in which the restraints of blocks break.
+    """Return the shares of the motions in which the restraints of blocks break, NaN of blocks without one.
 
-    ``broken_probability`` with its interval is on the dimensions of `overturning_probability`, NaN of blocks without a
-    restraint; with a hazard curve of the measure of the levels ``broken_at_design``, the same at the level that is
-    exceeded with 10 % in 50 years (between the levels by straight lines over the logarithm; NaN beyond them), which is
-    the coordinate ``design_level``.
+    With a hazard curve of the measure of the levels also at the level that is exceeded with 10 % in 50 years,
+    between the levels by straight lines over the logarithm.
     """
     flags = runs.assign(overturned=runs[FLAG])
     counted = gathered(lambda part: overturning_probability(part, confidence), flags)

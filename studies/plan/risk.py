@@ -67,11 +67,7 @@ class Risk:
     along: str | None = None
 
     def check(self, design: Design, file_of_floors: bool = False) -> None:
-        """Check that the hazard curve is of the same place as the levels, before anything runs.
-
-        A hazard of a floor needs exactly one floor, and levels of its motion; a hazard of the ground levels of the
-        ground. `file_of_floors`: the floor motions are of another program, so that their ground motions are not known.
-        """
+        """Check that hazard curve and levels are of one place; `file_of_floors`: ground motions are not known."""
         floors = design.floors
         upper = [floor for floor in floors if floor not in GROUND_FLOORS]
         if self.hazard.at == FLOOR:
@@ -106,12 +102,7 @@ class Risk:
     ) -> xr.Dataset:
         """Compute the rates of curves, and the size that meets the target, under the names that they have in results.
 
-        `highest` and `lowest` are the ends of the shaking that was run, in the measure of the curves, SI; on block
-        where they depend on the block. `telling` is called with the name of the work, the number of blocks that have
-        their rates, and the number of all blocks. The variables are those of `annual_rate` and `size_for_rate`, with
-        names of `RISK_NAMES` and ``size_…``; and ``rate_share_below_levels`` and ``rate_share_above_levels``, the
-        shares of each rate from shaking below `lowest` and above `highest`; ``rate_above_highest_level``, how often it
-        shakes more strongly than `highest`, and ``probability_at_highest_level``, how far the curve has risen there.
+        `highest` and `lowest` are the ends of the shaking that was run, in the measure of the curves, SI.
         """
         rates = self._slab_by_slab(curves, confidence, telling)
         found = rates.drop_vars("rate_sample", errors="ignore").rename(
@@ -146,10 +137,7 @@ class Risk:
         return worded(found, state_name(state))
 
     def size_of(self, rates: xr.Dataset, confidence: float) -> xr.Dataset:
-        """Return the size `along` that meets the target, under the names that it has in results.
-
-        rates: of every block, with ``rate_sample``, as `rates` returns them.
-        """
+        """Return the size `along` that meets the target, under the names that it has in results."""
         assert self.along is not None
         size = size_for_rate(rates, self.along, probability=self.target, years=self.years, confidence=confidence)
         return size.rename({str(name): f"size_{name}" for name in size.data_vars})
@@ -203,10 +191,7 @@ class Risk:
         return found
 
     def modelling_range(self, curves: xr.Dataset, modelling: float) -> dict[str, xr.Variable]:
-        """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`).
-
-        curves: without modelling uncertainty.  modelling: beta_m, 0 for the usual one.
-        """
+        """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`)."""
         rules = self.below, self.above, OUTSIDE
         ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
         (dims, *_), rates = zip(*((dims, bounded(rates)) for dims, rates in ends), strict=True)

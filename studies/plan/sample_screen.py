@@ -34,12 +34,10 @@ def screen_samples(
     runner: Runner,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Screen all samples of one block together.
+    """Screen all samples of one block together, as `summary_screen`, with the nominal block on block.
 
-    `block` is the nominal one, `pairs` (sample, model) have the block and the law of every sample, and `overturned` is
-    on (model, sample, level, motion); `undecided` is the share of the motions whose flags are tested. The variables are
-    those of `summary_screen`, with the nominal block on block: squat and friction_uplift are its own, shares are of the
-    runs of all samples, and demands the greatest among them.
+    `pairs` (sample, model) have the block and the law of every sample, and `overturned` is on (model, sample,
+    level, motion); shares are of the runs of all samples, and demands the greatest among them.
     """
     plain = records(design.motions)
     ground = ground_of(plain, records(design.ground)) if design.ground else None

@@ -22,10 +22,7 @@ NO_CAPACITY = "no_capacity_shares"
 
 
 def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
-    """Compute probabilities with their spread over samples, and shares of the variance of flags and capacities.
-
-    ``overturned`` of the runs is on (model, sample, level, motion), as `uncertain_ida` returns it.
-    """
+    """Compute probabilities with their spread over samples, and shares of the variance of flags and capacities."""
     probability = overturning_probability(runs, fit.confidence)["probability"]
     alone = [dim for dim in FACTORS if runs.sizes[dim] == 1]
     told = [dim for dim in FACTORS if dim not in alone]
@@ -62,10 +59,7 @@ def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 
 
 def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
-    """Fit the curve of all samples together, on model; with its replicates where `keep` is set.
-
-    Every sample of a motion is a run of that motion: intervals are over motions, and the samples stay as they are.
-    """
+    """Fit the curve of all samples, each a run of its motion, on model; with its replicates where `keep` is set."""
     of_one = runs[["overturned"]].drop_vars([name for name, one in runs.coords.items() if "sample" in one.dims])
     return fit.curves(of_one, replicates=keep, together=("sample",))
 
@@ -78,13 +72,10 @@ def yearly(
     lowest: xr.DataArray | float,
     confidence: float,
 ) -> xr.Dataset:
-    """Compute the rates of the curve of all samples, and of the curve of every sample.
+    """Compute the rates of the curve of all samples (`pooled`), and of the curve of every sample (`own`).
 
-    `pooled` and `own` are `pooled_curves` and `fitted`. The variables are those of `Risk.of`, of the pooled curve; and
-    ``sample_rate``, ``sample_rate_mean``, ``sample_rate_quantile`` and ``sample_risk_probability_mean``. Samples
-    without a curve are left out of all of these. The unknown properties of a block do not change from earthquake to
-    earthquake: the probability in some years is the mean of 1 - exp(-rate years) over samples, which is less than the
-    probability of the mean rate.
+    The unknown properties of a block do not change from earthquake to earthquake: the probability in some years is
+    the mean of 1 - exp(-rate years) over samples, which is less than the probability of the mean rate.
     """
     each = risk.rates(own, confidence)["rate"]
     text = "annual rate of overturning"

@@ -36,10 +36,7 @@ _BY_STRIPE = {
 
 
 def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequence[xr.DataArray]]) -> xr.Dataset:
-    """Return the reports of all stripes as variables on the stripes and measures.
-
-    motions: those of each stripe, whose labels tell which candidates neighbouring stripes share.
-    """
+    """Return the reports of all stripes as variables on the stripes and measures; motions: those of each stripe."""
     levels = [one.attrs["level"] for one in reports]
     joined = xr.concat([one.drop_vars("unit") for one in reports], "stripe", join="outer", combine_attrs="override")
     names = [str(one) for one in joined["measure"].values]

@@ -68,12 +68,7 @@ IN_PLANE = (
 
 @dataclass(frozen=True)
 class Slides:
-    """Friction of a study's blocks, and the slips (m) whose chances are wanted.
-
-    `polarity`: whether a block whose edges differ in front and behind slides both ways; own: friction of blocks that
-    have another, by label, with kinetic over static friction where that is another, too.  `trip`: distance from the
-    foot to an obstacle on either side, m; own_trips: that of blocks that have another.
-    """
+    """Friction of blocks, also by label, ratios, distances to obstacles and slips, m, and polarity of uneven edges."""
 
     friction: Friction
     kinetic_ratio: float = 1.0
@@ -112,17 +107,10 @@ class Slides:
     ) -> xr.Dataset:
         """Return the chances of sliding and of slips, and those of overturning where blocks rock.
 
-        `runs` are those of blocks that cannot slide; `falls` is what is known of their falls, ``probability`` at
-        levels, ``rate`` and its interval with a hazard; `client` is told of the further runs block by block.
-
-        On block: ``slides_instead``, the chance of a friction below b/h, with which the block slides and never rocks,
-        and ``friction_near_uplift``, that of one between b/h and 1.3 b/h. On (block, [floor], level):
-        ``slide_probability``; with slip (m): ``slip_probability`` with its interval, and without level ``slip_rate``,
-        1/year. ``gated_probability`` and ``gated_rate``: those of overturning times the chance that the block rocks.
-        NaN for blocks that are held or uneven. Where blocks are near edges, and NaN for the others, also those of
-        `_falls`. Where blocks are near obstacles, and NaN for the others: ``trip_distance``, m; ``trip_probability`` on
-        (block, [floor], level) and ``trip_rate`` on (block, [floor]), with intervals. The attribute ``slides_on`` holds
-        the numbers of the motions at whose end blocks still slide.
+        `runs` are those of blocks that cannot slide; `falls` is what is known of their falls, ``probability``
+        at levels, ``rate`` and its interval with a hazard; `client` is told of the further runs block by block.
+        ``slides_instead`` is the chance of a friction below b/h, with which the block slides and never rocks,
+        ``friction_near_uplift`` that of one between b/h and 1.3 b/h; NaN for blocks that are held or uneven.
         """
         free = free_of(blocks)
         parts: list[xr.Dataset] = []
@@ -157,10 +145,7 @@ class Slides:
         return found.assign_attrs({SLIDES_ON: sorted(cut)} if cut else {})
 
     def chances(self, blocks: Sequence[Block], plane: bool) -> xr.Dataset:
-        """Return the chances of the friction itself (`of`) on block, NaN for blocks that are held or uneven.
-
-        plane: whether both horizontal components shake.
-        """
+        """Return the chances of the friction itself (`of`) on block, NaN for blocks that are held or uneven."""
         found = np.full((2, len(blocks)), np.nan)
         for i in free_of(blocks):
             friction, level = self.friction_of(blocks[i]), blocks[i].b / blocks[i].h
@@ -172,11 +157,7 @@ class Slides:
         )
 
     def _run(self, rocking: xr.Dataset, motions: Any, block: Block, client: Runner) -> xr.Dataset:
-        """Return the runs of one block with random friction; both ways where that matters and nothing says otherwise.
-
-        Front and back change places where the floor moves the other way, and nothing tells which of the two reaches
-        a block.
-        """
+        """Return the runs of one block with random friction; both ways where front and back differ."""
         edge = block.edge
         sided = edge is not None and edge.front != edge.back
         polarity = self.polarity if sided else AS_RECORDED
@@ -222,13 +203,9 @@ class Slides:
     def _falls(self, runs: xr.Dataset, rocking: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
         """Return the chances of one block near an edge to fall off, and to fall at all.
 
-        `runs` have random friction, `rocking` are those as if it could not slide. ``fall_off_probability`` is on
-        (block, [floor], level) and ``fall_off_rate`` on (block, [floor]), with intervals; ``falls_probability`` on
-        (block, model, [floor], level): of runs in which it falls off or, under the same motion, overturns as if it
-        could not slide; and ``more_rate`` on (block, model, [floor]): by how much its falls over an edge raise the rate
-        of overturning, of isotonic curves of the same resamples. Isotonic regression keeps the order of its data, so
-        that the raise is never negative between the levels; beyond them falls of either kind are taken as high and
-        overturning as low as they can be.
+        `runs` have random friction, `rocking` are those as if it could not slide; ``more_rate`` is by how much
+        falls over the edge raise the rate of overturning, of isotonic curves of the same resamples, which keep
+        the order of their data.
         """
         off = overturning_probability(runs, fit.confidence, FALLEN_OFF).isel(model=0, drop=True)
         ways = runs.sizes["motion"] // rocking.sizes["motion"]
@@ -281,10 +258,7 @@ def free_of(blocks: Sequence[Block]) -> list[int]:
 
 
 def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of what is known of falls.
-
-    slides: the chance (block,) that a block slides instead of rocking.
-    """
+    """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of what is known of falls."""
     rocks = 1.0 - slides.variable
     found = {}
     for name, ungated, text, units in (
@@ -301,9 +275,8 @@ def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, 
 def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:
     """Return the rate of falls of either kind, and the chances of falls over an edge and of either in some years.
 
-    The rate of overturning and its raise are added, and so are the ends of their intervals: these are the ends of the
-    sum of two quantities that grow together.  A block that overturned in no run has no rate of overturning, which then
-    counts as 0.
+    The ends are those of the sum of two quantities that grow together; a block that overturned in no run has no
+    rate of overturning, which then counts as 0.
     """
     never = (falls["probability"] == 0.0).all("level")
     more: dict[str, xr.DataArray] = {}
@@ -358,10 +331,7 @@ def of_near(plane: bool) -> str:
 def slide_notes(
     found: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
 ) -> list[str]:
-    """Return what limits the results on sliding, one sentence each.
-
-    motions: their labels; `plane`: whether both horizontal components shake.
-    """
+    """Return what limits the results on sliding, one sentence each."""
     on = np.isin(np.arange(len(motions)), found.attrs.get(SLIDES_ON, []))
     said = [one.sentence for one in end_doubts(on, motions)]
     if TRIP in found:

@@ -112,10 +112,7 @@ def remainder(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> 
 
 
 def anchoring_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of the savings from anchoring each item, under every law.
-
-    A second panel shows what is left as items are anchored.
-    """
+    """Return the figure of the savings from anchoring each item under every law, and of what is left as items are."""
     ranking = ranking_in(results)
     laws = selection.laws(ranking)
     n = len(order_of(ranking))

@@ -48,8 +48,6 @@ def inventory(
     results : xarray.Dataset
         A performance study's results, or the dataset that `toppling.studies.assess` returns; for the last two views
         also the dataset that `toppling.studies.anchoring` returns.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
     view : {"levels", "exceedance", "anchoring", "left"}
         Mean and quantiles against the level; annual rates of exceedance; what anchoring each item saves; what is left
         as the items are anchored one by one.
@@ -59,10 +57,8 @@ def inventory(
     place : str, optional
         ``building``, or a floor as the results call it (``floor 2``).  By default the building; for exceedance under
         one law the building and every floor.
-    model : str, optional
-        Label of one damping law; all laws by default.
-    color : str, optional
-        Matplotlib's colour for one law.
+    ax, model, color : optional
+        As for `fragility`.
 
     Returns
     -------
@@ -97,8 +93,7 @@ def inventory(
     if view in ("anchoring", "left"):
         ranking = ranking_in(results)
         laws = selection.laws(ranking, model, color)
-        if ax is None:
-            ax = axes.new(6.4, max(3.0, 0.3 * ranking.sizes["item"] + 1.4) if view == "anchoring" else 4.0)
+        ax = ax or axes.new(6.4, max(3.0, 0.3 * ranking.sizes["item"] + 1.4) if view == "anchoring" else 4.0)
         (bars if view == "anchoring" else remainder)(ranking, laws, ax)
         if alone:  # (bars become shorter downwards and leave room for a legend)
             axes.own_legend(ax, "lower right" if view == "anchoring" else "best")
@@ -112,8 +107,7 @@ def inventory(
     if place is not None:
         checks.choice("place", place, places)
     laws = selection.laws(results, model, color)
-    if ax is None:
-        ax = axes.new(6.4, 4.4)
+    ax = ax or axes.new(6.4, 4.4)
     if view == "levels":
         _levels(results, laws, chosen, place or BUILDING, ax)
     else:
@@ -262,22 +256,15 @@ def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[
 
 
 def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
-    """Return the figure of what overturns against the level, under every law: a panel for the building and each floor.
-
-    The `quantity` is as of `inventory`.
-    """
+    """Return the figure of what overturns against the level: a panel for the building and each floor, all laws."""
     places = [str(place) for place in results["place"].values]
     if len(places) == 2:  # a single floor is the same as the building
         places = places[1:]
-    columns = axes.columns_for(len(places))
-    rows = math.ceil(len(places) / columns)
-    figure = axes.figure(max(2.8 * columns, 6.0), 2.7 * rows + 1.3)
-    panels = figure.subplots(rows, columns, squeeze=False)
-    for i, (ax, place) in enumerate(zip(panels.flat, places, strict=False)):
+    figure, panels, columns = axes.panel_grid(len(places), (2.8, 2.7), (0.0, 1.3), 6.0)
+    for i, (ax, place) in enumerate(zip(panels, places, strict=True)):
         inventory(results, ax, quantity=quantity, place=place)
         axes.outer_labels(ax, i, columns, len(places), ticks=False)
-    axes.remove_spare(panels, len(places))
-    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
     what = _name(results, quantity)
     laws = selection.laws(results)
     text = f"{what} under {_motions(results)}"
@@ -295,26 +282,22 @@ def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
 def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
     """Return the figure of annual rates at which a loss (or a number of pieces) is exceeded, a panel for each law."""
     laws = selection.labels(results, "model")
-    columns = axes.columns_for(len(laws))
-    rows = math.ceil(len(laws) / columns)
-    width = 6.6 if columns == 1 else 2.7 * columns + 0.6
-    figure = axes.figure(width, (3.6 if columns == 1 else 3.2) * rows + 1.2)
-    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    bottoms, tops = [], []
-    for i, (ax, law) in enumerate(zip(panels.flat, laws, strict=False)):
+    each, beside = ((0.0, 3.6), (6.6, 1.2)) if axes.columns_for(len(laws)) == 1 else ((2.7, 3.2), (0.6, 1.2))
+    figure, panels, columns = axes.panel_grid(len(laws), each, beside, shared=True)
+    ends = []
+    for i, (ax, law) in enumerate(zip(panels, laws, strict=True)):
         inventory(results, ax, view="exceedance", quantity=quantity, model=law or None)
-        bottoms.append(ax.get_ylim()[0])
-        tops.append(ax.get_ylim()[1])
+        ends.append(ax.get_ylim())
         axes.outer_labels(ax, i, columns, len(laws))
-    panels[0, 0].set_ylim(min(bottoms), max(tops))
-    for i, ax in enumerate(list(panels.flat)[: len(laws)]):
-        if i % columns == columns - 1 or i == len(laws) - 1:
+    bottoms, tops = zip(*ends, strict=True)
+    panels[0].set_ylim(min(bottoms), max(tops))
+    for i, ax in enumerate(panels):
+        if i % columns == columns - 1 or ax is panels[-1]:
             years = ax.secondary_yaxis("right", functions=(_inverse, _inverse))
             years.set_ylabel("return period (years)")
             years.yaxis.set_minor_formatter(NullFormatter())
             years.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
-    axes.remove_spare(panels, len(laws))
-    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
     alone = fallen_word(results) == "overturned"
     verb = "overturns" if alone else "falls"
     what = {

@@ -28,7 +28,6 @@ from matplotlib.ticker import (
     NullFormatter,
     NullLocator,
 )
-from numpy.typing import NDArray
 
 __all__ = [
     "COLOURS",
@@ -52,8 +51,8 @@ __all__ = [
     "on_a_phone",
     "outer_labels",
     "own_legend",
+    "panel_grid",
     "plain_log",
-    "remove_spare",
     "round_ticks",
     "width_of",
     "wrapped",
@@ -127,10 +126,7 @@ def model_name(label: str) -> str:
 
 
 def wrapped(text: str, inches: float, size: float = 10.0) -> str:
-    """Return a text in lines that fit into a width and are about equally long.
-
-    Lines break at spaces; no-break spaces hold.  `size` is the size of the letters in points.
-    """
+    """Return a text in lines about equally long that fit into a width; `size` is the size of the letters in points."""
     most = max(8, int(LETTERS * inches * 10.0 / size))
     return "\n".join("\n".join(_even(line, most)) for line in text.split("\n"))
 
@@ -176,11 +172,30 @@ def columns_for(panels: int) -> int:
     return 1 if not has_room() else 2 if panels == 4 else min(PANEL_COLUMNS, panels)
 
 
-def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = True) -> None:
-    """Keep the axis labels of panel `i` only at the left and the lower edge of the panels, which fill row by row.
+def panel_grid(
+    number: int,
+    each: tuple[float, float],
+    beside: tuple[float, float],
+    least: float = 0.0,
+    columns: int | None = None,
+    shared: bool = False,
+) -> tuple[Figure, list[Axes], int]:
+    """Return a figure, its panels, which fill row by row, and the number of their columns.
 
-    With `ticks` the same holds for the numbers at the ticks, as for panels that share their axes.
+    `each` is the width and the height of a panel, and `beside` of what stands beside them, in; `least` is the least
+    width of the figure.
     """
+    columns = columns_for(number) if columns is None else columns
+    rows = math.ceil(number / columns)
+    whole = figure(max(each[0] * columns + beside[0], least), each[1] * rows + beside[1])
+    panels = list(whole.subplots(rows, columns, squeeze=False, sharex=shared, sharey=shared).flat)
+    for ax in panels[number:]:
+        ax.remove()
+    return whole, panels[:number], columns
+
+
+def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = True) -> None:
+    """Keep the axis labels of panel `i`, and with `ticks` the numbers, only at the left and the lower edge."""
     left, below = i % columns == 0, i + columns >= panels
     if not left:
         ax.set_ylabel("")
@@ -188,12 +203,6 @@ def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = T
         ax.set_xlabel("")
     if ticks:
         ax.tick_params(labelleft=left, labelbottom=below)
-
-
-def remove_spare(axes: NDArray[Any], panels: int) -> None:
-    """Remove the axes of a grid that come after its number of panels."""
-    for ax in list(axes.flat)[panels:]:
-        ax.remove()
 
 
 def grid(ax: Axes, along: str = "both") -> None:
@@ -207,10 +216,7 @@ def grid(ax: Axes, along: str = "both") -> None:
 
 
 def named_rows(ax: Axes, names: Sequence[str], **text: Any) -> None:
-    """Name the rows of horizontal bars or dots, the first on top, and draw the grid across them.
-
-    `text` holds matplotlib's options for the names.
-    """
+    """Name the rows of horizontal bars or dots, the first on top, and draw the grid across them."""
     ax.set_yticks(range(len(names)), names, **text)
     ax.set_ylim(len(names) - 0.4, -0.6)
     grid(ax, "x")
@@ -260,9 +266,8 @@ def plain_log(ax: Axes) -> None:
 
     def text(value: float, _: int | None = None) -> str:
         left, right = ax.get_xlim()
-        if right > (10.0 if value < 1e-3 else 100.0) * left and not _is_power(value):
-            return ""
-        return plain_number(value)
+        is_power = value > 0.0 and abs(math.log10(value) - round(math.log10(value))) < 1e-9
+        return plain_number(value) if is_power or right <= (10.0 if value < 1e-3 else 100.0) * left else ""
 
     ax.xaxis.set_major_formatter(FuncFormatter(text))
     for one in ax.artists:
@@ -345,8 +350,3 @@ class MinorTicks(Artist):
         )
         ticks.set_figure(figure)
         ticks.draw(renderer)
-
-
-def _is_power(value: float) -> bool:
-    """Return True if a number is a power of ten."""
-    return value > 0.0 and abs(math.log10(value) - round(math.log10(value))) < 1e-9

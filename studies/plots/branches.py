@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator
 from ...core.wording import two_digits
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ..text.spread import WORDS
-from ..text.words import floor_name
+from ..text.words import by_place
 from . import axes
 
 MOST_ROWS = 16
@@ -26,7 +26,7 @@ def spread_figure(results: xr.Dataset) -> Figure:
     flat = results[["epistemic_rate", "epistemic_rate_fractile", "epistemic_spread", "branch_rate"]]
     flat = flat.stack(row=dims, create_index=False) if len(dims) > 1 else flat.rename({dims[0]: "row"})
     flat = flat.isel(row=slice(MOST_ROWS))
-    names = _names(results, dims)[:MOST_ROWS]
+    names = [name for name, _ in by_place(results, dims)][:MOST_ROWS]
     rows = len(names)
     height = 1.9 + 0.55 * rows
     if axes.has_room():
@@ -94,10 +94,3 @@ def _years(
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     with np.errstate(divide="ignore"):
         return 1.0 / np.asarray(value, dtype=float)
-
-
-def _names(results: xr.Dataset, dims: tuple[object, ...]) -> list[str]:
-    blocks = [str(one) for one in results["block"].values]
-    if "floor" not in dims:
-        return blocks
-    return [f"{block}, {floor_name(str(floor))}" for block in blocks for floor in results["floor"].values]

@@ -1,4 +1,4 @@
-"""Figures that compare intensity measures: their dispersions, and the trend of the capacity with a covariate."""
+"""Figures that compare intensity measures by their dispersions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.special import stdtrit
 
 from ...core.wording import percent
 from ..plan.estimates import RANK, ranking_of_measures
@@ -34,14 +33,9 @@ def measures(
     ----------
     results : xarray.Dataset
         Results of a study with ``[measures]``, or the dataset that `toppling.fragility.rank_measures` returns.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure.
-    block, model : str, optional
-        Labels of a block and a damping law; each is needed where there are several.
-    floor : int or str, optional
-        The floor; needed where the results are of several floors.
-    color : str, optional
-        Matplotlib's colour for the measures that cannot be distinguished from the best.
+    ax, block, model, floor, color : optional
+        As for `fragility`, but a law is needed where there are several; the colour is of the measures that cannot be
+        distinguished from the best.
 
     Returns
     -------
@@ -82,15 +76,10 @@ def measures(
 def ranking(
     found: xr.Dataset, ax: Axes | None = None, order: list[str] | None = None, color: str | None = None
 ) -> Axes:
-    """Draw the dispersion of the capacity in every measure (over its power) with its interval, the best on top.
-
-    Full dots: measures that the paired differences do not distinguish from the best, in `color`; hollow dots: worse
-    measures. `found` is `fragility.rank_measures` of one block and one law (and one floor); `order` has the measures
-    from top to bottom, by rank by default.
-    """
-    _check_single(found, "dispersion")
-    if ax is None:
-        ax = axes.new(6.0, 0.28 * found.sizes["measure"] + 1.3)
+    """Draw the dispersion of the capacity in every measure (over its power), with its interval, by `order` or rank."""
+    if found["dispersion"].dims != ("measure",):
+        raise ValueError(f"one block and one law are drawn, got {dict(found['dispersion'].sizes)}: select them")
+    ax = ax or axes.new(6.0, 0.28 * found.sizes["measure"] + 1.3)
     here = found.sel(measure=order or by_rank(found))
     y = np.arange(here.sizes["measure"])
     best = np.nanmin(here["amplitude_dispersion"].values, initial=math.inf)
@@ -108,8 +97,8 @@ def ranking(
         low, high = (one[f"amplitude_dispersion_{end}"].item() for end in ("lower", "upper"))
         ax.plot([low, high], [at, at], color=colour, lw=1.6, solid_capstyle="butt")
         ax.plot(value, at, "o", ms=6.0, color=colour, mfc="white" if worse else colour, mew=1.4)
-    powers = here["power"].values
-    axes.named_rows(ax, list(map(measure_at, *_names(here), powers.tolist())))
+    names = (map(str, here[name].values) for name in ("measure", "measure_long_name"))
+    axes.named_rows(ax, list(map(measure_at, *names, here["power"].values.tolist())))
     ax.set_xlim(0.0, _largest(here))
     ax.set_xlabel("dispersion of the capacity")
     return ax
@@ -133,16 +122,10 @@ def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str
     label = selection.labels(found, "block")[0] if block is None else block
     here = selection.one(found, block=label, floor=floor)
     where = label if floor is None else f"{label}, {floor_name(floor)}"
-    laws = here.sizes["model"]
-    columns = axes.columns_for(laws)
-    rows = math.ceil(laws / columns)
-    height = 0.24 * here.sizes["measure"] + 0.75
-    width = max(2.6 * columns + 1.8, 6.0)
-    figure = axes.figure(width, height * rows + 1.2)
-    panels = figure.subplots(rows, columns, squeeze=False, sharey=True, sharex=True)
+    laws, height = here.sizes["model"], 0.24 * here.sizes["measure"] + 0.75
+    figure, panels, columns = axes.panel_grid(laws, (2.6, height), (1.8, 1.2), 6.0, shared=True)
     order = by_rank(here)
-    axes.remove_spare(panels, laws)
-    for i, ax in enumerate(panels.flat[:laws]):
+    for i, ax in enumerate(panels):
         one = here.isel(model=i)
         ranking(one, ax, order)
         ax.set_xlim(0.0, _largest(here))
@@ -156,38 +139,3 @@ def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str
     )
     axes.heading(figure, str(found.attrs.get("title", "Intensity measures")), text)
     return figure
-
-
-def sufficiency(found: xr.Dataset, covariate: str, ax: Axes | None = None, order: list[str] | None = None) -> Axes:
-    """Draw the trend of the capacity with a covariate in every measure, with its interval; arguments as `ranking`.
-
-    A sufficient measure leaves no trend.
-    """
-    _check_single(found, "dispersion")
-    here = found.sel(measure=order or by_rank(found), covariate=covariate)
-    if ax is None:
-        ax = axes.new(6.0, 0.28 * found.sizes["measure"] + 1.3)
-    level = float(found.attrs["confidence"])
-    n = int(here["covariate_motions"])
-    half = stdtrit(max(n - 2, 1), 0.5 + 0.5 * level) * here["slope_se"].values
-    slope, p = here["slope"].values, here["p_value"].values
-    y = np.arange(slope.size)
-    ax.axvline(0.0, color="0.7", lw=0.8, ls=(0, (4, 2)), zorder=0)
-    for at in y[np.isfinite(slope)]:
-        trend = p[at] < 1.0 - level
-        colour = axes.COLOURS[1] if trend else axes.COLOURS[0]
-        ax.plot(slope[at] + half[at] * np.array([-1.0, 1.0]), [at, at], color=colour, lw=1.6, solid_capstyle="butt")
-        ax.plot(slope[at], at, "s" if trend else "o", ms=5.5, color=colour, mfc="white" if trend else colour, mew=1.4)
-    axes.named_rows(ax, list(map(measure_at, *_names(here))))
-    ax.set_xlabel(f"slope of ln capacity on {here['covariate_long_name'].item()}")
-    return ax
-
-
-def _names(found: xr.Dataset) -> tuple[list[str], list[str]]:
-    """Return the labels of measures, and their long names."""
-    return [str(one) for one in found["measure"].values], [str(one) for one in found["measure_long_name"].values]
-
-
-def _check_single(found: xr.Dataset, name: str) -> None:
-    if found[name].dims != ("measure",):
-        raise ValueError(f"one block and one law are drawn, got {dict(found[name].sizes)}: select them")

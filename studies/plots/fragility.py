@@ -54,7 +54,8 @@ class Frame(NamedTuple):
         axis = _axis(results)
         scale, _ = display_unit(axis)
         span = _span(results, axis, scale)
-        return cls(axis, scale, span, _drawn_levels(results, span, scale))
+        # (curves end at the highest level that was run)
+        return cls(axis, scale, span, np.minimum(span.points(), highest_level(results) / scale))
 
     def curves(self, here: xr.Dataset) -> Array:
         """Return the fitted curves of one block (law, level), NaN where a law has none; no rows without curves."""
@@ -140,8 +141,7 @@ def fragility(
     laws = selection.laws(here, model, color)
     if label is not None and len(laws) > 1:
         raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
-    if ax is None:
-        ax = axes.new(6.0, 4.2)
+    ax = ax or axes.new(6.0, 4.2)
     frame = Frame.of(results)
     lines = frame.curves(here if model is None else laws[0].results)
     for i, law in enumerate(laws):
@@ -170,7 +170,8 @@ def _law(
     if observed and cloud and state is not None:
         _motions(law, ax, frame.scale, i, floor, state)
     elif observed and _observed(law.results):
-        _fractions(law, ax, frame.scale)
+        p, *ends = (law.results[name].values for name in ("probability", "lower", "upper"))
+        _points(ax, law, law.results["level"].values / frame.scale, p, *ends)
     fitted = line is not None and bool(np.isfinite(line).any())
     if line is not None and fitted:
         ax.plot(frame.x, line, color=law.colour, lw=1.8, ls=law.line)
@@ -221,10 +222,6 @@ def _observed(results: xr.Dataset) -> bool:
 
 def _span(results: xr.Dataset, axis: xr.DataArray, scale: float) -> Span:
     """Return one axis for all blocks of some results, so that the panels can be compared."""
-    far = math.inf
-    if "median" in results:
-        top = (results["median"] * np.exp(FAR * results.get("dispersion", xr.DataArray(0.0)))).values / scale
-        far = float(np.nanmax(top, initial=0.0, where=np.isfinite(top))) or math.inf
     if "level" in results.coords:
         x = axis.values / scale
         high = float(x[-1])
@@ -235,6 +232,10 @@ def _span(results: xr.Dataset, axis: xr.DataArray, scale: float) -> Span:
             high = float(x[done[0]] if done.size else high)
         log = axes.log_spaced(x)
         return Span(float(x[0]) / 1.06, 1.06 * high, log) if log else Span(0.0, 1.03 * high, log)
+    far = math.inf
+    if "median" in results:
+        top = (results["median"] * np.exp(FAR * results.get("dispersion", xr.DataArray(0.0)))).values / scale
+        far = float(np.nanmax(top, initial=0.0, where=np.isfinite(top))) or math.inf
     if "intensity" in results.coords:
         x = axis.values / scale
         # (a few strong motions must not compress all curves at the left)
@@ -242,25 +243,8 @@ def _span(results: xr.Dataset, axis: xr.DataArray, scale: float) -> Span:
     return Span(0.0, far if math.isfinite(far) else 1.0, False)
 
 
-def _drawn_levels(results: xr.Dataset, span: Span, scale: float) -> Array:
-    """Return the levels at which curves are drawn: they end at the highest level that was run."""
-    return np.minimum(span.points(), highest_level(results) / scale)
-
-
-def _fractions(law: selection.DrawnLaw, ax: Axes, scale: float) -> None:
-    """Draw observed fractions with their intervals."""
-    one = law.results
-    _points(
-        ax,
-        law,
-        one["level"].values / scale,
-        one["probability"].values,
-        (one["lower"].values, one["upper"].values),
-    )
-
-
-def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, ends: tuple[Array, ...]) -> None:
-    errors = np.maximum(np.stack([p - ends[0], ends[1] - p]), 0.0)
+def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, lower: Array, upper: Array) -> None:
+    errors = np.maximum(np.stack([p - lower, upper - p]), 0.0)
     ax.errorbar(x, p, yerr=errors, fmt=law.marker, ms=3.5, mew=0.0, lw=0.8, color=law.colour, alpha=0.7)
 
 
@@ -293,7 +277,7 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
         trials = runs / (at.size // motions)
     ends = wilson_interval(falls / runs * trials, trials, float(one.attrs.get("confidence", 0.95)))
     places = np.array([_place(one, at[part] * scale) for part in parts]) / scale
-    _points(ax, law, places, falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
+    _points(ax, law, places, falls / runs, np.asarray(ends[0]), np.asarray(ends[1]))
 
 
 def _place(one: xr.Dataset, levels: Array) -> float:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from ...core import checks
 from ...core.aliases import Array
 from ...core.wording import percent
+from ..buildings.variables import level_index
 from ..plan.estimates import middle_level
 from ..text.words import display_unit, input_name
 from . import axes, selection
@@ -34,12 +35,10 @@ def indices(
     results : xarray.Dataset
         An uncertainty study's results, or the dataset that `sobol_indices` or `tornado` of
         `toppling.fragility` returns, of one output (``isel(output=0)``).
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
     method : {"sobol", "tornado"}, optional
         The method; needed where a study's results hold several.
-    block, model : str, optional
-        Labels of a block and a damping law; each is needed where there are several.
+    ax, block, model : optional
+        As for `fragility`, but a law is needed where there are several.
     level : float, optional
         For a study: one of its levels (SI); by default the level at which the probability of overturning is nearest to
         one half.
@@ -75,7 +74,7 @@ def indices(
     if not held:
         return draw[name](selection.one(results, block=block, model=model), ax)
     here = selection.one(results, block=block, model=model)
-    at = middle_level(here["probability"]) if level is None else selection.level_index(here, level)
+    at = middle_level(here["probability"]) if level is None else level_index(here, level)
     own = [str(one) for one in here.data_vars if str(one).startswith(f"{name}_")]
     ax = draw[name](here[own].rename({one: one.removeprefix(f"{name}_") for one in own}).isel(output=at), ax)
     scale, unit = display_unit(here["level"])
@@ -95,17 +94,13 @@ def _reach(here: xr.Dataset, name: str) -> tuple[Array, Array] | None:
 
 
 def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw first- and total-order Sobol' indices with their intervals, the largest total on top.
-
-    `found` is the dataset that `fragility.sobol_indices` returns, of one output; `ax` is as in `indices`.
-    """
+    """Draw first- and total-order Sobol' indices of one output with their intervals, the largest total on top."""
     here = _one_output(found, "total")
     order = np.argsort(-np.nan_to_num(here["total"].values), kind="stable")
     here = here.isel(input=order)
     y = np.arange(order.size)
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.0, 0.55 * y.size + 1.5)
+    ax = ax or axes.new(6.0, 0.55 * y.size + 1.5)
     for name, shift, colour, label in (
         ("total", 0.19, axes.COLOURS[5], "total: with all others"),
         ("first", -0.19, axes.COLOURS[0], "first order: alone"),
@@ -125,16 +120,12 @@ def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the output with one input at a time at its low and its high quantile, the widest on top.
-
-    `found` is the dataset that `fragility.tornado` returns, of one output; `ax` is as in `indices`.
-    """
+    """Draw one output with one input at a time at its low and its high quantile, the widest on top."""
     here = _one_output(found, "swing")
     here = here.isel(input=np.argsort(-here["swing"].values, kind="stable"))
     y = np.arange(here.sizes["input"])
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.0, 0.42 * y.size + 1.6)
+    ax = ax or axes.new(6.0, 0.42 * y.size + 1.6)
     base = here["base"].item()
     first, last = (percent(float(one)) for one in found.attrs["quantiles"])
     ax.axvline(base, color="0.25", lw=0.9, zorder=0)
@@ -164,25 +155,18 @@ def _title(ax: Axes, here: xr.Dataset) -> None:
 
 
 def index_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of an uncertainty study's Sobol' indices: a panel for each block and law.
-
-    The indices are of the probability of overturning at the level at which it is nearest to one half.
-    """
+    """Return the figure of Sobol' indices where P(overturn) is nearest to one half: a panel for each block and law."""
     blocks, models = selection.labels(results, "block"), selection.labels(results, "model")
     cases = [(block, model) for block in blocks for model in models]
-    columns = axes.columns_for(len(models))
-    rows = -(-len(cases) // columns)
-    inputs = results.sizes["input"]
-    figure = axes.figure(max(2.7 * columns + 0.4, 6.0), (0.5 * inputs + 1.3) * rows + 1.2)
-    panels = figure.subplots(rows, columns, squeeze=False)
-    for ax, (block, model) in zip(panels.flat, cases, strict=False):
+    each = 2.7, 0.5 * results.sizes["input"] + 1.3
+    figure, panels, columns = axes.panel_grid(len(cases), each, (0.4, 1.2), 6.0, axes.columns_for(len(models)))
+    for ax, (block, model) in zip(panels, cases, strict=True):
         indices(results, ax, method="sobol", block=block or None, model=model or None)
         width = 0.72 * figure.get_figwidth() / columns
         at = ax.get_title().rpartition(" at ")[2]
         ax.set_title(axes.wrapped(f"{block}\n{axes.model_name(model)}\nat {at}", width, 9.0), fontsize=9)
         ax.set_xlabel(axes.wrapped(ax.get_xlabel(), width))
-    axes.remove_spare(panels, len(cases))
-    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
     text = "Sobol' indices of the probability of overturning, with intervals, where it is nearest to one half"
     axes.heading(figure, str(results.attrs.get("title", "Indices")), text)
     return figure

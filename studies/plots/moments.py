@@ -1,7 +1,4 @@
-"""Figures of the moments that resist a block against its rotation: those of a response, and those of a law.
-
-Every function takes matplotlib axes and returns them, as in `response`.
-"""
+"""Figures of the moments that resist a block against its rotation: those of a response, and those of a law."""
 
 from __future__ import annotations
 
@@ -79,8 +76,7 @@ def hysteresis(
     """
     parts = MOMENTS[checks.choice("moment", moment, tuple(MOMENTS))]
     checked(response, VARIABLES, ATTRIBUTES)
-    if ax is None:
-        ax = axes.new(5.0, 3.8)
+    ax = ax or axes.new(5.0, 3.8)
     standing = before_lying(response)
     theta, *moments = (response[name].values[standing] for name in ("rotation", *parts))
     if "restoring_moment" in parts:
@@ -141,8 +137,7 @@ def moment(
     0.9
     """
     oscillator = oscillator_of(block, model)
-    if ax is None:
-        ax = axes.new(5.4, 3.8)
+    ax = ax or axes.new(5.4, 3.8)
     alpha = block.alpha
     unit = block.p**2 * math.sin(alpha)
     own = color or axes.COLOURS[0]

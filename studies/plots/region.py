@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -24,6 +23,7 @@ STEPS = 9
 """Steps of colour where no round numbers serve."""
 LEAST_STEPS = 4
 """Round numbers between the ends of the values from which they are the steps of colour."""
+SLENDERNESS = "height of the mass centre over half the width"
 OWN = "own_e", "own_delta"
 """What blocks may have of their own: neighbours on the map then differ."""
 FLAT = 1e-3
@@ -45,14 +45,10 @@ def event_figure(results: xr.Dataset) -> Figure:
     scale, unit = display_unit(results["event_level"])
     measure = level_name(results)
     laws, events = results.sizes["model"], results.sizes["event_motion"]
-    columns = axes.columns_for(laws)
-    rows = math.ceil(laws / columns)
-    figure = axes.figure(max(4.6, 3.9 * columns), 0.6 + 3.4 * rows)
-    grid = figure.subplots(rows, columns, squeeze=False)
+    figure, panels, _ = axes.panel_grid(laws, (3.9, 3.4), (0.0, 0.6), 4.6)
     beyond = 1.0 - np.arange(events + 1) / events
-    for i, ax in enumerate(grid.flat[:laws]):
-        label = axes.model_name(str(results["model"].values[i]))
-        ax.set_title(axes.wrapped(label, axes.width_of(ax)), fontsize=10.0)
+    for i, ax in enumerate(panels):
+        _name(ax, results, i)
         for k, level in enumerate(results["event_level"].values.tolist()):
             one = results.isel(model=i, event_level=k)
             shares = 100.0 * np.sort(one["fallen_share"].values)
@@ -65,12 +61,16 @@ def event_figure(results: xr.Dataset) -> Figure:
         ax.set_ylabel("share of events in which more falls")
         ax.legend(fontsize=8)
         axes.grid(ax)
-    axes.remove_spare(grid, laws)
     number = f"{results.sizes['block']:,} blocks"
     axes.heading(
         figure, f"Share of {number} that falls in one event", "bands: 95 % of events if blocks fell independently"
     )
     return figure
+
+
+def _name(ax: Axes, results: xr.Dataset, i: int) -> None:
+    """Write the law of panel `i` above it."""
+    ax.set_title(axes.wrapped(axes.model_name(str(results["model"].values[i])), axes.width_of(ax)), fontsize=10.0)
 
 
 def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
@@ -79,19 +79,14 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
     # (the ends of both axes are always among them)
     ends = [at for one in ("alpha", "R") for at in (results[one].values.argmin(), results[one].values.argmax())]
     drawn = results.isel(block=np.unique([*kept, *ends]))
-    laws = results.sizes["model"]
-    columns = axes.columns_for(laws)
-    rows = math.ceil(laws / columns)
-    figure = axes.figure(max(4.6, 3.9 * columns), 0.6 + 3.7 * rows)
-    grid = figure.subplots(rows, columns, squeeze=False)
+    figure, panels, _ = axes.panel_grid(results.sizes["model"], (3.9, 3.7), (0.0, 0.6), 4.6)
     slender, size = 1.0 / np.tan(drawn["alpha"].values), drawn["R"].values
     values = drawn[name].transpose("model", "block").values / scale
     flat = _is_line(slender, size)
     own = any(name in drawn.coords for name in OWN)
     areas = 0
-    for i, ax in enumerate(grid.flat[:laws]):
-        label = axes.model_name(str(results["model"].values[i]))
-        ax.set_title(axes.wrapped(label, axes.width_of(ax)), fontsize=10.0)
+    for i, ax in enumerate(panels):
+        _name(ax, results, i)
         known = np.isfinite(values[i]) & (values[i] > 0.0)
         if own or (not flat and _is_line(slender[known], size[known])):
             _points(ax, figure, slender, size, values[i], words)
@@ -100,9 +95,10 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
         else:
             areas += 1
             _area(ax, figure, slender, size, values[i], words)
-            checked = results.isel(model=i)
-            _checks(ax, checked, float(drawn["inertia_factor"].mean()))
-    axes.remove_spare(grid, laws)
+            # (the blocks that were run to check the surface)
+            p, alpha = (results[f"check_{one}"].isel(model=i).values for one in ("p", "alpha"))
+            height = STANDARD_GRAVITY / (float(drawn["inertia_factor"].mean()) * p**2)
+            ax.plot(1.0 / np.tan(alpha), height, "x", color="black", ms=5, mew=1.2)
     what = "lines: equal values; crosses: blocks that were run by themselves as a check"
     if own:
         what = "each block with its own e and δ"
@@ -140,31 +136,25 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
     bar = figure.colorbar(filled, ax=ax)
     bar.set_ticks(levels[1:-1].tolist(), labels=[axes.plain_number(float(f"{one:.2g}")) for one in levels[1:-1]])
     bar.set_label(words, fontsize=9)
-    ax.set_xlabel("height of the mass centre over half the width")
+    _of_sizes(ax)
+
+
+def _of_sizes(ax: Axes) -> None:
+    ax.set_xlabel(SLENDERNESS)
     ax.set_ylabel("size R, m")
 
 
 def _points(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, words: str) -> None:
     """Draw each block, as neighbours differ in what they have of their own."""
     known = np.isfinite(values) & (values > 0.0)
-    ax.set_xlabel("height of the mass centre over half the width")
-    ax.set_ylabel("size R, m")
+    _of_sizes(ax)
     if not known.any():
         ax.text(0.5, 0.5, "no block has a value", transform=ax.transAxes, ha="center", va="center", fontsize=9)
         return
     low, high = float(values[known].min()), float(values[known].max())
     norm = LogNorm(low, max(high, low * 1.0001))
     drawn = ax.scatter(slender[known], size[known], c=values[known], s=10.0, norm=norm, cmap="viridis")
-    bar = figure.colorbar(drawn, ax=ax)
-    bar.set_label(words, fontsize=9)
-    ax.set_xlabel("height of the mass centre over half the width")
-    ax.set_ylabel("size R, m")
-
-
-def _checks(ax: Axes, one: xr.Dataset, inertia: float) -> None:
-    """Mark the blocks that were run to check the surface."""
-    p, alpha = one["check_p"].values, one["check_alpha"].values
-    ax.plot(1.0 / np.tan(alpha), STANDARD_GRAVITY / (inertia * p**2), "x", color="black", ms=5, mew=1.2)
+    figure.colorbar(drawn, ax=ax).set_label(words, fontsize=9)
 
 
 def _line(ax: Axes, one: xr.Dataset, slender: Array, size: Array, name: str, words: str, scale: float) -> None:
@@ -177,6 +167,6 @@ def _line(ax: Axes, one: xr.Dataset, slender: Array, size: Array, name: str, wor
     ax.plot(x[order], one[name].values[order] / scale, color=axes.colour(0), marker="" if x.size > 20 else "o", ms=4)
     ax.set_yscale("log")
     axes.plain_log_y(ax)
-    ax.set_xlabel("size R, m" if by_size else "height of the mass centre over half the width")
+    ax.set_xlabel("size R, m" if by_size else SLENDERNESS)
     ax.set_ylabel(words)
     axes.grid(ax)

@@ -1,9 +1,4 @@
-"""Figures of single responses: histories and phase portraits.
-
-Every function takes matplotlib axes and returns them.  The functions draw the datasets that `toppling.simulate` and
-`toppling.free_rocking` return, and know nothing of studies.  Lines keep the labels that they are given; axes that the
-caller provides get no legend (``ax.legend()``).
-"""
+"""Figures of single responses: histories and phase portraits."""
 
 from __future__ import annotations
 
@@ -79,10 +74,11 @@ def history(
     names = _one_each("labels", labels, many) or _names(many)
     chosen = _one_each("colors", colors, many)
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.4, 3.4)
+    ax = ax or axes.new(6.4, 3.4)
     fallen = False
-    for i, (one, (colour, _, line)) in enumerate(zip(many, _styles(many), strict=True)):
+    laws = [json.loads(one.attrs["configuration"])["model"]["law"] for one in many]
+    looks = selection.looks(xr.Dataset({"law": ("model", laws)}))
+    for i, (one, (colour, _, line)) in enumerate(zip(many, looks, strict=True)):
         standing = before_lying(one)
         time, x = one["time"].values[standing], (one["rotation"].values / one.attrs["alpha"])[standing]
         own = colour if chosen is None else chosen[i]
@@ -133,8 +129,7 @@ def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = N
     "angular velocity over p α, θ'/(pα) (–)"
     """
     checked(response, VARIABLES, ATTRIBUTES)
-    if ax is None:
-        ax = axes.new(4.6, 4.2)
+    ax = ax or axes.new(4.6, 4.2)
     standing = before_lying(response)
     alpha, p = response.attrs["alpha"], response.attrs["p"]
     x, v = response["rotation"].values / alpha, response["angular_velocity"].values / (p * alpha)
@@ -162,9 +157,3 @@ def _names(many: Sequence[xr.Dataset]) -> list[str]:
         differ[0] = True
     texts = [", ".join(part for part, other in zip(row, differ, strict=True) if other and part) for row in found]
     return [axes.model_name(text) for text in texts]
-
-
-def _styles(many: Sequence[xr.Dataset]) -> list[tuple[str, str, Any]]:
-    """Return colour, marker and line of each response, chosen as for the laws of a study."""
-    laws = [json.loads(one.attrs["configuration"])["model"]["law"] for one in many]
-    return selection.looks(xr.Dataset({"law": ("model", laws)}))

@@ -46,16 +46,10 @@ def risk(
     ----------
     results : xarray.Dataset
         Results of a study with a hazard, or the dataset that `toppling.annual_rate` returns.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure.
     quantity : {"rate", "share"}
         The rates with their intervals, or the share of each rate by intensity.
-    block, model : str, optional
-        Labels of the block (needed where there are several) and of one law (all laws by default).
-    floor : int or str, optional
-        The floor; needed where the results are of several floors.
-    color : str, optional
-        Matplotlib's colour for one law.
+    ax, block, model, floor, color : optional
+        As for `fragility`.
 
     Returns
     -------
@@ -93,8 +87,7 @@ def risk(
 
 def _rates(here: xr.Dataset, ax: Axes | None, model: str | None, color: str | None) -> Axes:
     laws = selection.laws(here, model, color)
-    if ax is None:
-        ax = axes.new(6.0, 0.45 * len(laws) + 1.2)
+    ax = ax or axes.new(6.0, 0.45 * len(laws) + 1.2)
     state = here.attrs.get("state", "overturning")
     for i, law in enumerate(laws):
         one = law.results
@@ -120,8 +113,7 @@ def _rates(here: xr.Dataset, ax: Axes | None, model: str | None, color: str | No
 
 def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, model: str | None, color: str | None) -> Axes:
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.2, 3.8)
+    ax = ax or axes.new(6.2, 3.8)
     laws = selection.laws(here, model, color)
     scale, unit = display_unit(here["bin"])
     edges = _edges(here) / scale
@@ -159,18 +151,13 @@ def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, model: str | N
         if max(far) >= NOTABLE:
             said["from above the levels run"] = far
     if said:
-        text = "; ".join(f"{_range_text(parts)} {where}" for where, parts in said.items())
+        ranges = {where: dict.fromkeys(f"{100.0 * end:.2g}" for end in (min(x), max(x))) for where, x in said.items()}
+        text = "; ".join(f"{'–'.join(ends)} % {where}" for where, ends in ranges.items())
         room = (0.9 if axes.has_room() else 0.75) * axes.width_of(ax)
         ax.set_title(axes.wrapped(f"hatched: {text}" if hatched else text, room, 9.0), fontsize=9)
-    if alone and len(laws) > 1:
-        ax.legend(frameon=False, fontsize=9)
+    if alone:
+        axes.own_legend(ax)
     return ax
-
-
-def _range_text(parts: list[float]) -> str:
-    """Return the range of several laws' shares as a short text in per cent."""
-    ends = [f"{100.0 * one:.2g}" for one in (min(parts), max(parts))]
-    return f"{ends[0] if ends[0] == ends[1] else '–'.join(ends)} %"
 
 
 def _edges(here: xr.Dataset) -> Array:

@@ -1,19 +1,13 @@
-"""The parts of results that a figure draws: one block, law or floor by its label, and the laws with their look.
-
-Used as ``selection.one(results, block=block)`` and ``selection.laws(results)``.  Nothing here draws.
-"""
+"""The parts of results that a figure draws: one block, law or floor by its label, and the laws with their look."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
 import xarray as xr
 
 from ...core import checks
 from . import axes
-
-__all__ = ["DrawnLaw", "floors", "labels", "laws", "level_index", "looks", "one"]
 
 
 class DrawnLaw(NamedTuple):
@@ -86,12 +80,3 @@ def one(results: xr.Dataset, **chosen: str | int | None) -> xr.Dataset:
         else:
             results = results.isel({dim: names.index(checks.choice(dim, str(label), names))})
     return results
-
-
-def level_index(results: xr.Dataset, level: float) -> int:
-    """Return the position of a level (SI) among the levels of results; ValueError where it is not one of them."""
-    levels = results["level"].values
-    close = np.flatnonzero(np.isclose(levels, checks.number("level", level), rtol=1e-6, atol=0.0))
-    if not close.size:
-        raise ValueError(f"level must be one of {', '.join(f'{one:.6g}' for one in levels)}, got {level:g}")
-    return int(close[0])

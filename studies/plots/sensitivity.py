@@ -1,7 +1,4 @@
-"""Figures of a sensitivity study: quantities over delta or e, and uncertain inputs.
-
-The panels of a figure stand in one column, so that a telephone can show them.
-"""
+"""Figures of a sensitivity study: quantities over delta or e, and uncertain inputs."""
 
 from __future__ import annotations
 
@@ -19,6 +16,7 @@ from matplotlib.ticker import PercentFormatter
 from ...core import checks
 from ...core.aliases import Array
 from ...core.wording import confidence_text
+from ..buildings.variables import level_index
 from ..file.uncertainty import RIGID
 from ..tables.sensitivity import level_at, level_between, reference_name, reference_of
 from ..text.curve_notes import FEW_HELD, few_motions
@@ -31,10 +29,7 @@ TEXT = 11.0
 
 
 def tornado_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
-    """Draw P(overturn) with one input at a time at its 5 % and 95 % quantiles, the laws of a block below each other.
-
-    The arguments are as for `sensitivity`.
-    """
+    """Draw P(overturn) with one input at a time at its 5 % and 95 % quantiles, the laws of a block below each other."""
     here, ax = _panel(results, "tornado_low", ax, block)
     for y, law in zip(_lanes(here), selection.laws(here), strict=True):
         low, high = law.results["tornado_low"].values, law.results["tornado_high"].values
@@ -48,10 +43,7 @@ def tornado_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | N
 
 
 def sobol_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
-    """Draw total Sobol' indices of P(overturn) with their intervals, the laws of a block below each other.
-
-    The arguments are as for `sensitivity`.
-    """
+    """Draw total Sobol' indices of P(overturn) with their intervals, the laws of a block below each other."""
     here, ax = _panel(results, "sobol_total", ax, block)
     for y, law in zip(_lanes(here), selection.laws(here), strict=True):
         total, lower, upper = (law.results[f"sobol_total{end}"].values for end in ("", "_lower", "_upper"))
@@ -67,8 +59,7 @@ def _panel(results: xr.Dataset, needed: str, ax: Axes | None, block: str | None)
     if needed not in results:
         raise ValueError(f"results hold no {needed}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
     here = selection.one(results, block=block)
-    if ax is None:
-        ax = axes.new(WIDTH, HEIGHT)
+    ax = ax or axes.new(WIDTH, HEIGHT)
     names = [input_name(str(one)) for one in here["input"].values]
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
@@ -116,17 +107,13 @@ def sensitivity(
     ----------
     results : xarray.Dataset
         Results of a sensitivity study.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
     quantity : {"median", "median_ratio", "dispersion", "probability", "excess", "flipped"}
         The quantity; differences are from the study's reference.
-    block, model : str, optional
-        Labels of the block (needed where there are several) and of one law (all laws by default).
     level : float, optional
         One of the study's levels (SI), for quantities that depend on the level; by default the level at which the rigid
         block is nearest to falling under half of the motions.
-    color : str, optional
-        Matplotlib's colour for one law.
+    ax, block, model, color : optional
+        As for `fragility`.
 
     Returns
     -------
@@ -146,7 +133,7 @@ def sensitivity(
         raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")
     checks.choice("quantity", quantity, tuple(QUANTITIES))
     here = selection.one(results, block=block)
-    at = level_between(here) if level is None else selection.level_index(here, level)
+    at = level_between(here) if level is None else level_index(here, level)
     drawn = here.isel(level=at) if "level" in here[quantity].dims else here
     if "comparison" in here[quantity].dims:
         drawn = drawn.sel(comparison=reference_of(results))
@@ -154,8 +141,7 @@ def sensitivity(
     ends = ("lower", "upper") if quantity == "probability" else (f"{quantity}_lower", f"{quantity}_upper")
     laws = selection.laws(drawn, model, color)
     alone = ax is None
-    if ax is None:
-        ax = axes.new(WIDTH, HEIGHT)
+    ax = ax or axes.new(WIDTH, HEIGHT)
     x = results["value"].values
     for law in laws:
         one = law.results
@@ -183,18 +169,13 @@ def sensitivity(
     return ax
 
 
-def sensitivity_figure(results: xr.Dataset, quantity: str) -> Figure:
-    """Return the figure of a quantity over the values of the parameter: a panel for each block, one below the other."""
-    said = f"{results.sizes['motion']} motions; bands: {confidence_text(results)} intervals"
-    if quantity == "median_ratio" and few_motions(results):
-        said += f", of which {FEW_HELD['ratio']}"
-    return column(results, partial(sensitivity, quantity=quantity), said)
-
-
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield every figure of a study's results with its name."""
     for quantity in ("median", "median_ratio", "dispersion", "probability", "flipped"):
-        yield quantity, sensitivity_figure(results, quantity)
+        said = f"{results.sizes['motion']} motions; bands: {confidence_text(results)} intervals"
+        if quantity == "median_ratio" and few_motions(results):
+            said += f", of which {FEW_HELD['ratio']}"
+        yield quantity, column(results, partial(sensitivity, quantity=quantity), said)
     for needed, name, draw, said in (
         ("tornado_low", "tornado", tornado_panel, "one input at a time, 5 % to 95 %"),
         ("sobol_total", "sobol", sobol_panel, f"all inputs at once; bars: {confidence_text(results)} intervals"),

@@ -62,8 +62,7 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
         if not isinstance(block, Block):
             raise TypeError(f"blocks must be blocks, got {type(block).__name__}")
     own = ax is None
-    if ax is None:
-        ax = axes.new(WIDTH, HEIGHT)
+    ax = ax or axes.new(WIDTH, HEIGHT)
     ratio = np.geomspace(SLENDEREST, FLATTEST, 160)
     median = np.geomspace(LEAST, MOST, 150)
     share = np.stack([LognormalFriction(one, spread).below(ratio) for one in median.tolist()])

@@ -39,14 +39,10 @@ def uncertainty(
     ----------
     results : xarray.Dataset
         An uncertainty study's results.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
     view : {"probability", "variance"}
         Curves with bands, or the shares of the variance of the outcome at levels where the outcome is uncertain.
-    block, model : str, optional
-        Labels of the block (needed where there are several) and, for curves, of one law (all laws by default).
-    color : str, optional
-        Matplotlib's colour for one law's curve.
+    ax, block, model, color : optional
+        As for `fragility`.
 
     Returns
     -------
@@ -83,8 +79,7 @@ def uncertainty(
             raise ValueError(f"the variance is shared among all laws: it has no part of {model!r} alone")
         return variance_bars(here[["flag_share"]].rename(flag_share="share").isel(level=open_levels(here)), ax)
     alone = ax is None
-    if ax is None:
-        ax = axes.new(6.4, 4.4)
+    ax = ax or axes.new(6.4, 4.4)
     laws = selection.laws(here, model, color)
     scale, _ = display_unit(here["level"])
     x = here["level"].values / scale
@@ -96,8 +91,8 @@ def uncertainty(
             ax.plot(x, end, color=law.colour, ls=law.line, lw=0.8)
         ax.plot(x, law.results["probability"].values, color=law.colour, ls=law.line, lw=2.0, label=law.label or None)
     probability_axes(ax, here)
-    if alone and len(laws) > 1:
-        ax.legend(frameon=False, fontsize=9)
+    if alone:
+        axes.own_legend(ax)
     return ax
 
 
@@ -125,18 +120,13 @@ def open_levels(here: xr.Dataset) -> np.ndarray[Any, np.dtype[np.intp]]:
 
 
 def variance_bars(shares: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw shares of the total variance as stacked bars, a bar for each entry of the other dimension.
-
-    `shares` is the dataset that `fragility.variance_shares` returns, on component and at most one more dimension (such
-    as level), else ValueError; `ax` is as in `uncertainty`.  Interactions are hatched.
-    """
+    """Draw `fragility.variance_shares` as stacked bars, a bar for each entry of the other dimension, if any."""
     share = shares["share"]
     rest = [str(dim) for dim in share.dims if dim != "component"]
     if len(rest) > 1:
         raise ValueError(f"shares are drawn along one dimension, got {', '.join(rest)}: select")
     alone = ax is None
-    if ax is None:
-        ax = axes.new(8.4 if rest else 4.6, 4.0)
+    ax = ax or axes.new(8.4 if rest else 4.6, 4.0)
     values = np.atleast_2d(share.transpose(*rest, "component").values)
     x = np.arange(values.shape[0])
     bottom = np.zeros(x.size)
@@ -186,11 +176,7 @@ def _component_styles(components: list[str]) -> dict[str, dict[str, Any]]:
 
 
 def uncertainty_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of an uncertainty study: every law's curves with their spread, and the sources of variance.
-
-    Each block has a panel for each law, with the other laws' curves in grey behind it.  Below these panels are the
-    shares of the variance of the outcome at levels where the outcome is uncertain.
-    """
+    """Return the figure of an uncertainty study: of each block every law's curves, and the sources of variance."""
     blocks, laws = selection.labels(results, "block"), selection.laws(results)
     columns = axes.columns_for(len(laws))
     rows = math.ceil(len(laws) / columns)
@@ -217,14 +203,9 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
     axes.legend_below(figure, *shares.get_legend_handles_labels())
     samples, motions = results.sizes["sample"], number_of_motions(results)
     text = f"{samples} samples under {motions} motions{' both ways' if POLARITY in results.coords else ''}; "
-    text += f"bands hold {_share_in_band(results)} of the samples' own probabilities"
+    ends = results["quantile"].values
+    text += f"bands hold {percent(round(float(ends[-1] - ends[0]), 9))} of the samples' own probabilities"
     if len(laws) > 1:
         text += "; grey: the other laws"
     axes.heading(figure, str(results.attrs.get("title", "Uncertainty")), text)
     return figure
-
-
-def _share_in_band(results: xr.Dataset) -> str:
-    """Return the share of the samples between the outer quantiles, in per cent."""
-    ends = results["quantile"].values
-    return percent(round(float(ends[-1] - ends[0]), 9))

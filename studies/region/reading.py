@@ -28,11 +28,7 @@ SIZES, SLENDERNESS = ("width_m", "height_m"), ("alpha_rad", "R_m")
 
 
 def read_region(file: Path) -> BlockArray:
-    """Read the blocks of a CSV file as columns: the blocks that `read_blocks` gives, with the same labels.
-
-    The file is as of ``blocks_file``, a line for each block, of which none has a scene; and columns ``e`` and
-    ``delta``, if blocks have their own.
-    """
+    """Read the blocks of a CSV file as columns: as ``blocks_file``, with ``e`` and ``delta`` of their own, if any."""
     table = CsvTable(file, KIND._replace(columns=(*KIND.columns, *OWN)))
     try:
         found = _by_column(table)

@@ -407,10 +407,7 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
 
 
 def money_steps(results: xr.Dataset) -> list[str]:
-    """Return what is best done with the study's budget, and which kits are not worth buying, under the reference law.
-
-    Nothing without a budget or kits.
-    """
+    """Return what is best done with the budget, and which kits are not worth buying, under the reference law."""
     pieces = pieces_of(results, reference_law(results)[0])
     return [*_spent(pieces, results), *kits_without_effect(results, pieces)]
 
@@ -489,10 +486,7 @@ def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[s
 
 
 def _pieces(pieces: list[Piece], most: int = MOST_PIECES, money: str | None = None, kits: bool = False) -> str:
-    """Name pieces with their floors, the kits that hold them, and the costs of their lines where `money` is given.
-
-    kits: name the kits that are meant to hold them as well, and what these prevent.
-    """
+    """Name pieces with floors, kits, with `money` the costs of their lines, and with `kits` those meant for them."""
     named = []
     for one in pieces[:most]:
         kit = f", now held by “{one.kit}”" if one.kit else ""

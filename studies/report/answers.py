@@ -1,7 +1,4 @@
-"""The detailed answer of a report: the question of a study, and sentences that answer it from the results.
-
-Every sentence gives its interval, or says that there is none.
-"""
+"""The detailed answer of a report: the question of a study, and sentences that answer it from the results."""
 
 from __future__ import annotations
 
@@ -292,10 +289,7 @@ def _uncertainty(results: xr.Dataset) -> Answer:
 
 
 def largest_share(here: xr.Dataset, words: Mapping[str, str] = INPUTS) -> tuple[str, float] | None:
-    """Return the component with the largest share of one block's variance, and its share; None where it is unknown.
-
-    `words`: names of inputs.
-    """
+    """Return the component with the largest share of one block's variance, and its share; None where it is unknown."""
     known = "capacity_share" in here
     share = here["capacity_share"] if known else here["flag_share"].isel(level=middle_level(here["probability"]))
     if not np.isfinite(share.values).any():

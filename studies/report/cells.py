@@ -92,12 +92,9 @@ def whole_intervals(text: str) -> Markup:
     >>> print(whole_intervals("0.23 (0.21–0.25)"))
     <span>0.23 <span class="whole">(0.21–0.25)</span></span>
     """
-    parts = [Markup('<span class="whole">{}</span>').format(one) if i % 2 else one for i, one in _split(text)]
+    whole = Markup('<span class="whole">{}</span>')
+    parts = [whole.format(one) if i % 2 else one for i, one in enumerate(_BRACKETS.split(clean(text)))]
     return Markup("<span>{}</span>").format(Markup("").join(parts))
-
-
-def _split(text: str) -> Iterator[tuple[int, str]]:
-    yield from enumerate(_BRACKETS.split(clean(text)))
 
 
 def markdown(text: object) -> str:

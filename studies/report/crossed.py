@@ -1,24 +1,37 @@
-"""Sentences on pieces, and on damping laws, whose fragility curves cross: which is higher between which levels."""
+"""Pieces, and damping laws, whose fragility curves cross: which is higher between which levels, in sentences."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...core.aliases import Array, Flags
 from ...core.wording import counted
+from ...fragility import curve_probability
 from ...fragility.fitting.states import ALL, OVERTURNED, state_name
 from ..text.block_order import places
 from ..text.curve_notes import infinitive_of, verb_of
 from ..text.reached import within_levels
-from ..text.words import axis_of, block_title, floor_name, is_one_piece, quantity_name, reference_law
-from .crossings import Pair, crossing, crossings_of, curves_at, levels_of, spans_text
+from ..text.words import axis_of, block_title, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .law_choice import names_of
 from .results_file import without_motions
 from .validity import fewest_motions
+
+APART = 0.02
+"""Difference of two probabilities from which one curve counts as the higher one (judgement: 2 of 100 earthquakes)."""
+POINTS = 12
+"""Levels at which the curves of a cloud, which has no levels of its own, are compared."""
+
+Place = tuple[int, ...]
+"""Place of a curve in an array."""
+Spans = list[tuple[float, float]]
+"""Levels between which something holds (SI), ends included."""
 
 MIN_CURVES, MOST_COMPARED = 2, 12
 """Fewest curves that can cross, and the number of pieces, of those that fall first, whose curves are compared."""
@@ -30,6 +43,72 @@ FEWEST_APART = 6
 Under one of two equal pieces each of them falls as often as the other: of six such motions all are of one piece in
 2 · 2⁻⁶ = 3 % of cases, of five in 6 %, which is more than 5 % (sign test).
 """
+
+
+class Crossing(NamedTuple):
+    """The levels between which a curve is higher than another and those between which it is lower, each by how much."""
+
+    higher: Spans
+    lower: Spans
+    most_higher: float
+    most_lower: float
+
+
+def levels_of(results: xr.Dataset) -> Array:
+    """Return the levels at which curves are compared (SI): those that were run, or some within those of a cloud."""
+    axis = axis_of(results)
+    values = np.unique(axis.values[np.isfinite(axis.values)])
+    return values if "level" in results.coords else np.geomspace(values[0], values[-1], POINTS)
+
+
+def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
+    """Return the probabilities of the fitted curves at levels that were run; NaN where there is no curve."""
+    small = without_motions(results)
+    small = small.assign_attrs(form=small.attrs.get("form", "lognormal"))
+    if "curve_probability" in small:
+        small = small.drop_vars(["probability", "lower", "upper"], errors="ignore")
+        small = small.rename(curve_probability="probability")
+    return curve_probability(small, levels, outside="most")
+
+
+def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
+    """Return where a curve (level,) is higher and where it is lower than another by `APART`; None unless both."""
+    with np.errstate(invalid="ignore"):
+        higher, lower = one - other > APART, other - one > APART
+    if not higher.any() or not lower.any():
+        return None
+    most = float(np.nanmax(one - other)), float(np.nanmax(other - one))
+    return Crossing(_spans(higher, levels), _spans(lower, levels), *most)
+
+
+def _spans(here: Flags, levels: Array) -> Spans:
+    """Return the first and the last level of each run of levels at which something holds."""
+    at = np.flatnonzero(here)
+    parts = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+    return [(float(levels[part[0]]), float(levels[part[-1]])) for part in parts]
+
+
+def spans_text(spans: Spans, axis: xr.DataArray) -> str:
+    """Return levels in words, such as from 0.20 to 0.60 m/s and at 1.0 m/s."""
+    scale, unit = display_unit(axis)
+    unit = f" {unit}" if unit else ""
+    write = [(_digits(low / scale), _digits(high / scale)) for low, high in spans]
+    return " and ".join(f"at {low}{unit}" if low == high else f"from {low} to {high}{unit}" for low, high in write)
+
+
+def _digits(value: float) -> str:
+    return f"{value:.2g}" if value < 99.5 else f"{value:,.0f}"
+
+
+def crossings_of(probability: Array, levels: Array, places: Sequence[Place]) -> Iterator[tuple[Place, Place, Crossing]]:
+    """Yield the pairs of curves (…, level) that cross, those with the first curve first, then by their difference."""
+    found = []
+    for i, j in combinations(range(len(places)), 2):
+        one, other = probability[places[i]], probability[places[j]]
+        where = crossing(one, other, levels)
+        if where is not None:
+            found.append((i > 0, -min(where.most_higher, where.most_lower), (places[i], places[j], where)))
+    yield from (pair for *_, pair in sorted(found, key=lambda each: each[:2]))
 
 
 def crossed_pieces(results: xr.Dataset) -> list[str]:
@@ -48,14 +127,7 @@ def crossed_pieces(results: xr.Dataset) -> list[str]:
 def crossed(
     results: xr.Dataset, small: xr.Dataset, cases: xr.DataArray, order: NDArray[np.int64], verb: str
 ) -> Iterator[tuple[bool, str]]:
-    """Yield between which levels which of two pieces falls more often, where their curves cross, in sentences.
-
-    With each comes whether it says that the curve of the piece that falls first crosses another: then none is the
-    first.
-
-    small: the results under the law of the answer; cases: their medians; order: positions of the cases from the first
-    that falls.
-    """
+    """Yield between which levels which piece falls more often, and whether the first one's curve crosses."""
     places_of = [tuple(int(i) for i in np.unravel_index(one, cases.shape)) for one in order[:MOST_COMPARED].tolist()]
     if len(places_of) < MIN_CURVES:
         return
@@ -66,11 +138,11 @@ def crossed(
         return
     said = [_pair_text(pair, small, cases, axis, verb) for pair in found[:MOST_CROSSINGS]]
     which = "arrangement" if is_one_piece(small) and "floor" not in small.dims else "piece"
-    none_first = found[0].one == places_of[0]
+    none_first = found[0][0] == places_of[0]
     which = f"Which {which} is the most likely to {infinitive_of(verb)}" if none_first else "The order of the others"
     whose = "the" if none_first else "their"
     motions, chance = fewest_motions(results), _by_chance(results)
-    least = [100.0 * min(pair.where.most_higher, pair.where.most_lower) for pair in found[:MOST_CROSSINGS]]
+    least = [100.0 * min(where.most_higher, where.most_lower) for _, _, where in found[:MOST_CROSSINGS]]
     depends = "may depend" if least[0] < chance else "depends"
     why = f"because {whose} curves cross: {said[0]}"
     yield none_first, f"{which} {depends} on the level of shaking ({quantity_name(axis)}), {why}."
@@ -88,7 +160,9 @@ def _by_chance(results: xr.Dataset) -> int:
     return math.ceil(100.0 * FEWEST_APART / fewest_motions(results))
 
 
-def _pair_text(pair: Pair, small: xr.Dataset, cases: xr.DataArray, axis: xr.DataArray, verb: str) -> str:
+def _pair_text(
+    pair: tuple[Place, Place, Crossing], small: xr.Dataset, cases: xr.DataArray, axis: xr.DataArray, verb: str
+) -> str:
     one, other, where = pair
     return (
         f"{case_name(small, cases, one)} {verb} more often than {case_name(small, cases, other)} "
@@ -105,10 +179,7 @@ def case_name(small: xr.Dataset, cases: xr.DataArray, at: tuple[int, ...]) -> st
 
 
 def crossing_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) -> str:
-    """Return between which levels a piece falls more often under another law, and less often, where curves cross.
-
-    The laws that differ most both ways come first; the text is empty where no curve crosses that of the answer.
-    """
+    """Return between which levels a piece falls more often under another law, and less often; '' where none crosses."""
     at, _ = reference_law(results)
     law, axis = results.coords.get("law"), axis_of(results)
     if law is None or law.dims != ("model",):

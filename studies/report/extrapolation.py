@@ -1,7 +1,4 @@
-"""Sentences on annual rates that rest on the form of a curve, beside the numbers that they are about.
-
-A rate rests on it where shaking that was not run contributes much, or where a curve and the runs themselves disagree.
-"""
+"""Sentences on annual rates that rest on the form of a curve, beside the numbers that they are about."""
 
 from __future__ import annotations
 

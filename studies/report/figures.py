@@ -39,10 +39,7 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 class Picture(NamedTuple):
-    """A figure on a page: its file name, its caption, its description in words, and the image.
-
-    The description is a text of its own; the short alternative text of the image is `alt`.
-    """
+    """A figure on a page: its file name, its caption, its description in words, and the image."""
 
     name: str
     caption: str
@@ -97,12 +94,7 @@ def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterato
 
 
 def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Picture]:
-    """Yield figures as pictures for a page, SVG or PNG.
-
-    `draw` makes the figures, each with its file name; they are drawn a second time for a phone. The main `numbers` in
-    words end the description of each figure. A picture's ``svg`` is safe inside HTML: no script, no external reference,
-    and ids that no other figure has.
-    """
+    """Yield figures as pictures, described in words; their SVG has no script, no reference outside, unique ids."""
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         described = f"{describe(figure)} {clean(numbers)}".strip()
         svg, phone, content = "", "", b""
@@ -191,7 +183,7 @@ def _svg(figure: Figure, prefix: str) -> str:
     settle(figure)
     file = StringIO()
     figure.savefig(file, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-    root = ElementTree.fromstring(_without_comments(file.getvalue()))
+    root = ElementTree.fromstring(re.sub(r"<!--.*?-->", "", file.getvalue(), flags=re.DOTALL))
     for parent in list(root.iter()):
         for child in list(parent):
             if _local_name(child.tag) in ("metadata", "style", "script"):
@@ -210,10 +202,6 @@ def _svg(figure: Figure, prefix: str) -> str:
     size = f"max-width:{WIDEST * width:.0f}px;min-width:{NARROWEST * width:.0f}px"
     root.attrib |= {"style": size, "aria-hidden": "true", "focusable": "false"}
     return ElementTree.tostring(root, encoding="unicode")
-
-
-def _without_comments(text: str) -> str:
-    return re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
 
 
 def _local_name(name: str) -> str:

@@ -49,10 +49,7 @@ CHECK = (
 
 
 def purchases(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
-    """Yield the kits to buy for the study's budget, and the cheapest that meet its target.
-
-    `pieces` are those under the reference law.
-    """
+    """Yield the kits to buy for the study's budget, and the cheapest that meet its target, under the reference law."""
     here = results.isel(model=reference_law(results)[0])
     money = f" {currency_of(results)}" if currency_of(results) else ""
     yearly = "item_rate" in results
@@ -89,10 +86,7 @@ def purchases(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
 
 
 def kits_without_effect(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
-    """Yield the kits that prevent nothing measurable, or too little, or cause more falls, and of which pieces.
-
-    `pieces` are those under the reference law.
-    """
+    """Yield the kits that prevent nothing measurable, or too little, or cause more falls, and of which pieces."""
     motions = counted(number_of_motions(results), "motion") if "kit_falls" in results else ""
     for kit in dict.fromkeys(tried.kit for one in pieces for tried in one.tried):
         of: dict[str, list[tuple[Piece, float]]] = {}
@@ -184,10 +178,7 @@ def _left_out(here: xr.Dataset, kits: Mapping[str, str], motions: int) -> Iterat
 
 
 def restraint_steps(results: xr.Dataset) -> Iterator[str]:
-    """Yield whether the restraints of blocks help, compared with the same blocks without them, under the reference law.
-
-    With a hazard the chances are compared, else the levels at which half of the motions bring the blocks down.
-    """
+    """Yield whether the restraints of blocks help, compared with the same blocks without, under the reference law."""
     if SCENE not in results.coords:
         return
     blocks = blocks_of(results)

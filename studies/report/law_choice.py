@@ -20,11 +20,7 @@ def choice_of_law(results: xr.Dataset) -> str:
 
 
 def law_choice(results: xr.Dataset, valid: bool = True) -> str:
-    """Return which law of a study to use, and what several laws that approximate one reference do not show.
-
-    `valid`: whether the results are, by their checks.  The text is empty where there is nothing to choose: of one law,
-    of laws weighed as branches, of an uncertain law.
-    """
+    """Return which law of a study to use, and what several laws show; '' for one law, branches or an uncertain law."""
     law = results.coords.get("law")
     if law is None or law.dims != ("model",) or "branch" in results.dims:
         return ""

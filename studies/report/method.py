@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -138,40 +138,31 @@ ELASTIC_ASSUMPTION = (
 )
 
 
-class LawDescription(NamedTuple):
-    """A law in words, and its source."""
-
-    words: str
-    source: str
-
-
 LAWS = {
-    "discrete": LawDescription(
+    "discrete": (
         "Damping in a narrow zone |θ| ≤ δα about the upright position: c = I_O (1 − e)/(2δα) times the speed of entry.",
         "Liu, Huang and Qu (2024), Eqs. 15–17",
     ),
-    "giannini-masiani": LawDescription(
-        "Viscous damping throughout, ζ = (2/π)(1 − e)/(1 + e).", "Giannini and Masiani (1990)"
-    ),
-    "makris-konstantinidis": LawDescription(
+    "giannini-masiani": ("Viscous damping throughout, ζ = (2/π)(1 − e)/(1 + e).", "Giannini and Masiani (1990)"),
+    "makris-konstantinidis": (
         "Viscous damping throughout, ζ = −0.68 ln e, of the initial stiffness.",
         "Makris and Konstantinidis (2003), Eq. 11",
     ),
-    "vassiliou": LawDescription(
-        "Viscous damping throughout, c = c_V (α/0.1)² m g^½ R^(3/2).", "Vassiliou, Mackie and Stojadinović (2014)"
+    "vassiliou": (
+        "Viscous damping throughout, c = c_V (α/0.1)² m g^½ R^(3/2).",
+        "Vassiliou, Mackie and Stojadinović (2014)",
     ),
-    "viscous": LawDescription(
-        "Viscous damping throughout, of the ratio ζ given.", "as given; FEMA 356 takes ζ = 0.4 (1 − e)"
-    ),
-    "energy-consistent": LawDescription(
+    "viscous": ("Viscous damping throughout, of the ratio ζ given.", "as given; FEMA 356 takes ζ = 0.4 (1 − e)"),
+    "energy-consistent": (
         "Damping in a narrow zone |θ| ≤ δα that dissipates exactly the energy that an impact with e dissipates.",
         "derived in toppling",
     ),
-    "housner": LawDescription(
+    "housner": (
         "Rigid block at rest until its threshold is exceeded; angular velocity times e at each impact. The reference.",
         "Housner (1963); exact geometry: Zhang and Makris (2001), Eq. 12",
     ),
 }
+"""Each law in words, and its source."""
 
 
 def law_rows(results: xr.Dataset) -> Rows | None:
@@ -183,8 +174,7 @@ def law_rows(results: xr.Dataset) -> Rows | None:
     labels = [str(one) for one in results["model"].values]
     rows = []
     for label, name in zip(labels, [str(one) for one in plain.values], strict=True):
-        said = LAWS.get(name, LawDescription("", ""))
-        rows.append((label, said.words, said.source))
+        rows.append((label, *LAWS.get(name, ("", ""))))
     return Rows("Damping laws of the blocks", ("law", "what it does", "source"), rows)
 
 
@@ -381,22 +371,14 @@ def assumptions(results: xr.Dataset) -> list[str]:
     return [*(one.format(vertical=vertical, sideways=sideways, move=move) for one in ASSUMPTIONS), *building]
 
 
-def _machines(results: xr.Dataset) -> str:
-    """Return the processors on which results were computed, in words."""
-    return "; ".join(str(one) for one in json.loads(str(results.attrs.get("machines", "[]"))))
-
-
 def provenance_rows(results: xr.Dataset, path: Path, state: str) -> Rows:
-    """Return the table of the program and its versions, the study's identity, and the result file with its checksum.
-
-    `state`: whether the file's contents are as they were written.
-    """
+    """Return the table of the program and its versions, the study's identity, and the result file with its checksum."""
     versions = json.loads(str(results.attrs.get("package_versions", "{}")))
     packages = ", ".join(f"{name} {version}" for name, version in versions.items())
     rows = [
         ("toppling", str(results.attrs.get("toppling_version", ""))),
         ("packages", packages),
-        ("processor", _machines(results)),
+        ("processor", "; ".join(map(str, json.loads(str(results.attrs.get("machines", "[]")))))),
         ("layout of the results (schema)", str(results.attrs.get("schema", ""))),
         ("identity of the study", str(results.attrs.get("identity", ""))),
         ("result file", path.name),

@@ -1,7 +1,4 @@
-"""The report of a study's results as one self-contained HTML page, or as Markdown.
-
-The page loads nothing: figures are inside it, there is no script, and its content policy forbids everything else.
-"""
+"""The report of a study's results as one self-contained HTML page, or as Markdown."""
 
 from __future__ import annotations
 
@@ -53,12 +50,7 @@ NUMBERS = 600
 def write_report(
     result: Path, out: Path | None = None, format_: ReportFormat = "html", verify: bool = False
 ) -> list[Path]:
-    """Write the report of a study's results, and return the files written.
-
-    `out` is the file; by default ``report.html`` (``.md``) beside the results, or in `out` where `out` is a folder or
-    has no ending. The formats are one self-contained page, and Markdown with its figures as PNG files in the same
-    folder. Results that were edited are named on the page and warned of, and with `verify` refused.
-    """
+    """Write the report of results to the file or folder `out`, beside the results by default; return the files."""
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:
         target /= f"report.{format_}"
@@ -75,10 +67,7 @@ def write_report(
 
 
 def html_page(results: xr.Dataset, path: Path, state: str) -> str:
-    """Return the page of a study's results, which were read from `path`, and are in a state as `check_content` says.
-
-    The same results give the same text.
-    """
+    """Return the page of a study's results read from `path`, in a `state`; the same results give the same text."""
     found = content(results, path, state)
     drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures(results, found["numbers"])]
     template = environment(escaping=True).get_template("report.html.j2")

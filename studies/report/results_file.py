@@ -23,10 +23,7 @@ KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
 
 @contextmanager
 def read_results(path: Path) -> Iterator[xr.Dataset]:
-    """Open a study's results until the block ends; variables of single runs are read only where they are used.
-
-    Contents that differ from those of results of its kind are refused.
-    """
+    """Open a study's results until the block ends; variables of single runs are read only where they are used."""
     if not path.is_file():
         raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")
     try:

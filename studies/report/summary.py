@@ -1,8 +1,4 @@
-"""The summary at the top of a report: the answer in plain words for the owner of the contents.
-
-The sentences give counts out of a hundred earthquakes and chances in years, each with its interval, without names of
-laws or parameters of curves.
-"""
+"""The summary at the top of a report: the answer in plain words for the owner of the contents."""
 
 from __future__ import annotations
 
@@ -194,11 +190,7 @@ def _at_the_strongest(results: xr.Dataset, small: xr.Dataset, cases: xr.DataArra
 def _most_vulnerable(
     name: str, small: xr.Dataset, cases: xr.DataArray, order: NDArray[np.int64], by: str, always: int
 ) -> str:
-    """Return which of the cases falls first, with those whose intervals overlap with its own.
-
-    order: positions of the cases from the first that falls; always: the number of those that fell in every run, which
-    are not among them.
-    """
+    """Return which of the cases (`order`) falls first, with those whose intervals overlap with its own."""
     number = order.size if by == HALF else cases.size - always
     many = "combinations of piece and floor" if "floor" in small.dims else "pieces"
     if "floor" not in small.dims and is_one_piece(small):
@@ -376,10 +368,7 @@ def _where_laws_disagree(value: float, others: Array, write: Callable[[float], s
 
 
 def _why_laws_differ(results: xr.Dataset, milder: NDArray[np.bool_]) -> str:
-    """Return the remarks on why other laws differ: pieces that vibrate at rest, and damping throughout the motion.
-
-    milder: which laws overturn notably less than the reference law.
-    """
+    """Return the remarks on why other laws differ: pieces that vibrate at rest, and damping throughout the motion."""
     return f"{_elastic(results)}{_damped_throughout(results, milder)}"
 
 

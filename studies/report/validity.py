@@ -111,10 +111,7 @@ RATES = ("rate", "any_rate")
 
 
 class Check(NamedTuple):
-    """One check: its question, its word, the reason, and what is empty where the check is good: cure and clause.
-
-    The clause says in a few words what is wrong, for the badge.
-    """
+    """One check: its question, word and reason; cure, and clause for the badge, are empty where it is good."""
 
     question: str
     word: str
@@ -140,10 +137,7 @@ def is_valid(results: xr.Dataset) -> bool:
 
 
 def worst_clause(found: list[Check]) -> str:
-    """Return what is wrong by the worst check in one clause, by the first of the worst word; empty where all are good.
-
-    Checks stand in the order in which a result depends on them: the model comes before the numbers.
-    """
+    """Return what is wrong by the worst check in one clause, by the first of the worst word; empty if all are good."""
     for word in (INVALID, CARE, UNKNOWN):
         for one in found:
             if one.word == word:
@@ -160,10 +154,7 @@ def badge(found: list[Check]) -> str:
 
 
 def not_checked(vertical: bool = False, slides: bool = False) -> list[str]:
-    """Return the reservations that no check covers, one sentence each.
-
-    vertical: whether motions shake vertically, too; slides: whether the study evaluates sliding.
-    """
+    """Return the reservations that no check covers, one sentence each."""
     missing = not_modelled(vertical, slides)
     return [
         f"{missing[:1].upper()}{missing[1:]}, nor are impacts on other blocks or people, or on walls "
@@ -380,10 +371,7 @@ def _zone(results: xr.Dataset) -> Check:
 
 
 def laws_of_answer(results: xr.Dataset) -> list[int]:
-    """Return the positions of the laws that a study's answer is given for.
-
-    That is the reference law; with branches those of the branches; all laws of a sensitivity study.
-    """
+    """Return the positions of the laws of the answer: the reference, those of branches, or all of a sensitivity."""
     every = list(range(results.sizes["model"]))
     if str(results.attrs["kind"]) == "sensitivity":
         return every

@@ -67,11 +67,7 @@ def exponentials(middle: Array, samples: Array, confidence: float) -> tuple[Arra
 
 
 def flipped(flags: Flags, one: Index, other: Index, confidence: float, ways: int = 1) -> tuple[Array, Array, Array]:
-    """Return shares (block, …, level) of motions whose flags (block, law, level, motion) differ, and their intervals.
-
-    `one` and `other` are indices of laws, -1 for none; the intervals are Wilson's, with one trial for each motion,
-    which is run in so many `ways`.
-    """
+    """Return shares (block, …, level) of motions whose flags (block, law, level, motion) differ, with Wilson's ends."""
     missing = (one < 0) | (other < 0)
     counts = np.empty((flags.shape[0], *one.shape, flags.shape[2]), np.int64)
     for block, *where in np.ndindex(*counts.shape[:-1]):
@@ -87,11 +83,7 @@ def flipped(flags: Flags, one: Index, other: Index, confidence: float, ways: int
 def excess(
     flags: Flags, one: Index, other: Index, pairs: Index, replicates: int, seed: int, confidence: float
 ) -> tuple[Array, Array, Array]:
-    """Return probabilities of laws `one` less those of `other`, with bootstrap intervals, (block, …, level).
-
-    Replicates draw the same motions as the replicates of the curves; `pairs` (motion,) numbers them, a motion and its
-    reverse alike.
-    """
+    """Return probabilities of laws `one` less those of `other`, with paired bootstrap intervals, (block, …, level)."""
     weights = draw_clusters(pairs, replicates, seed) / flags.shape[-1]
     missing = (one < 0) | (other < 0)
     shape = (flags.shape[0], *one.shape, flags.shape[2])
@@ -128,11 +120,7 @@ def swing(curves: Curves, block: int, laws: Index, confidence: float) -> Array:
 
 
 def trend(curves: Curves, block: int, laws: Index, x: Array) -> Array:
-    """Return the slope of ln median of some laws of a block over x (law,), by least squares.
-
-    The first value is of the medians, the following values of their replicates, (1 + replicate,); not finite where a
-    median is beyond the levels.
-    """
+    """Return the slope of ln median of some laws of a block over x (law,), by least squares: (1 + replicate,)."""
     weights = (x - x.mean()) / np.sum((x - x.mean()) ** 2)
     logs = np.concatenate([curves.log_median[block, laws][:, None], curves.log_samples[block, laws]], axis=1)
     with np.errstate(invalid="ignore"):

@@ -60,10 +60,7 @@ def findings(
     sweep: Sweep,
     array: Allocator = in_memory,
 ) -> xr.Dataset:
-    """Compute all results but the indices, on (block, model, value) and more, from runs of `grid.laws`.
-
-    `array` allocates the arrays of every run.
-    """
+    """Compute all results but the indices, on (block, model, value) and more, from runs of `grid.laws`."""
     confidence = sweep.confidence
     curves = Curves.of(runs[["overturned"]], sweep.replicates, sweep.seed, confidence)
     flags = runs["overturned"].transpose("block", "model", "level", "motion").values
@@ -106,10 +103,7 @@ def findings(
 
 
 def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
-    """Return the screen of the runs of `grid.laws` on (block, model, value).
-
-    The friction that an impact needs and the elastic modes are left out: they are among the coordinates of `findings`.
-    """
+    """Return the screen of the runs of `grid.laws` on (block, model, value), without what is among the coordinates."""
     own = screened.drop_vars(["friction_impact", "elastic_frequency", "model"])
     return own.map(lambda one: xr.DataArray(_placed(one, grid.at)) if "model" in one.dims else one, keep_attrs=True)
 
@@ -140,10 +134,7 @@ def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Swe
 
 
 def swings_and_slopes(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> tuple[Array, Array]:
-    """Return swings of medians with their intervals (3, block, model, span), and slopes of ln medians for one step.
-
-    The slopes (block, model, span, 1 + replicate) begin with that of the medians.
-    """
+    """Return swings of medians with intervals (3, block, model, span), and slopes of ln medians with replicates."""
     spans = [np.ones((len(blocks), sweep.values.size), dtype=bool), usual(blocks, sweep)]
     shape = (len(blocks), len(grid.at), len(spans))
     swings = np.full((3, *shape), np.nan)

@@ -73,11 +73,7 @@ def block_of(
     scene: Mapping[str, Any] | None = None,
     placed: bool = False,
 ) -> Block:
-    """Return the block of a catalogue name, or of sizes with units (``--width``, ``--height``, ``--cm-height``).
-
-    `scene`: keys of ``[[blocks]]`` for what stands around it or holds it, as `scene_of` returns them; `placed`:
-    the item of the catalogue as it usually stands.
-    """
+    """Return the block of a catalogue name, or of sizes with units, with keys of ``[[blocks]]`` for its scene."""
     given = [option for option, text in sizes.items() if text is not None]
     metres = {option: quantity(option, str(sizes[option]), METRE, bare=LARGEST) for option in given}
     around = dict(scene or {})
@@ -114,9 +110,8 @@ def motion_of(
 ) -> xr.DataArray:
     """Return one motion: of a generator or a pulse by its name, of a record file, or of a study file.
 
-    `name` is one of `NAMES`, a path or pattern of record files, or a study file (.toml); `index` is the position of the
-    motion among those of the seed, or of the file (floor after floor); `settings` are ``key=value`` of ``[motions]``;
-    `period` is that of a pulse, with its unit.
+    `index` is the position of the motion among those of the seed, or of the file (floor after floor); `settings`
+    are ``key=value`` of ``[motions]``; `period` is that of a pulse, with its unit.
     """
     keys = dict(_setting(one) for one in settings)
     made = name in NAMES
@@ -183,10 +178,7 @@ def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> flo
 
 
 def built(what: str, make: Callable[[], Built], content: Any = None, table: type[Table] = MotionsTable) -> Built:
-    """Return what `make` returns; its error becomes one sentence about `what`, or about keys of `content`.
-
-    `table` is the model of the study file that `content` should fit.
-    """
+    """Return what `make` returns; its error becomes one sentence about `what`, or about keys of `content`."""
     try:
         return make()
     except ValidationError as error:
@@ -215,10 +207,7 @@ def _count(n: int, what: str) -> str:
 
 
 def scene_of(options: Mapping[str, str | None], restitution: float | None, restraint: str | None) -> dict[str, Any]:
-    """Return the keys of ``[[blocks]]`` that the options of the command line give.
-
-    `options` are the words of `OPTIONS`, None where not given; `restraint` is a kind, and its parts with commas.
-    """
+    """Return the keys of ``[[blocks]]`` that the options of the command line give."""
     found: dict[str, Any] = {
         OPTIONS[option].key: _value(option, text, OPTIONS[option]) for option, text in options.items() if text
     }

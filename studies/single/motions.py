@@ -1,7 +1,4 @@
-"""Tables and figures of motions: their measures, histories, spectra and Husid plots.
-
-The command `toppling motions` and the gallery of generators use them.  Nothing here knows of blocks.
-"""
+"""Tables and figures of motions: their measures, histories, spectra and Husid plots."""
 
 from __future__ import annotations
 
@@ -62,10 +59,7 @@ COLUMNS = (
 
 
 class Shown(NamedTuple):
-    """Motions to be looked at, the doubts in them, and the ratios to a ground-motion model where they claim a scenario.
-
-    ratios: as `toppling.motions.over_model`, by the name of the model; lines: the same of each stripe in words.
-    """
+    """Motions to be looked at, doubts in them, and ratios to ground-motion models, or in words of each stripe."""
 
     motions: list[xr.DataArray]
     doubts: list[Doubt]

@@ -1,8 +1,4 @@
-"""One run of one block under one motion, with its outputs, as `toppling simulate` makes it.
-
-The outputs are lines for people, JSON for programs, a table and a figure (module `figure`); module `inputs` reads the
-command line.
-"""
+"""One run of one block under one motion, with its outputs, as `toppling simulate` makes it."""
 
 from __future__ import annotations
 
@@ -312,11 +308,7 @@ class Simulation:
         return history_figure(self.shown, title, text, lifts=self.thresholds, ends=ends, walls=walls)
 
     def write(self, folder: Path) -> list[Path]:
-        """Write history.csv and history.png into a folder, made where missing, and remove what an earlier run left.
-
-        The films of an earlier run are removed, since they would be taken for this run's.  StudyError where the folder
-        cannot be written.
-        """
+        """Write history.csv and history.png into a folder, and remove what an earlier run left, its films among it."""
         drawn = self.figure()
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -114,11 +114,7 @@ def refuse_folder(target: Path) -> None:
 
 
 def finished(target: Path, identity: str, study: Mapping[str, Any], other_machine: bool = False) -> xr.Dataset | None:
-    """Return the finished results of the study of this identity, or None where there are none.
-
-    `study`: the content of the study file, to name its differences from the study of the results. `other_machine`:
-    results of motions with other last digits are of the same study.
-    """
+    """Return the finished results of the study of this identity, or None where there are none."""
     from .differences import OTHER_MOTIONS, makes_motions, same_inputs  # noqa: PLC0415
 
     try:

@@ -121,10 +121,7 @@ def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
 
 
 def opened(path: Path) -> xr.Dataset:
-    """Open results whose arrays are read when they are used.
-
-    A file that declares more than a file of its size holds would fill the memory: it is a StudyError.
-    """
+    """Open results whose arrays are read when they are used; StudyError for a file that declares more than it holds."""
     return open_netcdf(
         path, lambda problem: StudyError(f"{path}: {problem}: it is damaged, or no result file; run its study again")
     )
@@ -138,11 +135,7 @@ def load_small(stored: xr.Dataset) -> None:
 
 
 def title_of(path: Path) -> str:
-    """Return the title of a result file without labelled arrays, which load slowly.
-
-    All small variables are read, so that a damaged file is recognised: OSError or RuntimeError as of `load_small`, and
-    AttributeError where the file has no title.
-    """
+    """Return the title of a result file without labelled arrays, which load slowly; errors as of `load_small`."""
     with netCDF4.Dataset(path, memory=small_netcdf(path)) as file:
         file.set_auto_maskandscale(False)
         for one in file.variables.values():

@@ -24,11 +24,7 @@ Record = dict[str, dict[str, str]]
 
 @contextmanager
 def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[None]:
-    """Write files of these names within; when the block ends, those of an earlier run that were not written are gone.
-
-    The folder is made where missing, and not left empty. Files of other commands than `command` stay; a file of one of
-    these names that is not ours, or was changed since it was written, is a StudyError.
-    """
+    """Write files of these names within; afterwards `command`'s earlier ones are gone, and no other file is touched."""
     made = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -23,10 +23,7 @@ AFTER_SECONDS = 2.0
 
 @dataclass
 class Display:
-    """Display of progress: `Study.run` calls `update` with (runs done, all runs), and `watching` with its counts.
-
-    `aside`: about how many further runs there are of which `update` is not told, but `watch` is: those of slips.
-    """
+    """Display of progress: `Study.run` calls `update` with (runs done, all runs), and `watching` with its counts."""
 
     show: Callable[[str, int, int, str], None]
     what: str
@@ -88,10 +85,7 @@ class Display:
 
 @contextmanager
 def show_progress(console: Console, what: str, total: int | None, aside: int = 0) -> Iterator[Display]:
-    """Make the display of the progress: a bar on a terminal, lines elsewhere.
-
-    total: None where it is not known yet; aside: as of `Display`.
-    """
+    """Make the display of the progress: a bar on a terminal, lines elsewhere; total: None where it is not known yet."""
     if not console.is_terminal:
         last = time.monotonic()
 

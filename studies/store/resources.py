@@ -25,39 +25,28 @@ HELD = 4
 """Number of arrays of all runs, each of the largest size, that are held in memory before further ones are files."""
 
 
-class Chunks(NamedTuple):
-    """Approximate seconds on one core, by the generous planning figures of the engine, and number of chunks."""
-
-    seconds: float
-    number: int
-
-
-def chunks_of(runs: int, samples: Sequence[int], per_sample: float) -> Chunks:
-    """Estimate the chunks of `runs` under motions of so many samples each, which take `per_sample` seconds."""
-    work = runs * sum(samples) / len(samples) * per_sample
-    return Chunks(work, max(1, math.ceil(number_of_chunks(work))))
-
-
 class Resources(NamedTuple):
-    """Approximate bytes of memory, of disk while a study runs, of its shards and of what is left; and its chunks."""
+    """Approximate bytes of memory, of disk during a study, of shards, of what is left; chunks and their time, s."""
 
     memory: float
     disk: float
     shards: float
     left: float
-    chunks: Chunks
+    chunks: int
+    seconds: float
 
     @classmethod
-    def of(cls, chunks: Chunks, kept: float, stored: float, together: float, arrays: Sequence[float] = ()) -> Self:
+    def of(cls, seconds: float, kept: float, stored: float, together: float, arrays: Sequence[float] = ()) -> Self:
         """Estimate from the bytes of runs in shards and in results, of data held at once, and of each further array."""
-        shards = kept + chunks.number * SHARD_BYTES
+        chunks = max(1, math.ceil(number_of_chunks(seconds)))
+        shards = kept + chunks * SHARD_BYTES
         # variables of every run are in a file without a name until they are written, and then in both files
         left = stored + RESULT_BYTES
         aside = kept + stored if kept + stored > HELD * IN_MEMORY else 0.0
         aside += sum(one for one in arrays if one > IN_MEMORY)
         memory = BASE_BYTES + together + min(kept + stored, HELD * IN_MEMORY)
         memory += sum(one for one in arrays if one <= IN_MEMORY)
-        return cls(memory, shards + aside + left, shards, left, chunks)
+        return cls(memory, shards + aside + left, shards, left, chunks, seconds)
 
 
 def refuse_shortage(folder: Path, needs: Resources, resume: bool) -> None:

@@ -146,11 +146,7 @@ class Shards(Runner):
 
 
 def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_machine: bool = False) -> tuple[Path, bool]:
-    """Return the folder for the shards of a study, and True if it holds shards of this study already.
-
-    `pinned`: identity, study (its file's content) and work (its runs), as the manifest keeps them. `other_machine`:
-    take the shards of another kind of processor, too; the manifest then names both.
-    """
+    """Return the folder for the shards of a study, and True if it holds shards of this study already."""
     shards = folder / FOLDER
     refuse_link(shards)
     if shards.exists() and not fresh:
@@ -170,10 +166,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_mach
 
 
 def refuse_other(folder: Path, pinned: Mapping[str, Any], other_machine: bool = False) -> bool:
-    """Return True if a folder holds parts of the study `pinned`; StudyError where they are of another study.
-
-    `other_machine`: parts of the same study from another machine are no other study's.
-    """
+    """Return True if a folder holds parts of the study `pinned`; StudyError where they are of another study."""
     before = read_manifest(folder)
     if before is None:
         return False

@@ -159,11 +159,6 @@ class Watch:
         return f"{self.count} ({share}), {self.pace}"
 
     @property
-    def all_words(self) -> str:
-        """The counts of a study that has all its runs."""
-        return f"{self.runs:,} runs, {self.pace}"
-
-    @property
     def pace(self) -> str:
         """The rate, the share of samples skipped and the time of the slowest chunk."""
         return f"{self.rate:,.0f}/s, {self.detail}"

@@ -26,10 +26,7 @@ def cluster(
     stop: Callable[[], bool],
     both: bool = False,
 ) -> Cluster:
-    """Return the workers of a client, with the function that generates a study's motions (of these digests) there.
-
-    both: whether the motions are run both ways.
-    """
+    """Return the workers of a client, with the function that generates a study's motions (of these digests) there."""
     # (the workers may lack the files, and do not know what yields above the ground makes of each level)
     yields = "performance" in configuration and (
         "supports" in configuration or not scales(configuration.get("building") or {})
@@ -41,10 +38,7 @@ def cluster(
 
 
 def motions_again(configuration: str, both: bool = False) -> list[Record]:
-    """Generate all motions of a study, of floors and of the ground below them, from its file's content (JSON).
-
-    both: with each followed by its reverse.
-    """
+    """Generate all motions of a study, of floors and of the ground below them, from its file's content (JSON)."""
     content = json.loads(configuration)
     others = content.pop("motion_sets", [])
     # (these do not affect the motions, and with defaults filled in a hazard is not valid for every study)

@@ -164,10 +164,7 @@ def doubtful_items(ranking: xr.Dataset) -> Flags:
 
 
 def common_modelling(ranking: xr.Dataset) -> str:
-    """Return the clause on the modelling uncertainty that a ranking holds; empty where it holds none.
-
-    A ranking shifts the capacities of all pieces together, also where pieces of other classes are independent.
-    """
+    """Return the clause on the modelling uncertainty that a ranking holds for all pieces together; '' for none."""
     held = float(ranking.attrs.get(MODELLING, 0.0)) > 0.0
     yearly = "at_level" not in ranking.attrs and str(ranking.attrs.get("modelling", IN_MEAN)) == IN_MEAN
     return "the modelling uncertainty β_m is taken as common to all pieces" if held and yearly else ""

@@ -13,7 +13,7 @@ from ..buildings.assessment import BUILDING
 from ..text.curve_notes import branches_beyond, verb_of
 from ..text.rows import Rows
 from ..text.spread import HEADINGS, building_spread, rates_of_consequences, sources
-from ..text.words import floor_name
+from ..text.words import by_place
 from .assessment import place_name, span
 
 
@@ -23,17 +23,15 @@ def spread_rows(results: xr.Dataset) -> Rows | None:
         return None
     names = [str(one) for one in results["epistemic_source"].values]
     there = [one for one in names if float(results["epistemic_spread"].sel(epistemic_source=one).max()) > 0.0]
-    floors = results["floor"].values.tolist() if "floor" in results["epistemic_rate"].dims else [None]
     fractiles = results["epistemic_fractile"].values.tolist()
     rows = []
-    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
-        one = results.isel(block=i) if floor is None else results.isel(block=i, floor=k)
-        where = "" if floor is None else f", {floor_name(floor)}"
+    for name, place in by_place(results, results["epistemic_rate"].dims):
+        one = results.isel(place)
         mean = one["epistemic_rate"].item()
         years = [about_years(rate) for rate in one["epistemic_rate_fractile"].values]
-        shares = [float(one["epistemic_spread"].sel(epistemic_source=name)) for name in there]
+        shares = [float(one["epistemic_spread"].sel(epistemic_source=source)) for source in there]
         rows.append((
-            f"{results['block'].values[i]}{where}",
+            name,
             about_years(mean),
             *years[::-1],
             *(_share(share) if np.isfinite(share) else "–" for share in shares),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from ...fragility.fitting.states import OVERTURNED, state_name
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
 from ..text.curve_notes import verb_of
 from ..text.rows import Rows
-from ..text.words import block_title, display_unit, floor_name, quantity_name, reference_law
+from ..text.words import block_title, by_place, display_unit, quantity_name, reference_law
 
 ENDS = ("", "_lower", "_upper")
 MOST_COLUMNS = 6
@@ -37,10 +36,7 @@ HALF = 0.5
 def breaks_by_level(
     every: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArray, confidence: str, what: str
 ) -> Rows | None:
-    """Return a table of the shares of motions in which restraints break: a row a level, a column a restraint.
-
-    `every` has shares (level,) and the ends of their intervals, by the name of the piece and its restraint.
-    """
+    """Return a table of the shares of motions in which restraints break: a row a level, a column a restraint."""
     if not every:
         return None
     scale, unit = display_unit(levels)
@@ -62,10 +58,7 @@ def share_text(share: float, low: float, high: float) -> str:
 
 
 def break_rows(results: xr.Dataset) -> Rows | None:
-    """Return the shares of the motions in which the restraints of blocks break at each level, under the reference law.
-
-    None where no block has a restraint.
-    """
+    """Return the shares of the motions in which restraints break at each level; None where no block has one."""
     if BROKEN not in results:
         return None
     at, _ = reference_law(results)
@@ -145,11 +138,5 @@ def _telling(shares: np.ndarray) -> tuple[int, str]:
 def _held(results: xr.Dataset) -> list[tuple[str, dict[str, int]]]:
     """Return the names of blocks (and floors) with restraints, with their positions."""
     shares = results[BROKEN]
-    floors = shares["floor"].values.tolist() if "floor" in shares.dims else [None]
-    found = []
-    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
-        where = {"block": i} | ({} if floor is None else {"floor": k})
-        if bool(shares.isel(where).notnull().any()):
-            on = "" if floor is None else f", {floor_name(floor)}"
-            found.append((f"{results['block'].values[i]}{on}", where))
-    return found
+    every = by_place(results, shares.dims)
+    return [(name, where) for name, where in every if bool(shares.isel(where).notnull().any())]

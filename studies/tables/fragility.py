@@ -35,7 +35,7 @@ from ..text.curve_notes import FEW_HELD, few_motions, infinitive_of, reached_of,
 from ..text.level_advice import other_levels
 from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, within_levels
 from ..text.rows import Rows
-from ..text.words import axis_of, display_unit, floor_name, level_name, measure_at
+from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
 from .values import Cell, ValueTable, known, with_units
 
 OVERTURNING = state_name(OVERTURNED)
@@ -68,6 +68,14 @@ def hints(results: xr.Dataset) -> list[str]:
     return lines
 
 
+def _table(title: str, headings: Sequence[str]) -> Table:
+    """Return a table without rows: names of laws and words to the left, numbers to the right."""
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in ("law", "") else "right", overflow="fold")
+    return table
+
+
 def fragility_table(results: xr.Dataset) -> Table:
     """Levels at which half fall, and dispersions of the fitted curves, with intervals, for a terminal."""
     scale, unit = display_unit(axis_of(results))
@@ -76,25 +84,17 @@ def fragility_table(results: xr.Dataset) -> Table:
     state = str(results.attrs.get("state", OVERTURNING))
     fall = infinitive_of(verb_of(state))
     less = f" (of β {FEW_HELD['dispersion']})" if few_motions(results) else ""
-    table = Table(
-        title=f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half of the runs {fall}, and "
+    fractions = results["fraction"].values.tolist() if "fraction_level" in results else []
+    table = _table(
+        f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half of the runs {fall}, and "
         f"dispersion β of {'what uplifted' if 'uplift_median' in results else 'the fitted curve'}, with {percent} "
         f"intervals{less}{_chosen(results)}",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        title_justify="left",
+        ("law", "half at", percent, "β", percent, *(f"P = {given_percent(p)}" for p in fractions)),
     )
-    fractions = results["fraction"].values.tolist() if "fraction_level" in results else []
-    for heading in ("law", "half at", percent, "β", percent, *(f"P = {given_percent(p)}" for p in fractions)):
-        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
-    floors = results["floor"].values.tolist() if "floor" in results.dims else [None]
-    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
-        where = "" if floor is None else f", {floor_name(floor)}"
-        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
+    for label, place in by_place(results, results.dims):
+        table.add_row(f"[bold]{escape(label)}[/]")
         for j, model in enumerate(results["model"].values):
-            one = results.isel(block=i, model=j)
-            if floor is not None:
-                one = one.isel(floor=k)
+            one = results.isel(place).isel(model=j)
             if bool(one["converged"]):
                 cells: tuple[str, ...] = (*level_texts(one, "half_level", scale), "", "")
                 if "dispersion" in one:
@@ -110,29 +110,20 @@ def risk_table(results: xr.Dataset) -> Table:
     """Annual rates, and probabilities in the study's years, for a terminal."""
     years = float(results.attrs["years"])
     percent = confidence_text(results)
-    table = Table(
-        title=f"How often each {_verb(results)}, and with what probability in {years_text(years)} "
-        f"({percent} intervals, "
-        f"for the given hazard curve){_chosen(results)}",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        title_justify="left",
-    )
     scale, unit = display_unit(axis_of(results))
     measure = f"{level_name(results)}{f', {unit}' if unit else ''}"
     both = "fraction_level" in results and LOW_SHARE in results["fraction"].values
     shares = f"{100.0 * LOW_SHARE:g} / 50 %" if both else "50 %"
-    columns = ("law", "once in, years", "in a year", f"in {years_text(years)}", f"{shares} at {measure}")
-    for heading in columns:
-        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
-    floors = results["floor"].values.tolist() if "floor" in results["rate"].dims else [None]
-    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
-        where = "" if floor is None else f", {floor_name(floor)}"
-        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
+    table = _table(
+        f"How often each {_verb(results)}, and with what probability in {years_text(years)} "
+        f"({percent} intervals, "
+        f"for the given hazard curve){_chosen(results)}",
+        ("law", "once in, years", "in a year", f"in {years_text(years)}", f"{shares} at {measure}"),
+    )
+    for label, place in by_place(results, results["rate"].dims):
+        table.add_row(f"[bold]{escape(label)}[/]")
         for j, model in enumerate(results["model"].values):
-            one = results.isel(block=i, model=j)
-            if floor is not None:
-                one = one.isel(floor=k)
+            one = results.isel(place).isel(model=j)
             rate = one["rate"].item()
             if np.isfinite(rate):
                 low, high = one["rate_lower"].item(), one["rate_upper"].item()
@@ -196,15 +187,11 @@ def size_table(results: xr.Dataset) -> Table:
     along, target = results.attrs["size_along"], float(results.attrs["size_probability"])
     years = float(results.attrs["years"])
     units = results[f"size_{along}"].attrs["units"]
-    table = Table(
-        title=f"Which {along} ({units}) {_verb(results)} with a probability of {percent(target)} in {years:g} "
+    table = _table(
+        f"Which {along} ({units}) {_verb(results)} with a probability of {percent(target)} in {years:g} "
         f"years ({confidence_text(results)} intervals, for the given hazard curve)",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        title_justify="left",
+        ("law", along, "interval", ""),
     )
-    for heading in ("law", along, "interval", ""):
-        table.add_column(heading, justify="left" if heading in ("law", "") else "right", overflow="fold")
     floors = results["floor"].values.tolist() if "floor" in results[f"size_{along}"].dims else [None]
     for k, floor in enumerate(floors):
         for j, model in enumerate(results["model"].values):
@@ -222,11 +209,9 @@ def size_table(results: xr.Dataset) -> Table:
 def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
     """The most efficient measures of each block: the dispersion in each measure under every law, best first."""
     found = ranking_of_measures(results)
-    floors = found["floor"].values.tolist() if "floor" in found.dims else [None]
     tables = []
-    for block, floor in product(found["block"].values, floors):
-        here = found.sel(block=block) if floor is None else found.sel(block=block, floor=floor)
-        where = "" if floor is None else f", {floor_name(floor)}"
+    for name, place in by_place(found, found.dims):
+        here = found.isel(place)
         rank = here["rank"].mean("model").values
         rows = []
         known = np.isfinite(here["amplitude_dispersion"].values).any(
@@ -240,11 +225,11 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
                 near = "" if bool(one["distinguishable"]) else "≈ "
                 cells.append("{}{} ({})".format(near, *dispersion_texts(one, "amplitude_dispersion")))
             # (the dispersion is of the root of the measure that grows with the amplitude)
-            label, long_name = (str(here[name].values[i]) for name in ("measure", "measure_long_name"))
+            label, long_name = (str(here[key].values[i]) for key in ("measure", "measure_long_name"))
             rows.append((measure_at(label, long_name, float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
         less = f"; intervals: {FEW_HELD['measure']}" if few_motions(results) else ""
-        title = f"Dispersion by measure: {block}{where} ({shown}≈: not distinguished from the best{less})"
+        title = f"Dispersion by measure: {name} ({shown}≈: not distinguished from the best{less})"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
 

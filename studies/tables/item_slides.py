@@ -37,10 +37,7 @@ NOT_MODELLED = "rolls: not modelled"
 
 
 def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
-    """Return the table of sliding of the lines of an inventory under one law, in 50 years or at the study's level.
-
-    None where no line has friction, an edge or castors.
-    """
+    """Return the table of sliding of an inventory under one law, in 50 years or at the level; None without any."""
     contacts = contacts_of(results)
     if INSTEAD not in results and not any(contacts):
         return None
@@ -169,10 +166,7 @@ def edges_of(results: xr.Dataset) -> list[Edge | None]:
 
 
 def _chance(one: xr.Dataset, name: str, rate: str, yearly: bool, most: str) -> str:
-    """Return the chance of something in 50 years, or at the level, with its interval; a dash where it is not known.
-
-    most: the bound of what no motion showed.
-    """
+    """Return the chance of something in 50 years, or at the level, with its interval; a dash where it is not known."""
     if name not in one:
         return "–"
     if yearly:

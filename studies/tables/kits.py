@@ -9,7 +9,7 @@ from typing import NamedTuple
 import xarray as xr
 
 from ...core.units import STANDARD_GRAVITY
-from ...core.wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
+from ...core.wording import about_percent, confidence_text, currency_of, given_number, two_digits
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import HELPS, NOT_KNOWN, NOTHING, UNKNOWN, YEARS, Piece, Range
 from ..buildings.variables import RUPTURE
@@ -17,9 +17,9 @@ from ..money.present_value import payback
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
 from .breaks import ENDS, breaks_by_level
-from .pieces import at_rate, in_years, payback_text
+from .pieces import at_rate, chance_cell, in_years, payback_text
 from .unseen import at_most, most_probability
-from .values import Cell, ValueTable, known, with_units
+from .values import Cell, ValueTable, known, with_ends, with_units
 
 MOST_ROWS = 60
 """Most rows of a table in a terminal or a report."""
@@ -30,25 +30,10 @@ COLUMNS = {
     "pieces": "",
     "kit": "",
     "damping_law": "",
-    "falls": "rate",
-    "falls_lower": "rate",
-    "falls_upper": "rate",
-    "front_falls": "rate",
-    "front_falls_lower": "rate",
-    "front_falls_upper": "rate",
-    "falls_saved": "rate",
-    "falls_saved_lower": "rate",
-    "falls_saved_upper": "rate",
-    "front_falls_saved": "rate",
-    "front_falls_saved_lower": "rate",
-    "front_falls_saved_upper": "rate",
-    "share_saved": "share",
-    "share_saved_lower": "share",
-    "share_saved_upper": "share",
+    **with_ends("rate", "falls", "front_falls", "falls_saved", "front_falls_saved"),
+    **with_ends("share", "share_saved"),
     "effect": "",
-    "breaks": "rate",
-    "breaks_lower": "rate",
-    "breaks_upper": "rate",
+    **with_ends("rate", "breaks"),
     "saving_of_all": "saving",
     "cost": "money",
     "cost_of_all": "money",
@@ -96,10 +81,7 @@ class KitRow(NamedTuple):
 
     @property
     def payback(self) -> float:
-        """Years after which the discounted saving has paid the cost, infinite where it never does.
-
-        NaN where cost or saving is not known, or no saving is shown.
-        """
+        """Years after which the discounted saving has paid the cost: infinite if never, NaN where not known."""
         if not self.kit or self.effect in (NOTHING, NOT_KNOWN) or not self.piece.judged:
             return math.nan
         return payback(self.piece.number * self.cost, self.saving, self.piece.discount)
@@ -202,11 +184,7 @@ def kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Ro
 
 
 def short_kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Rows | None:
-    """Return the table of kits for a narrow terminal, of at most so many lines of pieces and kits; None without kits.
-
-    A piece has a row of its own.  A kit has two lines of text: its name and cost with the values, and below them
-    whether it is the choice for the budget or the target, with the intervals.
-    """
+    """Return the table of kits for a narrow terminal, of at most so many rows of pieces and kits; None without kits."""
     if "kit_falls" not in results:
         return None
     lines = kit_lines(results, model)
@@ -379,11 +357,7 @@ def _chosen(one: xr.Dataset, kit: str) -> tuple[bool | None, bool | None]:
 
 def _chance(rate: Range, yearly: bool, most: str) -> str:
     """Return a chance with its interval; `most` is the bound of what no motion showed."""
-    chance = in_years(rate, YEARS) if yearly else rate
-    if chance.value == 0.0:
-        return most
-    ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
-    return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")
+    return chance_cell(in_years(rate, YEARS) if yearly else rate, most)
 
 
 def _share(share: Range) -> str:

@@ -36,7 +36,7 @@ from ..text.spread import (
 from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_name, level_text, roof_of
 from .assessment import drawn_heading, span
 from .unseen import at_most, most_rate
-from .values import ValueTable, known, with_units
+from .values import ValueTable, known, with_ends, with_units
 
 OVER_BRANCHES = (
     "chances: means and 90 % ranges over all stated uncertainties; all else: one law, one set of motions and one "
@@ -54,67 +54,34 @@ COLUMNS = {
     "pieces": "",
     "anchored_with": "",
     "damping_law": "",
-    "chance_in_a_year": "1",
-    "chance_in_a_year_lower": "1",
-    "chance_in_a_year_upper": "1",
-    "chance_in_50_years": "1",
-    "chance_in_50_years_lower": "1",
-    "chance_in_50_years_upper": "1",
+    **with_ends("1", "chance_in_a_year", "chance_in_50_years"),
     "chance_in_50_years_modelling_lower": "1",
     "chance_in_50_years_modelling_upper": "1",
     "chance_in_50_years_over_branches": "1",
     "chance_in_50_years_over_branches_5_percent": "1",
     "chance_in_50_years_over_branches_95_percent": "1",
     "level": "level",
-    "probability_at_level": "1",
-    "probability_at_level_lower": "1",
-    "probability_at_level_upper": "1",
+    **with_ends("1", "probability_at_level"),
     "probability_at_level_modelling_lower": "1",
     "probability_at_level_modelling_upper": "1",
     "contact": "",
     "friction": "1",
     "slides_instead": "1",
-    "sliding_off_in_50_years": "1",
-    "sliding_off_in_50_years_lower": "1",
-    "sliding_off_in_50_years_upper": "1",
-    "sliding_off_at_level": "1",
-    "sliding_off_at_level_lower": "1",
-    "sliding_off_at_level_upper": "1",
+    **with_ends("1", "sliding_off_in_50_years", "sliding_off_at_level"),
     "trip_distance": "metre",
-    "tripping_in_50_years": "1",
-    "tripping_in_50_years_lower": "1",
-    "tripping_in_50_years_upper": "1",
-    "tripping_at_level": "1",
-    "tripping_at_level_lower": "1",
-    "tripping_at_level_upper": "1",
-    "overturning_alone_in_50_years": "1",
-    "overturning_alone_in_50_years_lower": "1",
-    "overturning_alone_in_50_years_upper": "1",
-    "overturning_alone_at_level": "1",
-    "overturning_alone_at_level_lower": "1",
-    "overturning_alone_at_level_upper": "1",
-    "overturning_where_it_rocks_in_50_years": "1",
-    "overturning_where_it_rocks_in_50_years_lower": "1",
-    "overturning_where_it_rocks_in_50_years_upper": "1",
-    "overturning_where_it_rocks_at_level": "1",
-    "overturning_where_it_rocks_at_level_lower": "1",
-    "overturning_where_it_rocks_at_level_upper": "1",
+    **with_ends("1", "tripping_in_50_years", "tripping_at_level"),
+    **with_ends("1", "overturning_alone_in_50_years", "overturning_alone_at_level"),
+    **with_ends("1", "overturning_where_it_rocks_in_50_years", "overturning_where_it_rocks_at_level"),
     "level_at_10_percent": "level",
     "level_at_50_percent": "level",
     "consequences": "",
     "value": "money",
     "anchoring_cost": "money",
     "anchoring_cost_of_all": "money",
-    "saving_a_year": "money a year",
-    "saving_a_year_lower": "money a year",
-    "saving_a_year_upper": "money a year",
+    **with_ends("money a year", "saving_a_year"),
     "payback": "year",
-    "downtime_of_one_a_year": "days a year",
-    "downtime_of_one_a_year_lower": "days a year",
-    "downtime_of_one_a_year_upper": "days a year",
-    "injured_a_year": "persons a year",
-    "injured_a_year_lower": "persons a year",
-    "injured_a_year_upper": "persons a year",
+    **with_ends("days a year", "downtime_of_one_a_year"),
+    **with_ends("persons a year", "injured_a_year"),
     "recommendation": "",
     "kit": "",
     "within_budget": "",
@@ -136,10 +103,7 @@ SLIDING = {
 
 
 def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> Rows:
-    """Return the table of the pieces under one law, for a terminal or a report.
-
-    With `branches` the chances of falling are means and ranges over all branches, where the study has them.
-    """
+    """Return the table of the pieces under one law; with `branches` chances are means and ranges over them."""
     pieces = pieces_of(results, model)
     spread = over_branches(results) if branches else {}
     yearly = "item_rate" in results
@@ -187,9 +151,9 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
         if yearly:
             rate = spread.get(one.item, one.chance)
             chances = [in_years(rate, 1.0).value, in_years(rate, YEARS)]
-        cells += ["–" if held else _chance(chance, text) for chance, text in zip(chances, bounds, strict=True)]
+        cells += ["–" if held else chance_cell(chance, text) for chance, text in zip(chances, bounds, strict=True)]
         cells += ["–" if held else ranges.get(one.item, NOT_GIVEN)] if ranges else []
-        cells += [_chance(breaking[one.item], most) if one.item in breaking else "–"] if breaking else []
+        cells += [chance_cell(breaking[one.item], most) if one.item in breaking else "–"] if breaking else []
         cells.append(one.recommendation)
         cells += ["–" if one.meant is None or one.held else one.meant.kit] if tried else []
         cells += ["–" if one.code is None else one.code.status] if coded else []
@@ -252,11 +216,10 @@ def code_rows(results: xr.Dataset) -> Rows | None:
 
 
 def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> ValueTable:
-    """Return the pieces under one law as values, for a spreadsheet.
+    """Return the pieces under one law as values, for a spreadsheet, in the units of the results.
 
-    Levels and money are in the units of the results (SI; the inventory's currency); levels beyond those that were run
-    are None.  For a workbook that people read (`readable`) levels are in the unit of the tables, such as g, and
-    chances, which its cells show in per cent, have no unit in their headings.
+    For a workbook that people read (`readable`) levels are in the unit of the tables, and chances, in per cent,
+    have no unit in their headings.
     """
     scale, level = display_unit(results["level"]) if readable else (1.0, str(results["level"].attrs.get("units", "1")))
     money = currency_of(results)
@@ -469,11 +432,11 @@ def _first(number: int) -> list[str]:
     return [f"the first {MOST_ROWS} of {number:,}; the exported table holds all of them"]
 
 
-def _chance(chance: Range | float, most: str) -> str:
+def chance_cell(chance: Range | float, most: str) -> str:
     """Return a chance, with its interval; `most` is the bound of what no motion showed."""
     if isinstance(chance, float):
         return about_percent(chance) if chance > 0.0 else most
-    if chance.value == 0.0:
+    if not chance.value > 0.0:
         return most
     ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
     return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")

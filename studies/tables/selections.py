@@ -15,10 +15,7 @@ from ..text.words import display_unit, measure_at, measure_name
 
 
 def selection_rows(results: xr.Dataset) -> Rows | None:
-    """Return the agreement of each stripe's motions with the hazard; None where motions were not selected.
-
-    A row a stripe: the two measures of the target that are off most, in median and in scatter, and the peak velocity.
-    """
+    """Return the agreement of each stripe's motions with the hazard, a row a stripe; None where none were selected."""
     if f"{PREFIX}bias" not in results:
         return None
     given = str(results[STRIPE].attrs["long_name"])

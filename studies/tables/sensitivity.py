@@ -83,10 +83,7 @@ def law_name(results: xr.Dataset, at: int) -> str:
 
 
 def level_rows(results: xr.Dataset) -> Rows:
-    """Return the levels at which half of the motions overturn each block, by the value, under the law of the answer.
-
-    Over e, a column gives each block's own e_R; a value that is not possible for a block has a mark and no level.
-    """
+    """Return the levels at which half of the motions overturn each block, by the value, under the law of the answer."""
     at = law_of_answer(results)
     axis = axis_of(results)
     scale, unit = display_unit(axis)
@@ -155,11 +152,7 @@ def _legend(results: xr.Dataset, marks: NDArray[np.str_]) -> list[str]:
 
 
 def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, float, float]]:
-    """Return of each block the values of its lowest and its highest median, in their order, and these medians (SI).
-
-    All values that were run count, but those that are not possible for the block and those whose median is not reached:
-    the numbers are those that `level_rows` shows.
-    """
+    """Return each block's values of its lowest and highest median, in order, and these (SI), as in `level_rows`."""
     results = within_levels(results)
     every = results["half_level"].isel(model=model).transpose("block", "value").values
     values, marks = results["value"].values, marks_of(results)

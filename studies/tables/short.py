@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from ...core.wording import (
 )
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ..buildings.pieces import pieces_of
-from ..buildings.recommendations import YEARS, Range
+from ..buildings.recommendations import YEARS
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.one_side import FORCED
@@ -35,8 +34,8 @@ from ..text.spread import (
     range_text,
     years_range,
 )
-from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name, reference_law
-from .pieces import code_text, in_years as chances_in, model_ranges, over_branches
+from ..text.words import NOT_REACHED, axis_of, by_place, display_unit, floor_name, level_name, reference_law
+from .pieces import chance_cell, code_text, in_years as chances_in, model_ranges, over_branches
 from .sensitivity import median_rows
 from .unseen import at_most
 
@@ -53,16 +52,15 @@ def short_rows(results: xr.Dataset) -> Rows | None:
 def _blocks(results: xr.Dataset) -> Rows:
     """Return the levels at which half fall, those of the other laws, and how often, of the blocks that fall first."""
     yearly = "rate" in results
-    floors = results["floor"].values.tolist() if "floor" in results["half_level"].dims else [None]
-    most = max(1, MOST // len(floors))
+    most = max(1, MOST // (results.sizes["floor"] if "floor" in results["half_level"].dims else 1))
     here = shown(results, RATE, most) if yearly else shown(results, most=most)
     at, known = reference_law(here)
     axis = axis_of(here)
     scale, unit = display_unit(axis)
     ranged = has_model_range(here, "rate" if yearly else "half_level")
     rows: list[tuple[str, ...]] = []
-    for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
-        one = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
+    for label, place in by_place(here, here["half_level"].dims):
+        one = here.isel(place)
         own, others = one.isel(model=at), np.delete(one["half_level"].values / scale, at)
         level, interval = level_texts(own, "half_level", scale)
         beta = dispersion_texts(own)[0] if "dispersion" in own else "–"
@@ -79,8 +77,7 @@ def _blocks(results: xr.Dataset) -> Rows:
             cells.append(model_range(own, name, write, 1.0 if yearly else 1.0 / scale) or NOT_GIVEN)
         if "epistemic_rate" in one:
             cells.append(range_text(one).removesuffix(" years") if np.isfinite(one["epistemic_rate"]) else "–")
-        where = "" if floor is None else f", {floor_name(floor)}"
-        rows.append((f"{here['block'].values[i]}{where}", *cells))
+        rows.append((label, *cells))
     law = f"{here['model'].values[at]}{', the reference law' if known else ''}"
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
     heading = f"half fall at {level_name(here)}{f', {unit}' if unit else ''}"
@@ -105,7 +102,7 @@ def _pieces(results: xr.Dataset) -> Rows:
     rows: list[tuple[str, ...]] = []
     for one in every[:MOST]:
         chance = chances_in(one.chance, YEARS) if yearly else one.chance
-        falls = "–" if one.held else _chance(chance, most)
+        falls = "–" if one.held else chance_cell(chance, most)
         floor = floor_name(one.floor).removeprefix("floor ")
         cells = [one.item, floor, f"{one.number:,}", falls]
         cells += ["–" if one.held else ranges.get(one.item, NOT_GIVEN)] if ranges else []
@@ -135,16 +132,6 @@ def _pieces(results: xr.Dataset) -> Rows:
     )
     sure = f"{confidence_text(results)} intervals of the motions{f'; {of_what(results)}' if ranges else ''}"
     return Rows(f"Each piece under {results['model'].values[at]} ({sure}; {code_text(results)}{first})", headings, rows)
-
-
-def _chance(chance: Range, most: str) -> str:
-    """Return a chance with its interval, or `most`, its bound, where no motion made the piece fall."""
-    if not chance.value > 0.0:
-        return most
-    if math.isnan(chance.lower) or math.isnan(chance.upper):
-        return about_percent(chance.value)
-    ends = chances_between(chance.lower, chance.upper, about_percent)
-    return f"{about_percent(chance.value)} ({ends})".replace("\u00a0%)", ")")
 
 
 def _ratios(results: xr.Dataset) -> Rows | None:

@@ -30,7 +30,7 @@ from ..plan.slides import (
     TRIP_RATE,
 )
 from ..text.rows import Rows
-from ..text.words import axis_of, display_unit, floor_name, level_text, quantity_name, reference_law
+from ..text.words import axis_of, by_place, display_unit, floor_name, level_text, quantity_name, reference_law
 
 MOST = 100
 """Most blocks in a table."""
@@ -41,10 +41,7 @@ NO_SIMULATION = "a criterion, not a simulation"
 
 
 def slide_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of sliding: in the years of a study with a hazard, else at the level at which half of all fall.
-
-    None where no friction is given, or nothing is known of slips.
-    """
+    """Return the table of sliding: in the years of a study with a hazard, else at the level where half fall."""
     if SLIP_HALF in results:
         return _adaptive_rows(results)
     if INSTEAD not in results or SLIP not in results:
@@ -61,15 +58,13 @@ def slide_rows(results: xr.Dataset) -> Rows | None:
         _chances(here, name, ENDS if name in (SLIP, SLIP_RATE, TRIP, TRIP_RATE) else ENDS[:1]) for name in names
     )
     distances = results[TRIP_DISTANCE].values if tripped else np.full(results.sizes["block"], np.nan)
-    floors = results["floor"].values.tolist() if "floor" in beyond[0].dims else [None]
     rows = []
-    for (i, block), (k, floor) in product(enumerate(results["block"].values[:MOST].tolist()), enumerate(floors)):
-        where = {"block": i} | ({} if floor is None else {"floor": k})
+    for name, where in by_place(results.isel(block=slice(MOST)), beyond[0].dims):
+        i = where["block"]
         own = [
             _text([float(one.isel(there)) for one in beyond], _ever(results[SLIP].isel(there)))
             for there in ({**where, "slip": j} for j in range(len(slips)))
         ]
-        name = str(block) if floor is None else f"{block}, {floor_name(floor)}"
         chances = results[INSTEAD][i], falls.isel(where), gated.isel(where)
         if tripped:
             own.append("–" if np.isnan(distances[i]) else f"{1000.0 * distances[i]:.4g}\u00a0mm")
@@ -183,10 +178,7 @@ def _chances(results: xr.Dataset, name: str, ends: Sequence[str]) -> list[xr.Dat
 
 
 def edge_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of falls over edges, in the years or at the level of the table of sliding.
-
-    None where no block is near an edge, or nothing is known of falls over edges.
-    """
+    """Return the table of falls over edges, in the years or at the level of the table of sliding; None without any."""
     if f"{FALL_OFF}_probability" not in results:
         return None
     when, cases = _edges(results)
@@ -228,13 +220,10 @@ def _edges(results: xr.Dataset) -> tuple[str, list[tuple[str, Chances]]]:
         middle = middle_level(results["probability"])
         names = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")
         when, here = f"at {level_text(float(results['level'][middle]), results['level'])}", here.isel(level=middle)
-    floors = results["floor"].values.tolist() if "floor" in here[names[0]].dims else [None]
     found = []
-    for (i, block), (k, floor) in product(enumerate(results["block"].values.tolist()), enumerate(floors)):
-        where = {"block": i} | ({} if floor is None else {"floor": k})
+    for name, where in by_place(results, here[names[0]].dims):
         values = [[float(here[f"{one}{end}"].isel(where)) for end in ENDS if f"{one}{end}" in here] for one in names]
         if not np.isnan(values[0][0]):
-            name = str(block) if floor is None else f"{block}, {floor_name(floor)}"
             off, over, either = (
                 _text(one, _ever(levels[of].isel(where))) for one, of in zip(values, SEEN, strict=True)
             )

@@ -13,10 +13,7 @@ from ..buildings.recommendations import YEARS
 
 
 def most_probability(results: xr.Dataset) -> float:
-    """Return the largest probability, given a level, of what none of the motions showed.
-
-    The upper end of Wilson's interval for no outcome of n motions, with the confidence of the results.
-    """
+    """Return the largest probability of what no motion showed: the upper end of Wilson's interval for 0 of n."""
     trials = np.array([number_of_motions(results)])
     return float(wilson_interval(np.zeros(1, np.int64), trials, float(results.attrs["confidence"]))[1][0])
 

@@ -24,6 +24,11 @@ def known(value: str | float | int) -> Cell:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def with_ends(units: str, *names: str) -> dict[str, str]:
+    """Return names of columns, each followed by those of the ends of its interval, with the kind of their units."""
+    return {f"{name}{end}": units for name in names for end in ("", "_lower", "_upper")}
+
+
 def with_units(name: str, units: str) -> str:
     """Return a name with its units, if it has any."""
     return f"{name} ({units})" if units else name

@@ -43,11 +43,7 @@ def places(results: xr.Dataset, by: str = HALF) -> xr.DataArray:
 
 
 def shown(results: xr.Dataset, by: str = HALF, most: int = MOST_BLOCKS) -> xr.Dataset:
-    """The part of a study's results that tables and figures show: of many blocks, those that come first.
-
-    At most `most` blocks are kept, ranked by their worst floors; the attributes ``shown_of`` and ``shown_by`` then hold
-    the number of all blocks and the order by which these were chosen.
-    """
+    """Return results of the blocks that come first, at most `most`, ranked by their worst floors."""
     blocks = results.sizes.get("block", 0)
     if blocks <= most or str(results.attrs["kind"]) not in BLOCK_KINDS:
         return results

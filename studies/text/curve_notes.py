@@ -1,8 +1,4 @@
-"""Notes on fitted curves and their rates that a reader needs before relying on them, in sentences.
-
-This module does not know how curves are fitted or rates computed: only which data they rest on, and how far they are
-extrapolated.
-"""
+"""Notes on fitted curves and their rates that a reader needs before relying on them, in sentences."""
 
 from __future__ import annotations
 
@@ -97,15 +93,11 @@ def action_of(verb: str, name: str) -> str:
 
 
 def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
-    """Notes on curves that rest on few runs, and on levels of half with wide intervals: one sentence each.
-
-    Without ``median_lower`` in the curves there is no note on intervals; `reached` and `runs`, on their dimensions,
-    count the runs that reached the state, and all.
-    """
+    """Notes on curves of few `runs` that `reached` the state, and on levels of half with wide intervals."""
     status = curves["status"]
     reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
     found = []
-    did, stayed = reached_of(state), f"did not {_infinitive(state)}"
+    did, stayed = reached_of(state), f"did not {infinitive_of(verb_of(state))}"
     for few, number, what, cure in (
         (reached, reached, did, "higher levels"),
         (runs - reached, runs - reached, stayed, "lower levels"),
@@ -274,10 +266,7 @@ def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None
 
 
 def possible_change(results: xr.Dataset) -> xr.DataArray:
-    """Return by how much of itself a rate may be off for what its curve does above the highest shaking that was run.
-
-    Where bounds are not known it is the whole share from there.
-    """
+    """Return by how much of itself a rate may be off for what its curve does above the highest shaking that was run."""
     bounds = rate_bounds(results)
     if bounds is None:
         return results[BEYOND]
@@ -295,10 +284,9 @@ def rate_notes(
 ) -> list[str]:
     """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
 
-    `rates` are those of `Risk.of`, with ``rate_share_below_levels`` where `lowest` is given; `settled` is the
-    probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known;
-    `hazard_ends` are the hazard curve's first and last level, SI, in the unit of the bins; `of_formula` is True if the
-    hazard is a formula, whose ends are levels exceeded once and 1e-8 times per year.
+    `settled` is the probability of each curve at the highest shaking that was run: where it is nearly 1, the curve
+    is known; `of_formula` is True if the hazard is a formula, whose ends are levels exceeded once and 1e-8 times
+    per year.
     """
     beyond = rates[BEYOND]
     found = []
@@ -399,10 +387,6 @@ def family_notes(curves: xr.Dataset, along: str) -> list[str]:
         f"{' and ' if len(others) > 1 else ''}{others[-1]}: a number for them is of no block in particular; take a "
         "family with one free size, such as widths of one height"
     ]
-
-
-def _infinitive(state: str) -> str:
-    return infinitive_of(verb_of(state))
 
 
 def infinitive_of(verb: str) -> str:

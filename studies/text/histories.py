@@ -51,10 +51,7 @@ class LastBalance(NamedTuple):
 
 
 def last_balance(response: xr.Dataset) -> LastBalance:
-    """The time and rotation at which a block that overturns exceeds its balance for the last time.
-
-    Samples are joined by straight lines.  For a history that ends before, it is the last sample.
-    """
+    """The time and rotation at which a block last exceeds its balance, linear between samples; else the last sample."""
     standing = before_lying(response)
     alpha = response.attrs["alpha"]
     time, x = response["time"].values[standing], (response["rotation"].values / alpha)[standing]

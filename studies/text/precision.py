@@ -130,10 +130,7 @@ def missed_precision(results: xr.Dataset) -> str:
 
 
 def precision_notes(runs: xr.Dataset, slip: float | None = None) -> list[str]:
-    """Return a note for each curve whose precision was missed, or whose form is off by half of it or more.
-
-    slip: the distance, m, of which they are curves.
-    """
+    """Return a note for each curve (of slips of `slip` m) whose precision was missed, or whose form is far off."""
     target, allowed = asked_of(runs)
     room = 0.5 * allowed if target in (MEDIAN, RATE) else math.inf
     of = "" if slip is None else slip_words(slip)
@@ -149,10 +146,7 @@ def precision_notes(runs: xr.Dataset, slip: float | None = None) -> list[str]:
 
 
 def measure_notes(runs: xr.Dataset) -> list[str]:
-    """Return a note on better measures for the curve that took the most motions, which all curves share.
-
-    runs: with gains on (block, model, other measure), or on (model, other measure) of a surface; of a median.
-    """
+    """Return a note on better measures for the curve that took the most motions, which all curves share."""
     if MEDIAN not in json.loads(str(runs.attrs["until"])):
         return []
     motions = runs["motions_run"]

@@ -67,9 +67,7 @@ def fraction_text(one: xr.Dataset, p: float, scale: float) -> str:
 def within_levels(results: xr.Dataset) -> xr.Dataset:
     """Return results in which fitted medians above the highest level that was run are infinite: not reached.
 
-    Results with levels (``level`` or, of a cloud, ``intensity``) and with ``sample_median``, or ``median`` and
-    ``median_ratio`` with its ends, change; others are returned as they are. Ratios of a median that is not reached are
-    infinite, ratios to one that is not reached are NaN. Doing it twice changes nothing.
+    Ratios of a median that is not reached are infinite, ratios to one that is not reached are NaN.
     """
     most = highest_level(results)
     if not np.isfinite(most):

@@ -134,10 +134,7 @@ def range_text(here: xr.Dataset) -> str:
 
 
 def sample_range(here: xr.Dataset, quantity: str = "sample_median") -> tuple[float, float]:
-    """Return the 5 and 95 % quantiles of a quantity of one block over samples of its properties; NaN where none has it.
-
-    A sample whose median lies above all levels counts as infinitely high.
-    """
+    """Return the 5 and 95 % quantiles of a quantity over samples, infinite above all levels; NaN where none has it."""
     own = here[quantity].values.astype(float)
     known = own[~np.isnan(own)]
     if not known.size:
@@ -155,10 +152,7 @@ def sources(here: xr.Dataset) -> list[tuple[str, float]]:
 
 
 def rates_of_building(results: xr.Dataset) -> xr.Dataset:
-    """Return the rates over branches of a performance study as those of blocks: of any fall by place, and of pieces.
-
-    Pieces stand by their mean rates, those that never fall (such as anchored ones) are left out.
-    """
+    """Return the rates over branches of a performance study as those of blocks: of any fall by place, and of pieces."""
     item = _as_blocks(results, "item_rate", "item")
     item = item.isel(block=np.argsort(-item["epistemic_rate"].values, kind="stable"))
     item = item.isel(block=np.flatnonzero(item["epistemic_rate"].values > 0.0))
@@ -175,10 +169,7 @@ def building_spread(results: xr.Dataset, quantity: str, place: str) -> xr.Datase
 
 
 def rates_of_consequences(results: xr.Dataset, place: str) -> xr.Dataset | None:
-    """Return the rates of the consequences in a place over all branches as those of blocks, the most frequent first.
-
-    None where the inventory has no consequences, or none of them comes about.
-    """
+    """Return the rates of the consequences in a place over all branches as those of blocks, the most frequent first."""
     if "epistemic_consequence_rate" not in results:
         return None
     found = _as_blocks(results.sel(place=place), "consequence_rate", "consequence")

@@ -38,10 +38,7 @@ class _Printable(Console):
 
 
 def fitted(table: Table, width: int) -> Iterator[Table]:
-    """Yield a table that fits a width with its cells broken between words only, or else several tables of its columns.
-
-    Each of these tables begins with the first column.  A column that is too wide by itself may be broken anywhere.
-    """
+    """Yield a table that fits a width with cells broken between words, or several that begin with its first column."""
     cells = [[Text.from_markup(str(one)) for one in (column.header, *column.cells)] for column in table.columns]
     words = [max((cell_len(word) for one in column for word in _words(one)), default=0) for column in cells]
     most = [_longest(column) for column in cells]

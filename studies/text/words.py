@@ -1,13 +1,10 @@
-"""Names of measures, floors, inputs and axes for people: the same words in tables and in drawings.
-
-Nothing here draws, so that tables and messages load no plotting library.
-"""
+"""Names of measures, floors, inputs and axes for people: the same words in tables and in drawings."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -196,6 +193,16 @@ def floor_name(floor: int | str) -> str:
     return "ground" if text in ("0", "ground") else text if " " in text else f"floor {text}"
 
 
+def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[str, dict[str, int]]]:
+    """Yield the name and the position of each block, and each of its floors where the `dims` of some variable do."""
+    for i, block in enumerate(results["block"].values):
+        if "floor" not in dims:
+            yield str(block), {"block": i}
+            continue
+        for k, floor in enumerate(results["floor"].values):
+            yield f"{block}, {floor_name(floor)}", {"block": i, "floor": k}
+
+
 def roof_of(results: xr.Dataset) -> str:
     """Return the floor that is the roof of the study's building, '' where that is not known."""
     building = json.loads(str(results.attrs.get("study", "{}"))).get("building")
@@ -219,10 +226,7 @@ def floor_cell(floor: int | str, roof: str = "") -> str:
 
 
 def reference_law(results: xr.Dataset) -> tuple[int, bool]:
-    """Return the position of the law that the answer is given for, and True if it is the reference of the field.
-
-    Where the reference (Housner's law) is not among the laws, the answer is given for the first law.
-    """
+    """Return the position of the law of the answer, and True if it is Housner's, the reference of the field."""
     law = results.coords.get("law")
     if law is not None and law.dims == ("model",):
         return reference_position([str(one) for one in law.values])

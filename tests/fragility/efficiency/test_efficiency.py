@@ -544,8 +544,6 @@ class TestFigures:
         assert texts[0] == "PGV of the ground"
         assert "√(Arias intensity) of the ground" in texts
         assert ax.get_xlim()[1] >= float(one["amplitude_dispersion_upper"].max())
-        trend = plots.sufficiency(one, "d5_95")
-        assert "ln significant duration" in trend.get_xlabel()
         figure = plots.ranking_figure(found, "crate")
         assert len(figure.axes) == 1
         both = xr.concat([found, found], xr.DataArray([1, 3], dims="floor", name="floor"))

@@ -873,8 +873,9 @@ class TestContents:
 
 
 def test_docs_name_every_column():
+    page = (Path(tp.__file__).parent / "docs/study.md").read_text(encoding="utf-8")
     for column in COLUMNS:
-        assert re.search(rf"``{column}``", read_inventory.__doc__), column
+        assert f"`{column}`" in page, column
 
 
 def test_lines_of_totals_are_no_blocks(tmp_path):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from study_schema import made_keys, made_schema
 
 import toppling as tp
 from toppling import motions as mo
@@ -16,13 +17,11 @@ from toppling.studies.command.cli import main
 from toppling.studies.file.motions import AXES
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.file.table import KeyInfo, bare
-from toppling.studies.reference.json_schema import all_tables, study_schema, unit_of
-from toppling.studies.reference.key_reference import key_reference
 
 EXAMPLES = sorted((Path(tp.__file__).parent / "studies" / "examples").glob("*.toml"))
-SCHEMA = study_schema()
+SCHEMA = made_schema.study_schema()
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
-TABLES = {table.__name__: table for table in all_tables()}
+TABLES = {table.__name__: table for table in made_schema.all_tables()}
 
 
 def keys():
@@ -66,7 +65,7 @@ class TestSchema:
             if '"number"' in json.dumps(said):
                 assert said["unit"], f"{name}.{key}"
             if bare(key) != key:
-                assert said["unit"] == unit_of(key, field) != "", f"{name}.{key}"
+                assert said["unit"] == made_schema.unit_of(key, field) != "", f"{name}.{key}"
 
     def test_nothing_is_null(self):
         """TOML has no null: a key that may be left out is one that is not required."""
@@ -243,7 +242,7 @@ class TestCommand:
 
 class TestReference:
     def test_names_every_key_with_its_unit(self):
-        page = key_reference()
+        page = made_keys.key_reference()
         for name, key, _, said in keys():
             assert f"| `{key}` |" in page, f"{name}.{key}"
             assert f"| {said.get('unit', '')} |" in page
@@ -251,12 +250,12 @@ class TestReference:
             assert f"### `{heading}`" in page
 
     def test_rows_have_five_cells(self):
-        for line in key_reference().splitlines():
+        for line in made_keys.key_reference().splitlines():
             if line.startswith("|"):
                 assert line.replace("\\|", "").count("|") == 6, line
 
     def test_one_row(self):
-        page = key_reference()
+        page = made_keys.key_reference()
         static = "Static coefficient of friction, or its median."
         assert f"| `static` | {static} | 1 | that of contact | number ≥ 0.05, ≤ 2 |" in page
         kind = "A uniform cantilever, masses on springs, or none."

@@ -11,11 +11,11 @@ import pytest
 import xarray as xr
 from report_pages import INVENTORY, STUDIES, loaded, of_client
 from scipy.stats import norm
+from study_schema import made_schema
 
 import toppling as tp
 from toppling.core.wording import about_percent, three_digits, two_digits
 from toppling.studies import StudyError
-from toppling.studies.reference.json_schema import study_schema
 from toppling.studies.report import page as module
 from toppling.studies.report.actions import next_steps
 from toppling.studies.report.answers import answer
@@ -91,7 +91,8 @@ class TestClientPart:
         text = re.sub(r"<[^>]+>", " ", of_client(pages[name]))
         rules = text.partition("What this answer rests on")[0]
         assert not re.search(r"e=|δ=|\[\[?[a-z]|\]\]|_[a-z]+_|= \[|`|--[a-z]", text)
-        keys = {key for name in study_schema()["$defs"].values() for key in name.get("properties", {}) if "_" in key}
+        tables = made_schema.study_schema()["$defs"].values()
+        keys = {key for table in tables for key in table.get("properties", {}) if "_" in key}
         assert keys
         assert not [key for key in keys if re.search(rf"\b{key}\b", text)]
         if name != "sensitivity":

@@ -9,8 +9,14 @@ from scipy.stats import binomtest
 
 import toppling as tp
 from toppling.studies.command.verdict import verdict
-from toppling.studies.report.crossed import FEWEST_APART, crossed_pieces
-from toppling.studies.report.crossings import crossing, crossings_of, curves_at, levels_of
+from toppling.studies.report.crossed import (
+    FEWEST_APART,
+    crossed_pieces,
+    crossing,
+    crossings_of,
+    curves_at,
+    levels_of,
+)
 from toppling.studies.report.law_choice import law_choice
 from toppling.studies.report.summary import plain_answer
 
@@ -83,7 +89,7 @@ class TestCrossing:
         levels = np.array([1.0, 2.0])
         curves = np.array([[0.5, 0.6], [0.4, 0.9], [0.1, 1.0], [0.0, 0.05]])
         found = list(crossings_of(curves, levels, [(0,), (1,), (2,), (3,)]))
-        assert [(one.one[0], one.other[0]) for one in found] == [(0, 2), (0, 1), (1, 2)]
+        assert [(one[0], other[0]) for one, other, _ in found] == [(0, 2), (0, 1), (1, 2)]
 
     def test_levels_of_a_cloud(self):
         cloud = xr.Dataset(coords={"intensity": ("motion", [0.5, 8.0, np.nan, 2.0])})

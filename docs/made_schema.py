@@ -14,9 +14,9 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from ..file.include import INCLUDE, tables_of
-from ..file.schema import ANALYSES, StudyFile
-from ..file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, suffix_of
+from toppling.studies.file.include import INCLUDE, tables_of
+from toppling.studies.file.schema import ANALYSES, StudyFile
+from toppling.studies.file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, suffix_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = (
@@ -28,11 +28,7 @@ BOUNDS = (
 
 
 def study_schema() -> dict[str, Any]:
-    """Return the JSON schema of a study file: draft 2020-12, every key with its description.
-
-    The annotation ``unit`` holds its unit, ``default`` the value that holds where the key is not given (the description
-    names it where it is no single value).
-    """
+    """Return the JSON schema of a study file: draft 2020-12, every key with its description, unit and default."""
     schema = StudyFile.model_json_schema(by_alias=True)
     definitions = schema.pop("$defs")
     for table in all_tables():
@@ -104,10 +100,5 @@ def _numbers(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield from _numbers(part)
 
 
-def written_schema() -> str:
-    """Return the schema as the text of a file."""
-    return dumps(study_schema(), ensure_ascii=False, indent=2) + "\n"
-
-
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(written_schema(), encoding="utf-8")
+    Path(sys.argv[1]).write_text(dumps(study_schema(), ensure_ascii=False, indent=2) + "\n", encoding="utf-8")
