@@ -105,6 +105,7 @@ def run(
     study
         The study file (TOML).
     """
+    from ...core.doubts import noted
     from ..kinds.study import Study
     from ..store.folder import RESULT_NAME
     from ..store.progress import show_progress
@@ -160,7 +161,8 @@ def run(
     elif display.watch.kept:
         say(console, f"went on from {display.watch.kept:,} runs that were kept")
     try:
-        _show(console, plan, results, folder, verbose)
+        with noted():  # (rates are computed, and not given)
+            _show(console, plan, results, folder, verbose)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
@@ -416,12 +418,13 @@ def report(
     result
         The results (results.nc), or the folder that holds them.
     """
+    from ...core.doubts import noted
     from ..report.page import write_report
 
     console = terminal()
     if format_ is None:
         format_ = "md" if out is not None and out.suffix == ".md" else "html"
-    with console.status("drawing the figures"):
+    with console.status("drawing the figures"), noted():
         written = write_report(_result_file(result), out, format_, verify)
     say(console, *(f"written: {path}" for path in written))
 

@@ -467,6 +467,10 @@ SPREAD = '[uncertainty]\ninputs = { R_factor = { distribution = "lognormal", med
 LATE = {
     "front": SHELF + HOUSNER + IDA + '[fit]\nstate = "front"\nintervals = "wald"\n',
     "isotonic": SHELF + HOUSNER + IDA + '[fit]\nform = "isotonic"\nintervals = "profile"\n',
+    "first": SHELF + HOUSNER + '[cloud]\nim = "pga"\n[fit]\nmethod = "first-overturning"\n',
+    "isotonic_first": SHELF + HOUSNER + IDA + '[fit]\nform = "isotonic"\nmethod = "first-overturning"\n',
+    "isotonic_floors": f'{SHELF}{HOUSNER}[cloud]\nim = "pga"\n[fit]\nform = "isotonic"\n[building]\n'
+    'kind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 2\nfloors = [1, 2]\n',
     "adaptive": 'outputs = ["overturned", "top_displacement"]\n'
     f'{SHELF}{HOUSNER}[ida]\nlevels = "adaptive"\n[until]\nmotions = {{ least = 32 }}\n',
     "pieces": f'{HOUSNER}[performance]\nim = "pga_normalised"\nlevels = {{ values = [0.7, 1.5], unit = "1" }}\n'
@@ -487,6 +491,9 @@ LATE = {
     [
         ("front", r"fit\.intervals"),
         ("isotonic", r"fit\.intervals"),
+        ("first", r"fit\.method 'first-overturning' needs the levels of \[ida\]"),
+        ("isotonic_first", r"fit\.method of form 'isotonic' must be binomial"),
+        ("isotonic_floors", r"fit\.form 'isotonic' needs levels that floors share"),
         ("adaptive", "outputs: adaptive levels do not keep 'top_displacement'"),
         ("pieces", r"performance\.im"),
         ("wall", "blocks: "),
