@@ -88,7 +88,6 @@ def sobol_indices(
     [0.2, 0.8]
     """
     from SALib.analyze import sobol as sobol_analysis  # noqa: PLC0415 - loads pandas and matplotlib, seconds of start
-    from SALib.sample import sobol as sobol_sample  # noqa: PLC0415
 
     _independent(inputs)
     size, start = checks.count("n", n, at_least=2), checks.count("seed", seed)
@@ -98,7 +97,7 @@ def sobol_indices(
     times = checks.count("replicates", replicates, at_least=2)
     d = len(inputs.names)
     problem = _problem(inputs)
-    points = sobol_sample.sample(problem, size, calc_second_order=second_order, seed=stream(start, 0))
+    points = _points(inputs, size, start, second_order)
     values, rest = _evaluate(inputs, function, points)
     shape = (d, values.shape[1])
     found = {name: np.full(shape, np.nan) for name in ("S1", "S1_conf", "ST", "ST_conf")}
@@ -251,6 +250,19 @@ def _problem(inputs: RandomInputs) -> dict[str, Any]:
     """The unit cube of the inputs' probabilities as a problem of SALib."""
     d = len(inputs.names)
     return {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}
+
+
+def _points(inputs: RandomInputs, n: int, seed: int, second_order: bool) -> Array:
+    """Return the points (sample, input) of the unit cube at which Sobol' indices are evaluated."""
+    from SALib.sample import sobol as sobol_sample  # noqa: PLC0415 - as above
+
+    found: Array = sobol_sample.sample(_problem(inputs), n, calc_second_order=second_order, seed=stream(seed, 0))
+    return found
+
+
+def sobol_samples(inputs: RandomInputs, n: int, seed: int) -> xr.Dataset:
+    """Return the samples of first and total indices, which `sobol_indices` evaluates."""
+    return inputs.at(_points(inputs, n, seed, False))
 
 
 def _evaluate(inputs: RandomInputs, function: Response, points: Array) -> tuple[Array, xr.DataArray]:

@@ -476,6 +476,8 @@ LATE = {
     "pieces": f'{HOUSNER}[performance]\nim = "pga_normalised"\nlevels = {{ values = [0.7, 1.5], unit = "1" }}\n'
     'inventory = "pieces.csv"\n',
     "wall": f'{SHELF}{WALL}[[models]]\nlaw = "discrete"\n{IDA}{SPREAD}',
+    "wall_of_indices": f'{SHELF}wall_gap_mm = 75\n[[models]]\nlaw = "discrete"\n{IDA}[uncertainty]\nsamples = 2\n'
+    'sobol = 64\ninputs = { delta = { distribution = "uniform", lower = 0.001, upper = 0.2 } }\n',
     "anchored": f'{HOUSNER}[performance]\nim = "pga"\nlevels = {{ values = [0.7], unit = "g" }}\n'
     'inventory = "pieces.csv"\nobjective = "blocks-exit"\n',
     "stiff": f"{SHELF}{HOUSNER}{STIFF}delta = 1e-9\n{IDA}",
@@ -497,6 +499,7 @@ LATE = {
         ("adaptive", "outputs: adaptive levels do not keep 'top_displacement'"),
         ("pieces", r"performance\.im"),
         ("wall", "blocks: "),
+        ("wall_of_indices", r"uncertainty\.inputs: the wall of .* is met"),
         ("anchored", r"performance\.objective: nothing is left .* 'blocks-exit'"),
         ("stiff", r"models\[2\]: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
         ("stiff_pieces", r"models\[2\]: '0\.4.* under giannini-masiani .* delta must be at least"),

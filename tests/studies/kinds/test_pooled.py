@@ -346,7 +346,10 @@ def test_the_export_has_every_curve(finished, tmp_path):
         (("[until]", "[friction]\nstatic = 0.4\n[until]"), "friction needs levels that all motions share"),
         (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
         (('im = "pga"', 'im = "pga_normalised"'), "im must not depend on the block"),
-        (("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'), "motions.component 'pair' is not for levels = 'pooled'"),
+        (
+            ("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'),
+            "motions.component 'pair' is not for levels = 'pooled'",
+        ),
         (('[[models]]\nlaw = "energy-consistent"', '[[models]]\nlaw = "vassiliou"\ne = 0.9'), "models"),
         (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "one floor"),
         (("[until]", f"{HAZARD}above = 'none'\n[until]"), "hazard.above is not for levels = 'pooled'"),
