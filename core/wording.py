@@ -239,10 +239,15 @@ def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
 
 
 def years_between(often: float, seldom: float) -> str:
-    """The ends of a rate's interval, the higher first, as years between two events."""
+    """The ends of a rate's interval, the higher first, as years between two events.
+
+    >>> years_between(0.1, 0.05), years_between(math.inf, 0.05), years_between(math.inf, 0.0)
+    ('10–20', 'below 20', 'not known')
+    """
     if not often > 0.0:
         return "no interval"
     low, high = (1.0 / rate if rate > 0.0 else math.inf for rate in (often, seldom))
+    low = -math.inf if low == 0.0 else low  # (nothing bounds the rate)
     return interval_text(low, high, lambda years: in_years(1.0 / years))
 
 

@@ -77,7 +77,6 @@ def sobol_indices(
     [0.2, 0.8]
     """
     from SALib.analyze import sobol as sobol_analysis  # noqa: PLC0415 - loads pandas and matplotlib, seconds of start
-    from SALib.sample import sobol as sobol_sample  # noqa: PLC0415
 
     _independent(inputs)
     size, start = checks.count("n", n, at_least=2), checks.count("seed", seed)
@@ -86,8 +85,8 @@ def sobol_indices(
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
     times = checks.count("replicates", replicates, at_least=2)
     d = len(inputs.names)
-    problem = {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}  # (the cube of probabilities)
-    points = sobol_sample.sample(problem, size, calc_second_order=False, seed=stream(start, 0))
+    problem = _problem(inputs)
+    points = _points(inputs, size, start)
     values, rest = _evaluate(inputs, function, points)
     shape = (d, values.shape[1])
     found = {name: np.full(shape, np.nan) for name in ("S1", "S1_conf", "ST", "ST_conf")}
@@ -217,6 +216,25 @@ def _independent(inputs: Any) -> None:
     if not inputs.independent:
         pairs = ", ".join(f"{a} and {b}" for (a, b), value in inputs.rank_correlation.items() if value)
         raise ValueError(f"inputs must be independent to have shares of their own, got a correlation of {pairs}")
+
+
+def _problem(inputs: RandomInputs) -> dict[str, Any]:
+    """The unit cube of the inputs' probabilities as a problem of SALib."""
+    d = len(inputs.names)
+    return {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}
+
+
+def _points(inputs: RandomInputs, n: int, seed: int) -> Array:
+    """Return the points (sample, input) of the unit cube at which Sobol' indices are evaluated."""
+    from SALib.sample import sobol as sobol_sample  # noqa: PLC0415 - as above
+
+    found: Array = sobol_sample.sample(_problem(inputs), n, calc_second_order=False, seed=stream(seed, 0))
+    return found
+
+
+def sobol_samples(inputs: RandomInputs, n: int, seed: int) -> xr.Dataset:
+    """Return the samples of first and total indices, which `sobol_indices` evaluates."""
+    return inputs.at(_points(inputs, n, seed))
 
 
 def _evaluate(inputs: RandomInputs, function: Response, points: Array) -> tuple[Array, xr.DataArray]:

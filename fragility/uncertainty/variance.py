@@ -223,10 +223,10 @@ def capacity_variance_shares(
     found = variance_shares(logs, here, weights)
     widths = some["upper"].copy(data=np.log(some["upper"].values / some["lower"].values))
     rounding = (widths**2 / 12.0).mean(here)
-    total = found["total_variance"]
+    total = found["total_variance"].where(found["share"].notnull().any("component"))  # (where there is any)
     extra: dict[str, tuple[Any, str]] = {
         "share_known": (known.mean([*here]), "share of capacities that lie between two levels"),
-        "rounding_share": (rounding / total.where(total > 0.0), "share that the distance of the levels could be"),
+        "rounding_share": (rounding / total, "share that the distance of the levels could be"),
         "motions": (xr.DataArray(every.size), "motions"),
         "motions_used": (xr.DataArray(used.size), "motions whose capacities are all known"),
     }

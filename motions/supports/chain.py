@@ -11,7 +11,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.units import ACCELERATION, DIMENSIONLESS, METRE
-from ..arrays import HORIZONTAL, OWN_LEVEL, records
+from ..arrays import HORIZONTAL, OWN_LEVEL, records, shakes_of
 
 MOST_RATIO = 0.1
 """Mass of a block over that of block and platform up to which its reaction on the platform is left out (judgement)."""
@@ -54,9 +54,11 @@ def chained(
     whether the support has stops that are modelled.
     """
     plain = records(motions)
-    if "component" in motions.dims or any(one.axes or one.vertical is not None for one in plain):
+    if any(one.axes or one.vertical is not None for one in plain):
         raise ValueError(f"motions must be of one horizontal component, got {' and '.join(HORIZONTAL)}")
     array = motions if "motion" in motions.dims else motions.expand_dims("motion")
+    if "component" in array.dims:  # (of recordings, of which one component shakes)
+        array = array.sel(component=shakes_of(array), drop=True).drop_vars("shakes")
     floors = "floor" in array.dims
     array = array.transpose("motion", *(["floor"] if floors else []), "time")
     shape = array.shape[:-1]

@@ -116,7 +116,9 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         # at most everything overturns that is not anchored
         can_fall = joint.exposed if one.taken else joint.standing
         most = (joint.members @ (one.amounts * joint.counts * can_fall))[None, :, None]
-        means = precision.of_means(of_motions(results.expected[one.name], joint.polarities), most)
+        expected = of_motions(results.expected[one.name], joint.polarities)
+        # (the greatest of what is drawn is a mean of draws, which may exceed that of all pieces)
+        means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if one.greatest else most)
         dims = ("model", "place", "level")
         found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
         outcomes = results.outcomes[one.name]

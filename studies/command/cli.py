@@ -90,6 +90,7 @@ def run(
     Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
     finished results of the same study are not computed again; `toppling schema` lists every key.
     """
+    from ...core.doubts import noted
     from ..kinds.study import Study
     from ..store.folder import RESULT_NAME
     from ..store.progress import show_progress
@@ -145,7 +146,8 @@ def run(
     elif display.watch.kept:
         say(console, f"went on from {display.watch.kept:,} runs that were kept")
     try:
-        _show(console, plan, results, folder, verbose)
+        with noted():  # (rates are computed, and not given)
+            _show(console, plan, results, folder, verbose)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
@@ -379,12 +381,13 @@ def report(
     verify: Verify = False,
 ) -> None:
     """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance."""
+    from ...core.doubts import noted
     from ..report.page import write_report
 
     console = terminal()
     if format_ is None:
         format_ = "md" if out is not None and out.suffix == ".md" else "html"
-    with console.status("drawing the figures"):
+    with console.status("drawing the figures"), noted():
         written = write_report(_result_file(result), out, format_, verify)
     say(console, *(f"written: {path}" for path in written))
 

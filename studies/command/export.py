@@ -57,7 +57,8 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
             if "curve_probability" in curves:  # (renamed as in a fit, in place of the observed probability)
                 curves = curves.drop_vars(observed, errors="ignore")
                 curves = curves.rename(curve_probability="probability")
-            im = stored["level"].attrs.get("im", "") if "level" in stored.coords else ""
+            axis = stored.coords.get("level", stored.coords.get("intensity"))  # (a cloud has no levels)
+            im = "" if axis is None else axis.attrs.get("im", "")
             floors = _floors(stored)
     except StudyError:
         raise

@@ -19,6 +19,7 @@ from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.curves.curve import UPLIFT
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
+from ...fragility.risk.modelling import MODELLING
 from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import RUN
 from ..buildings.recommendations import YEARS, Range
@@ -147,7 +148,9 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
     own = {name for name, one in side.results.data_vars.items() if RUN in one.dims}
     runs = side.results.drop_vars([name for name in side.results.data_vars if name not in {*fit.outputs, *own}])
     if "motion_floor" in runs.coords:  # (the curves took the name)
-        runs = runs.rename(motion_floor="floor")
+        runs = runs.drop_vars("floor").rename(motion_floor="floor")
+    # (the new curves hold no modelling uncertainty yet)
+    runs.attrs.pop(MODELLING, None)
     runs = runs.isel(block=chosen[0], model=chosen[1])
     if side.kind == "uncertainty":
         each = [pooled_curves(runs.isel(block=i), fit, keep=True) for i in range(len(chosen[0]))]

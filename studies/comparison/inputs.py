@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...core.wording import counted, listed_name, short_digits
+from ...fragility.analyses.surface_results import POOLED
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
 from ..store.differences import APART, changes, corrects, makes_motions
@@ -69,11 +70,10 @@ def motions_in_words(a: Side, b: Side) -> str:
     n, m = number_of_motions(a.results), number_of_motions(b.results)
     twice = [name for name, side in (("A", a), ("B", b)) if POLARITY in side.results.coords]
     ways = f", run both ways in {' and '.join(twice)}" if twice else ""
+    surface = any(side.results.attrs.get("design") == POOLED for side in (a, b))  # (whose ratios have no intervals)
     if same_motions(a, b):
-        return (
-            f"motions: the same {counted(n, 'motion')} in both{ways}, so the intervals of B/A are paired: what one "
-            "motion does to both cancels"
-        )
+        paired = "" if surface else ", so the intervals of B/A are paired: what one motion does to both cancels"
+        return f"motions: the same {counted(n, 'motion')} in both{ways}{paired}"
     number = f"{n:,} in A and {m:,} in B" if n != m else f"{counted(n, 'motion')} each"
     number += ways
     same_tables = a.study.get("motions") == b.study.get("motions")
@@ -81,10 +81,8 @@ def motions_in_words(a: Side, b: Side) -> str:
     why = "; the records or their corrections have changed" if read_again and a.identity(1) != b.identity(1) else ""
     # (the identity of a study with branches is of the motions of all branches)
     known = not any("motion_sets" in side.study for side in (a, b))
-    return (
-        f"motions: {'not the same' if known else 'not known to be the same'} in A and B ({number}{why}), so the "
-        "intervals of B/A are not paired: they hold the choice of both sets"
-    )
+    paired = "" if surface else ", so the intervals of B/A are not paired: they hold the choice of both sets"
+    return f"motions: {'not the same' if known else 'not known to be the same'} in A and B ({number}{why}){paired}"
 
 
 def _matched(a: Side, b: Side, found: Matched, dim: str, noun: str) -> Iterator[str]:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...fragility.analyses.surface_results import POOLED
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.provenance import as_given, number_of_motions
 from ...motions.intensity.naming import place_in
@@ -216,6 +217,8 @@ def same_motions(a: Side, b: Side) -> bool:
         return False
     if a.identity(1) != b.identity(1) or a.results.attrs.get("design") != b.results.attrs.get("design"):
         return False
+    if a.results.attrs.get("design") == POOLED:  # (whose results have no list of motions)
+        return True
     first, second = (one.results["motion"].values[as_given(one.results)] for one in (a, b))
     if not np.array_equal(first, second):
         return False

@@ -705,6 +705,9 @@ class FitTable(Table):
         if self.intervals is not None and self.intervals not in offered:
             allowed = " or ".join(offered)
             raise ValueError(f"fit.intervals of form {self.form!r} must be {allowed}, got {self.intervals!r}")
+        methods = FORMS[self.form].methods
+        if self.method not in methods:
+            raise ValueError(f"fit.method of form {self.form!r} must be {' or '.join(methods)}, got {self.method!r}")
         if self.modelling_dispersion > 0.0 and self.form != "lognormal":
             side = f", the default of state {self.state!r}" if self.form == default_form(self.state) else ""
             raise ValueError(f"fit.modelling_dispersion is for lognormal curves, got form {self.form!r}{side}")

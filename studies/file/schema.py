@@ -422,6 +422,10 @@ class StudyFile(Table):
                 stands = name in ("restraints", "buildings")
                 why = "blocks stand free on one floor" if stands else "all curves are found together"
                 raise ValueError(f"levels = 'pooled' has no {name}: {why}")
+        if self.motions.component == PAIR:
+            raise ValueError(
+                f"motions.component {PAIR!r} is not for levels = 'pooled', whose curves are of one component"
+            )
         asked = {} if self.until is None else self.until.model_dump(include=set(TARGETS), exclude_none=True)
         other = sorted({*asked} - {MEDIAN})
         if other:

@@ -17,6 +17,8 @@ from ...core.doubts import Doubt
 from ...core.wording import counted
 from ...fragility import notes, screen
 from ...fragility.analyses.sliding import number_of_slides
+from ...fragility.curves.curve import TABULATED
+from ...fragility.fitting.fit import FIRST
 from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, reached, state_name
 from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.hazard.rates import probability_in
@@ -34,7 +36,7 @@ from ...models.friction import FixedFriction, Friction
 from ...motions.polarity import BOTH
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
-from ..plan.designs import Cloud, OfRuns, Stripes
+from ..plan.designs import Cloud, Incremental, OfRuns, Stripes
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
@@ -240,10 +242,18 @@ class FragilityStudy(BlockStudy, Study):
         return study
 
     def check_state(self) -> None:
-        """Raise a ValueError for a state of one axis where both components shake."""
+        """Raise a ValueError for a state of one axis where both components shake, and for what needs common levels."""
         if self.design.about == 2 and not of_both_axes(self.fit.state):
             raise ValueError(
                 f"fit.state must be overturned or uplifted where both components shake, got {self.fit.state!r}"
+            )
+        if self.fit.method == FIRST and not isinstance(self.design, Incremental):
+            raise ValueError(f"fit.method {FIRST!r} needs the levels of [ida], which all motions share")
+        own_levels = isinstance(self.design, Cloud) and not self.design.ground and len(self.design.floors) > 1
+        if self.fit.form in TABULATED and own_levels:
+            raise ValueError(
+                f"fit.form {self.fit.form!r} needs levels that floors share, which a [cloud] has with "
+                'im_at = "ground", or of one floor'
             )
 
     def check_sizes(self) -> None:

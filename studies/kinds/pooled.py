@@ -158,7 +158,7 @@ class PooledStudy(BlockStudy, Study):
         )
         if self.risk is not None:
             found = found.assign(self._chances(found, self.risk.years)).assign_attrs(years=self.risk.years)
-            found = found.assign(self.risk.modelling_range(found, 0.0))
+            found = found.assign(self.risk.modelling_range(found, 0.0, found["rate"].values))
         if self.design.events is not None:
             events = self._events(client, part_of(progress, surfaces, surfaces + self.event_runs))
             found = found.merge(events, combine_attrs="no_conflicts")

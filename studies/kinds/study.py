@@ -484,7 +484,8 @@ class Study(ABC):
 
     def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:
-            found = self._compute(client, progress)
+            with noted():  # (doubts of motions are among the notes)
+                found = self._compute(client, progress)
         except ValueError as error:
             client.refused(str(error))
             raise StudyError(f"{self.title}: {error}") from None

@@ -28,9 +28,11 @@ from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes
+from ...fragility.runs.plan import refuse_endless_runs
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import SCENE
 from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...fragility.uncertainty.indices import sobol_samples
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import OF_THE_WIDTH
@@ -128,6 +130,15 @@ class UncertaintyStudy(BlockStudy, Study):
             for model in study.models:
                 for one, law in study.inputs.realise(block, model, drawn):
                     check_axes(design.axes, [one], [law])
+        if study.sobol is not None:
+            drawn = sobol_samples(study.inputs, study.sobol, study.seed)
+            of_indices = (
+                ("uncertainty.inputs", *pair)
+                for block in study.blocks
+                for model in study.models
+                for pair in study.inputs.realise(block, model, drawn)
+            )
+            refuse_endless_runs(of_indices, (record for array in study.arrays for record in records(array)))
         design.check(study.blocks)
         if study.risk is not None:
             study.risk.check(design, content.motions.floors_file is not None)

@@ -190,11 +190,20 @@ class Risk:
                 found[f"{name}_lower"] = found[f"{name}_lower"].where(known, least[f"{name}_lower"])
         return found
 
-    def modelling_range(self, curves: xr.Dataset, modelling: float) -> dict[str, xr.Variable]:
-        """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`)."""
+    def modelling_range(
+        self, curves: xr.Dataset, modelling: float, rate: Array | None = None
+    ) -> dict[str, xr.Variable]:
+        """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`).
+
+        rate: that of the results where the runs correct the curves' own; the ends are corrected by the same factor.
+        """
         rules = self.below, self.above, OUTSIDE
         ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
         (dims, *_), rates = zip(*((dims, bounded(rates)) for dims, rates in ends), strict=True)
+        if rate is not None:
+            own = rates_alone(curves, self.hazard, *rules)[1]
+            factor = np.divide(rate, own, out=np.ones(own.shape), where=own > 0.0)
+            rates = tuple(factor * end for end in rates)
         chances = [probability_in(one, self.years) for one in rates]
         return {
             **with_ends("rate", dims, rates, PER_YEAR, modelling),

@@ -13,7 +13,7 @@ from matplotlib.ticker import PercentFormatter
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.wording import in_years, percent
+from ...core.wording import in_years, percent, years_between
 from ..plan.risk import risk_of
 from ..text import block_order as falling
 from ..text.curve_notes import BEYOND
@@ -97,9 +97,11 @@ def _rates(here: xr.Dataset, ax: Axes | None, model: str | None, color: str | No
             ax.annotate(text, (0.03, i), xycoords=("axes fraction", "data"), va="center", fontsize=9, color="0.4")
             continue
         ends = [[rate - one["rate_lower"].item()], [one["rate_upper"].item() - rate]] if "rate_lower" in one else None
-        error = None if ends is None else np.nan_to_num(np.maximum(ends, 0.0))
+        error = None if ends is None else np.nan_to_num(np.maximum(ends, 0.0), posinf=0.0)
         ax.errorbar(rate, i, xerr=error, fmt=law.marker, ms=6.0, color=law.colour, lw=1.4)
         text = f"once in {in_years(rate)} years"
+        if error is not None and math.isinf(one["rate_upper"].item()):
+            text += f"\n({years_between(math.inf, one['rate_lower'].item())})"
         ax.annotate(text, (rate, i), xytext=(0, 6), textcoords="offset points", ha="center", fontsize=9)
     ax.set_xscale("log")
     ax.set_yticks(np.arange(len(laws)), [axes.wrapped(law.label, max(1.5, 0.4 * axes.width_of(ax))) for law in laws])
@@ -151,7 +153,10 @@ def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, model: str | N
         if max(far) >= NOTABLE:
             said["from above the levels run"] = far
     if said:
-        ranges = {where: dict.fromkeys(f"{100.0 * end:.2g}" for end in (min(x), max(x))) for where, x in said.items()}
+        ranges = {
+            where: dict.fromkeys(f"{float(f'{100.0 * end:.2g}'):g}" for end in (min(shares), max(shares)))
+            for where, shares in said.items()
+        }
         text = "; ".join(f"{'–'.join(ends)} % {where}" for where, ends in ranges.items())
         room = (0.9 if axes.has_room() else 0.75) * axes.width_of(ax)
         ax.set_title(axes.wrapped(f"hatched: {text}" if hatched else text, room, 9.0), fontsize=9)

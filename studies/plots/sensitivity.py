@@ -157,8 +157,13 @@ def sensitivity(
     if quantity in SCALED:
         # (an interval that the levels leave open must not compress all lines)
         lines = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in ax.lines])
-        ax.set_ylim(np.nanmin(lines) / ROOM, np.nanmax(lines) * ROOM)
-    _y_axis(quantity, ax)
+        if np.isfinite(lines).any():
+            ax.set_ylim(np.nanmin(lines) / ROOM, np.nanmax(lines) * ROOM)
+            _y_axis(quantity, ax)
+        else:
+            ax.annotate("no curve", (0.03, 0.5), xycoords="axes fraction", va="center", color="0.4")
+    else:
+        _y_axis(quantity, ax)
     words = QUANTITIES[quantity].format(reference=named, level=level_at(results, at))
     if quantity == "median":
         words = f"median {level_name(results)}{f' ({unit})' if unit else ''}"

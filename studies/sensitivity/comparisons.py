@@ -109,8 +109,8 @@ def swing(curves: Curves, block: int, laws: Index, confidence: float) -> Array:
     interval (of ln: twice the estimate less the percentiles) removes the second bias; its ends are at least 1, the
     value without any swing.
     """
-    middle = float(np.ptp(curves.log_median[block, laws]))
     with np.errstate(invalid="ignore"):
+        middle = float(np.ptp(curves.log_median[block, laws]))
         samples = np.ptp(curves.log_samples[block, laws], axis=0)
     if not np.isfinite(middle):
         return np.full(3, np.exp(middle))

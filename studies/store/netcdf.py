@@ -72,7 +72,8 @@ def write(results: xr.Dataset, path: Path) -> None:
 
 def _write(results: xr.Dataset, path: Path) -> None:
     """Write a dataset by the HDF5 library."""
-    results = results.drop_encoding()  # (the encoding of a file that they were read from)
+    # (without the encoding of a file that they were read from; xarray cannot mark names with spaces as coordinates)
+    results = results.drop_encoding().reset_coords([name for name in results.coords if " " in str(name)])
     large = [name for name, one in results.data_vars.items() if _checked(one.variable) and one.nbytes > SLAB_BYTES]
     small = results.drop_vars(large)
     encoding = {name: _storage(one) for name, one in small.variables.items() if _checked(one)}
@@ -122,9 +123,15 @@ def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
 
 def opened(path: Path) -> xr.Dataset:
     """Open results whose arrays are read when they are used; StudyError for a file that declares more than it holds."""
-    return open_netcdf(
+    stored = open_netcdf(
         path, lambda problem: StudyError(f"{path}: {problem}: it is damaged, or no result file; run its study again")
     )
+    measures = [name for name in stored.data_vars if " " in str(name)]  # (as "Sa(1.0, 0.02)", which were coordinates)
+    if not measures:
+        return stored
+    named = stored.set_coords(measures)
+    named.set_close(stored.close)
+    return named
 
 
 def load_small(stored: xr.Dataset) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 
@@ -101,8 +103,8 @@ def index_rows(results: xr.Dataset) -> Rows | None:
                 cells = []
                 for name in ("sobol_first", "sobol_total"):
                     value, upper = at[name][i], at[f"{name}_upper"][i]
-                    text = f"{float(value):.2f}".replace("-", "−")
-                    cells.append(f"{text} ± {float(upper - value):.2f}")
+                    text = f"{float(value):.2f} ± {float(upper - value):.2f}".replace("-", "−")
+                    cells.append("–" if math.isnan(value) else text)
                 rows.append((f"{block}, {model}: {input_name(str(which)).replace('$', '')}", *cells))
     title = "Sobol' indices of the probability of overturning, where it is nearest to one half"
     return Rows(title, ("", "alone", "with others"), rows)

@@ -149,7 +149,9 @@ def _misses(off: xr.DataArray, what: str) -> list[str]:
     here = off.values != 0.0
     if not here.any():
         return []
-    of = [f"{100.0 * one:+.1f} %" for one in _first(here, off.values)[0]]
+    of = [
+        f"{100.0 * one:+.1f} %" if math.isfinite(one) else "the runs have none" for one in _first(here, off.values)[0]
+    ]
     verb, their = ("misses its", "its") if int(here.sum()) == 1 else ("miss their", "their")
     return [f"{_how_many(here)} ({_listed(off, here, of)}) {verb} runs: {their} {what}"]
 

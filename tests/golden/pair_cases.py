@@ -1,7 +1,7 @@
 """Studies that hold every pair of features at least once: a covering array of `pairs/features.toml`.
 
-Features that exclude one another are listed with their reasons in `pairs/constraints.toml`.  `python pair_cases.py`
-writes the rows again after a change of either.
+Features that exclude one another are listed with their reasons in `pairs/constraints.toml`.  After a change of either
+`python pair_cases.py` keeps the rows that still stand and adds what is missing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import json
 import math
 import random
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -114,12 +114,19 @@ def bits(mask: int) -> Iterator[int]:
         mask ^= low
 
 
-def generate() -> list[Row]:
-    """Return rows that hold every pair of values that a row can hold."""
+def generate(ran: Iterable[Row]) -> list[Row]:
+    """Return rows that hold every pair of values that a row can hold and that none of those that ran to their end has.
+
+    What is not asked of them has the first values of the factors, which are the simplest.
+    """
     chance = random.Random(SEED)
     values = space()
     every = (1 << len(values.names)) - 1
     missing = [every & ~values.apart[bit] & ~values.factors[name[0]] for bit, name in enumerate(values.names)]
+    for row in ran:
+        held = sum(1 << values.names.index(name) for name in row.items())
+        for bit in bits(held):
+            missing[bit] &= ~held
     rows = []
     while any(missing):
         first = max(range(len(missing)), key=lambda bit: (missing[bit].bit_count(), -bit))
@@ -152,9 +159,7 @@ def _fill(values: Space, missing: Sequence[int], pair: tuple[int, int], chance: 
     for factor in factors:
         if factor & chosen:
             continue
-        best = sorted(
-            bits(domain & factor), key=lambda bit: ((missing[bit] & chosen).bit_count(), chance.random()), reverse=True
-        )
+        best = sorted(bits(domain & factor), key=lambda bit: (-(missing[bit] & chosen).bit_count(), bit))
         for bit in best:
             if rest := values.rest(domain, bit):
                 domain, chosen = rest, chosen | 1 << bit
@@ -197,26 +202,37 @@ def rows() -> dict[str, Row]:
         return {line.pop("row"): line for line in csv.DictReader(file)}
 
 
-def rows_text(made: Sequence[Row]) -> str:
-    """Return rows as the stored table."""
-    text = io.StringIO()
-    table = csv.DictWriter(text, ["row", *features()], lineterminator="\n")
-    table.writeheader()
-    table.writerows({"row": f"{number:04}", **row} for number, row in enumerate(made, 1))
-    return text.getvalue()
+@cache
+def outcomes() -> dict[str, Row]:
+    """Return how each row ended, by number: what refused it, and the sentence; a row that is not there was not run."""
+    with (FOLDER / "outcomes.csv").open(encoding="utf-8", newline="") as file:
+        return {line.pop("row"): line for line in csv.DictReader(file)}
 
 
-def known() -> dict[str, Row]:
-    """Return rows of pairs that crash today, or are refused after their runs, by name: defaults but for some values."""
-    with (FOLDER / "known.csv").open(encoding="utf-8", newline="") as file:
-        lines = list(csv.DictReader(file))
-    defaults = {factor: next(iter(values)) for factor, values in features().items()}
-    return {line["name"]: {**defaults, **dict(word.split("=") for word in line["features"].split())} for line in lines}
+def ran() -> dict[str, Row]:
+    """Return the stored rows that ran to their end, by number."""
+    return {number: row for number, row in rows().items() if number in outcomes() and not outcomes()[number]["code"]}
+
+
+def write_rows() -> None:
+    """Write the stored rows again, without those that hold what is apart, and with rows for pairs that did not run."""
+    kept = {
+        number: row
+        for number, row in rows().items()
+        if not any(all(row[factor] in apart[factor] for factor in apart) for apart in constraints())
+    }
+    last = max(map(int, rows()), default=0)
+    missing = generate([row for number, row in ran().items() if number in kept])
+    new = {f"{number:04}": row for number, row in enumerate(missing, last + 1)}
+    with (FOLDER / "rows.csv").open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, ["row", *features()], lineterminator="\n")
+        table.writeheader()
+        table.writerows({"row": number, **row} for number, row in (kept | new).items())
 
 
 def cases() -> list[Case]:
     """Return a case for every row."""
-    return [case(name, row) for name, row in (rows() | known()).items()]
+    return [case(name, row) for name, row in rows().items()]
 
 
 def case(name: str, row: Row) -> Case:
@@ -433,4 +449,4 @@ def _hazard_exports(im: str, middle: float) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    (FOLDER / "rows.csv").write_text(rows_text(generate()), encoding="utf-8")
+    write_rows()

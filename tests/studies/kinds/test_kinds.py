@@ -477,11 +477,17 @@ SPREAD = '[uncertainty]\ninputs = { R_factor = { distribution = "lognormal", med
 LATE = {
     "front": SHELF + HOUSNER + IDA + '[fit]\nstate = "front"\nintervals = "wald"\n',
     "isotonic": SHELF + HOUSNER + IDA + '[fit]\nform = "isotonic"\nintervals = "profile"\n',
+    "first": SHELF + HOUSNER + '[cloud]\nim = "pga"\n[fit]\nmethod = "first-overturning"\n',
+    "isotonic_first": SHELF + HOUSNER + IDA + '[fit]\nform = "isotonic"\nmethod = "first-overturning"\n',
+    "isotonic_floors": f'{SHELF}{HOUSNER}[cloud]\nim = "pga"\n[fit]\nform = "isotonic"\n[building]\n'
+    'kind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 2\nfloors = [1, 2]\n',
     "adaptive": 'outputs = ["overturned", "top_displacement"]\n'
     f'{SHELF}{HOUSNER}[ida]\nlevels = "adaptive"\n[until]\nmotions = {{ least = 32 }}\n',
     "pieces": f'{HOUSNER}[performance]\nim = "pga_normalised"\nlevels = {{ values = [0.7, 1.5], unit = "1" }}\n'
     'inventory = "pieces.csv"\n',
     "wall": f'{SHELF}{WALL}[[models]]\nlaw = "discrete"\n{IDA}{SPREAD}',
+    "wall_of_indices": f'{SHELF}wall_gap_mm = 75\n[[models]]\nlaw = "discrete"\n{IDA}[uncertainty]\nsamples = 2\n'
+    'sobol = 64\ninputs = { delta = { distribution = "uniform", lower = 0.001, upper = 0.2 } }\n',
     "anchored": f'{HOUSNER}[performance]\nim = "pga"\nlevels = {{ values = [0.7], unit = "g" }}\n'
     'inventory = "pieces.csv"\nobjective = "blocks-exit"\n',
     "stiff": f"{SHELF}{HOUSNER}{STIFF}delta = 1e-9\n{IDA}",
@@ -497,9 +503,13 @@ LATE = {
     [
         ("front", r"fit\.intervals"),
         ("isotonic", r"fit\.intervals"),
+        ("first", r"fit\.method 'first-overturning' needs the levels of \[ida\]"),
+        ("isotonic_first", r"fit\.method of form 'isotonic' must be binomial"),
+        ("isotonic_floors", r"fit\.form 'isotonic' needs levels that floors share"),
         ("adaptive", "outputs: adaptive levels do not keep 'top_displacement'"),
         ("pieces", r"performance\.im"),
         ("wall", "blocks: "),
+        ("wall_of_indices", r"uncertainty\.inputs: the wall of .* is met"),
         ("anchored", r"performance\.objective: nothing is left .* 'blocks-exit'"),
         ("stiff", r"models\[2\]: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
         ("stiff_pieces", r"models\[2\]: '0\.4.* under giannini-masiani .* delta must be at least"),

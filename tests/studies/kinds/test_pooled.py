@@ -163,6 +163,14 @@ def test_curves_and_rates_are_those_of_the_analysis(finished):
     assert ((results["rate_share_below"] >= 0.0) & (results["rate_share_above"] >= 0.0)).all()
 
 
+def test_the_range_of_a_wrong_model_is_about_the_rate(finished):
+    """Rates of a hazard of slope 2 go with the inverse square of all capacities."""
+    results, _ = finished
+    for end, sign in (("lower", -1.0), ("upper", 1.0)):
+        factor = results[f"rate_modelling_{end}"] / results["rate"]
+        np.testing.assert_allclose(factor, np.exp(sign * 2.0 * 0.3 * 1.2815516), rtol=2e-3)
+
+
 def test_shares_of_rates_are_those_of_the_curves(finished):
     results, _ = finished
     hazard = tp.HazardCurve.power_law(1e-4, 2.0, "pga", "g")
@@ -338,7 +346,10 @@ def test_the_export_has_every_curve(finished, tmp_path):
         (("[until]", "[friction]\nstatic = 0.4\n[until]"), "friction needs levels that all motions share"),
         (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
         (('im = "pga"', 'im = "pga_normalised"'), "im must not depend on the block"),
-        (("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'), "im must be a measure of both components"),
+        (
+            ("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'),
+            "motions.component 'pair' is not for levels = 'pooled'",
+        ),
         (('[[models]]\nlaw = "energy-consistent"', '[[models]]\nlaw = "vassiliou"\ne = 0.9'), "models"),
         (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "one floor"),
         (("[until]", f"{HAZARD}above = 'none'\n[until]"), "hazard.above is not for levels = 'pooled'"),
