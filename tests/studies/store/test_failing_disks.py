@@ -2,6 +2,7 @@
 
 import errno
 import faulthandler
+import fcntl
 import os
 import signal
 import subprocess
@@ -18,6 +19,7 @@ from toppling.motions.readers import at2
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.store import netcdf
+from toppling.studies.store.folder import is_locked
 
 FEW = crate_study("Few", 3, 6, 0.02, 3)
 
@@ -112,6 +114,35 @@ class TestReading:
         monkeypatch.setattr(Path, "open", refuse)
         assert main(arguments) == 2
         assert capsys.readouterr().err == f"toppling: out/{name}: cannot be read (Input/output error)\n"
+
+    @pytest.mark.skipif(sys.platform == "win32", reason="locks of another kind")
+    def test_a_lock_of_another_user(self, tmp_path, monkeypatch):
+        """It may be read, but not written: it is held while its process runs."""
+        (tmp_path / ".lock").touch()
+        opened = os.open
+
+        def refuse(path, flags, *mode, **more):
+            if flags & (os.O_WRONLY | os.O_RDWR):
+                raise PermissionError(errno.EACCES, "Permission denied", str(path))
+            return opened(path, flags, *mode, **more)
+
+        with (tmp_path / ".lock").open("w") as held, monkeypatch.context() as context:
+            context.setattr(os, "open", refuse)
+            assert not is_locked(tmp_path)
+            fcntl.flock(held, fcntl.LOCK_EX)
+            assert is_locked(tmp_path)
+
+    @pytest.mark.skipif(sys.platform == "win32", reason="locks of another kind")
+    def test_a_lock_that_cannot_be_read(self, tmp_path, monkeypatch):
+        (tmp_path / ".lock").touch()
+
+        def refuse(path, *_, **__):
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+        monkeypatch.setattr(os, "open", refuse)
+        monkeypatch.setattr(Path, "open", refuse)
+        with pytest.raises(StudyError, match=r"\.lock: cannot be read \(Permission denied\)"):
+            is_locked(tmp_path)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems write in the same process")
