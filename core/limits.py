@@ -133,7 +133,7 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
         file.close()
 
     # (arrays that are still to be read hold the manager: without them it is collected, and then the file)
-    manager = DummyFileManager(file, close=close, lock=NETCDF4_PYTHON_LOCK)
+    manager = DummyFileManager(file, close=close, lock=NETCDF4_PYTHON_LOCK)  # type: ignore[type-var]
     weakref.finalize(manager, release)
     return xr.open_dataset(NetCDF4DataStore(manager))  # type: ignore[no-untyped-call]
 
