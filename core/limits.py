@@ -7,7 +7,10 @@ and 40 columns 400,000 cells, a record of an hour at 1,000 Hz 60 MB of text, a h
 from __future__ import annotations
 
 import math
+import os
 import re
+import sys
+import weakref
 import zipfile
 from collections import Counter
 from collections.abc import Callable
@@ -16,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import netCDF4
     import xarray as xr
 
 STUDY_BYTES = 2**20
@@ -93,7 +97,8 @@ def _column(letters: bytes) -> int:
 def small_netcdf(path: Path) -> bytes | None:
     """Return the content of a small file of HDF5, None for a larger or a classic one; OSError where it cannot be read.
 
-    The HDF5 library ends its process where a disk fails to close a file, so that it opens small files in memory.
+    The HDF5 library ends its process where a disk fails to close a file, so that it opens small files in memory (larger
+    ones: `opened_netcdf`).
     """
     with path.open("rb") as file:
         content = file.read(SMALL_NETCDF + 1)
@@ -106,23 +111,74 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
     A file that declares more than a file of its size holds would fill the memory: `refused` makes its error of the
     reason.
     """
-    import netCDF4  # noqa: PLC0415 - most commands read no such file
-    import xarray as xr  # noqa: PLC0415
+    import xarray as xr  # noqa: PLC0415 - most commands read no such file
     from xarray.backends import NetCDF4DataStore  # noqa: PLC0415
+    from xarray.backends.file_manager import DummyFileManager  # noqa: PLC0415
     from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK  # noqa: PLC0415 - the library takes one thread at a time
 
     content = small_netcdf(path)
     with NETCDF4_PYTHON_LOCK:
-        file = netCDF4.Dataset(path, memory=content)
+        file, release = opened_netcdf(path, content)
         declared = sum(
             math.prod(variable.shape) * (STRING_BYTES if variable.dtype is str else variable.dtype.itemsize)
             for variable in file.variables.values()
         )
-        too_large = declared > max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size)
-        if too_large or content is None:
+        if declared > max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size):
+            release()
             file.close()
-    if too_large:
-        raise refused(f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds")
-    if content is None:
-        return xr.open_dataset(path, engine="netcdf4")
-    return xr.open_dataset(NetCDF4DataStore(file))  # type: ignore[no-untyped-call]
+            raise refused(f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds")
+
+    def close() -> None:
+        release()
+        file.close()
+
+    # (arrays that are still to be read hold the manager: without them it is collected, and then the file)
+    manager = DummyFileManager(file, close=close, lock=NETCDF4_PYTHON_LOCK)  # type: ignore[type-var]
+    weakref.finalize(manager, release)
+    return xr.open_dataset(NetCDF4DataStore(manager))  # type: ignore[no-untyped-call]
+
+
+_HELD: dict[tuple[int, int], list[set[int]]] = {}
+"""The descriptors of each file, by device and number, that the HDF5 library opened for each of its datasets."""
+
+
+def opened_netcdf(path: Path, content: bytes | None) -> tuple[netCDF4.Dataset, Callable[[], None]]:
+    """Open a file of which `small_netcdf` is the content, and return what must be called before it is closed.
+
+    The HDF5 library ends its process if the system refuses to close a file.  Before that, the null device takes the
+    place of the file's descriptors, which are one for all datasets of a file.
+    """
+    import netCDF4  # noqa: PLC0415 - most commands read no such file
+
+    if content is not None or sys.platform != "linux":
+        return netCDF4.Dataset(path, memory=content), lambda: None
+    stat = path.stat()
+    before = _descriptors(stat)
+    file = netCDF4.Dataset(path)
+    held = _HELD.setdefault((stat.st_dev, stat.st_ino), [])
+    held.append(_descriptors(stat) - before)
+    released = False
+
+    def release() -> None:
+        nonlocal released
+        if released:
+            return
+        released = True
+        if len(held) > 1:  # (another dataset has the same descriptor)
+            held[:2] = [held[0] | held[1]]
+            return
+        for descriptor in held.pop():
+            with suppress(OSError), Path(os.devnull).open("rb") as null:
+                os.dup2(null.fileno(), descriptor, inheritable=False)
+
+    return file, release
+
+
+def _descriptors(stat: os.stat_result) -> set[int]:
+    """Return the descriptors of a file that this process has open."""
+    found = set()
+    for name in os.listdir("/proc/self/fd"):
+        with suppress(OSError):
+            if os.path.samestat(os.fstat(int(name)), stat):
+                found.add(int(name))
+    return found

@@ -25,6 +25,7 @@ from .tables import (
     LINK_UPPER_ACTION,
     NOW,
     OMEGA,
+    OVERTURN,
     OVERTURN_TIME,
     OVERTURNED,
     PAR_EXACT,
@@ -116,6 +117,7 @@ def _time_to_fall(x, k, model, o):
 def find_barrier(model, o, barriers):
     """Write sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the shaking's largest lever into a row.
 
+    On a side that a restraint holds, the block may lie flat before a saddle: its potential there counts as a saddle's.
     U_lowest between the saddles; in exact geometry the lever of the shaking is largest, 1/cos(alpha), at the saddle.
     Then the saddles next to 0, right and left: only between them is the energy below the barrier a proof; sqrt(2E) of
     the block as it starts; and the largest moment of the weight between the saddles, p² sin(alpha), which vertical
@@ -142,6 +144,10 @@ def find_barrier(model, o, barriers):
         if exact != 0.0:
             lever = max(lever, own * exact)
             moment = max(moment, math.sqrt(inertia) * abs(stiffness * math.sin(centre)))
+        if model.links[o, r, LINK_UPPER_ACTION] == OVERTURN and (stiffness >= 0.0 or centre >= upper):
+            saddle_potential = min(saddle_potential, inertia * potential_energy(model, o, r, upper))
+        if model.links[o, r, LINK_LOWER_ACTION] == OVERTURN and (stiffness >= 0.0 or centre <= lower):
+            saddle_potential = min(saddle_potential, inertia * potential_energy(model, o, r, lower))
         if stiffness > 0.0:
             lowest = min(lowest, inertia * potential_energy(model, o, r, min(max(centre, lower), upper)))
             continue

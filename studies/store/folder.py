@@ -82,17 +82,34 @@ def _locked(folder: Path) -> FileLock:
 
 
 def is_locked(folder: Path) -> bool:
-    """Return True if a process works in the folder."""
-    if not (folder / LOCK_NAME).exists():
+    """Return True if a process works in the folder; StudyError if its lock cannot be read."""
+    path = folder / LOCK_NAME
+    if not path.exists():
         return False
     from filelock import FileLock, Timeout  # noqa: PLC0415
 
-    lock = FileLock(folder / LOCK_NAME)
+    lock = FileLock(path)
     try:
         lock.acquire(timeout=0)
+    except PermissionError:
+        return _is_held(path)
     except (Timeout, OSError):
         return True
     lock.release()
+    return False
+
+
+def _is_held(path: Path) -> bool:
+    """Return True if a process holds a lock that only another user may write; StudyError if it cannot be read."""
+    import fcntl  # noqa: PLC0415 - Windows has none
+
+    try:
+        with path.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     return False
 
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import netCDF4
 import numpy as np
 
-from ...core.limits import open_netcdf, small_netcdf
+from ...core.limits import open_netcdf, opened_netcdf, small_netcdf
 from ...core.wording import system_reason
 from ..text.error import StudyError
 
@@ -143,12 +143,16 @@ def load_small(stored: xr.Dataset) -> None:
 
 def title_of(path: Path) -> str:
     """Return the title of a result file without labelled arrays, which load slowly; errors as of `load_small`."""
-    with netCDF4.Dataset(path, memory=small_netcdf(path)) as file:
+    file, release = opened_netcdf(path, small_netcdf(path))
+    try:
         file.set_auto_maskandscale(False)
         for one in file.variables.values():
             if one.size * getattr(one.dtype, "itemsize", 1) <= WHOLE_BYTES:
                 one[...]
         return str(file.title)
+    finally:
+        release()
+        file.close()
 
 
 def look_through(stored: xr.Dataset) -> None:

@@ -16,6 +16,7 @@ from real_processes import MANY, begun, finish
 import toppling as tp
 from toppling.fragility import Work, plan_chunks
 from toppling.fragility.runs.cluster import (
+    NEWS_SECONDS,
     Cluster,
     ClusterError,
     _check_engine,
@@ -120,6 +121,20 @@ def test_a_killed_worker_changes_nothing(machines, study, tmp_path, expected):
     machines.add_worker()
     with begun(study, tmp_path / "out", "--scheduler", machines.address) as process:
         machines.workers[0].kill()
+        _, error = process.communicate(timeout=120)
+    assert process.returncode == 0, error
+    assert (tmp_path / "out" / "results.nc").read_bytes() == expected
+
+
+@pytest.mark.slow
+def test_a_stopped_worker_changes_nothing(machines, study, tmp_path, expected):
+    """It is stopped for longer than the client waits for news of the cluster, and goes on."""
+    machines.add_worker()
+    machines.add_worker()
+    with begun(study, tmp_path / "out", "--scheduler", machines.address) as process:
+        machines.workers[0].send_signal(signal.SIGSTOP)
+        time.sleep(2.0 * NEWS_SECONDS)
+        machines.workers[0].send_signal(signal.SIGCONT)
         _, error = process.communicate(timeout=120)
     assert process.returncode == 0, error
     assert (tmp_path / "out" / "results.nc").read_bytes() == expected

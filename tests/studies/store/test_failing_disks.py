@@ -2,24 +2,38 @@
 
 import errno
 import faulthandler
+import fcntl
+import gc
 import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from failing_calls import failing, library
 from real_processes import command, finish
 from study_texts import crate_study
 
 import toppling as tp
+from toppling.core import limits
 from toppling.motions.readers import at2
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.store import netcdf
+from toppling.studies.store.folder import is_locked
 
 FEW = crate_study("Few", 3, 6, 0.02, 3)
+
+
+ALL_ARE_LARGE = """
+import sys
+from toppling.core import limits
+from toppling.studies.command.cli import main
+limits.SMALL_NETCDF = 0
+sys.exit(main(sys.argv[1:]))
+"""
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +101,42 @@ class TestReading:
             assert done.returncode in (0, 2), (number, done.returncode, done.stderr)
             assert len(done.stderr.splitlines()) == (done.returncode == 2)
 
+    @pytest.mark.slow
+    @pytest.mark.parametrize("kind", ["status", "export"])
+    def test_no_file_that_is_too_large_for_memory_is_closed_by_the_library(self, disk, quiet, tmp_path, kind):
+        (tmp_path / "results.nc").write_bytes(quiet)
+        options = {"export": ["--format", "csv"], "status": ["--verify"]}
+        for number in range(1, 6):
+            done = subprocess.run(
+                [sys.executable, "-c", ALL_ARE_LARGE, kind, str(tmp_path), *options[kind]],
+                env=failing(disk, tmp_path / "results.nc", "close", number, "EIO"),
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            assert done.returncode in (0, 2), (number, done.returncode, done.stderr)
+            assert len(done.stderr.splitlines()) == (done.returncode == 2)
+
+    @pytest.mark.skipif(sys.platform != "linux", reason="descriptors are not replaced")
+    def test_a_large_file_is_let_go_with_its_last_dataset(self, quiet, tmp_path, monkeypatch):
+        """The library has one descriptor for all of them."""
+        monkeypatch.setattr(limits, "SMALL_NETCDF", 0)
+        path = tmp_path / "results.nc"
+        path.write_bytes(quiet)
+        before = limits._descriptors(path.stat())
+        first, second = netcdf.opened(path), netcdf.opened(path)
+        assert len(limits._descriptors(path.stat()) - before) == 1
+        expected = first["probability"].values.copy()
+        first.close()
+        np.testing.assert_array_equal(second["probability"].values, expected)
+        part = second["overturned"]
+        del second
+        assert part.values.any()
+        del part
+        gc.collect()
+        assert limits._descriptors(path.stat()) == before
+        assert netcdf.title_of(path) == "Few"
+
     @pytest.mark.parametrize(
         ("name", "arguments"),
         [
@@ -112,6 +162,35 @@ class TestReading:
         monkeypatch.setattr(Path, "open", refuse)
         assert main(arguments) == 2
         assert capsys.readouterr().err == f"toppling: out/{name}: cannot be read (Input/output error)\n"
+
+    @pytest.mark.skipif(sys.platform == "win32", reason="locks of another kind")
+    def test_a_lock_of_another_user(self, tmp_path, monkeypatch):
+        """It may be read, but not written: it is held while its process runs."""
+        (tmp_path / ".lock").touch()
+        opened = os.open
+
+        def refuse(path, flags, *mode, **more):
+            if flags & (os.O_WRONLY | os.O_RDWR):
+                raise PermissionError(errno.EACCES, "Permission denied", str(path))
+            return opened(path, flags, *mode, **more)
+
+        with (tmp_path / ".lock").open("w") as held, monkeypatch.context() as context:
+            context.setattr(os, "open", refuse)
+            assert not is_locked(tmp_path)
+            fcntl.flock(held, fcntl.LOCK_EX)
+            assert is_locked(tmp_path)
+
+    @pytest.mark.skipif(sys.platform == "win32", reason="locks of another kind")
+    def test_a_lock_that_cannot_be_read(self, tmp_path, monkeypatch):
+        (tmp_path / ".lock").touch()
+
+        def refuse(path, *_, **__):
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+        monkeypatch.setattr(os, "open", refuse)
+        monkeypatch.setattr(Path, "open", refuse)
+        with pytest.raises(StudyError, match=r"\.lock: cannot be read \(Permission denied\)"):
+            is_locked(tmp_path)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems write in the same process")
