@@ -89,14 +89,15 @@ def study_file_page() -> str:
 def modules_page() -> str:
     """Every module of the package with the first line of its docstring."""
     root = Path(importlib.import_module("toppling").__file__ or "").parent
-    parts = ["# All modules\n\nMade from their docstrings. [Architecture](../architecture.md) says how data flow.\n"]
+    parts = ["# All modules\n\nMade from their docstrings. [Architecture](../architecture.md) shows how data flow.\n"]
     for package in ("core", "models", "motions", "fragility", "studies"):
         rows = []
         for path in sorted((root / package).rglob("*.py")):
             place = path.relative_to(root / package).as_posix()
             if place != "__init__.py":
                 first = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
-                rows.append(f"| `{place.removesuffix('__init__.py')}` | {' '.join(first.split())} |\n")
+                cell = " ".join(first.split()).replace("|", "\\|")
+                rows.append(f"| `{place.removesuffix('__init__.py')}` | {cell} |\n")
         parts.append(f"## `{package}`\n\n| module | what it is |\n|---|---|\n{''.join(rows)}")
     return "\n".join(parts)
 

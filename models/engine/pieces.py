@@ -1,4 +1,4 @@
-"""The general way: one run, piece by piece, from its series to its first event and the action there."""
+"""The general way: one run, piece by piece, to its first event and the action there (impact, wall, rupture, fall)."""
 
 import math
 

@@ -1,5 +1,6 @@
-"""Compiled engine of blocks that slide on a floor with Coulomb friction: exact between the samples of a record. The
-block moves with the floor until the acceleration exceeds what friction transmits, and slides until its velocity
+"""Compiled engine of blocks that slide on a floor with Coulomb friction: exact between the samples of a record.
+
+The block moves with the floor until the acceleration exceeds what friction transmits, and slides until its velocity
 relative to the floor is zero. Within a sample the floor's acceleration, and its vertical acceleration, are straight
 lines, so the velocity is a quadratic and the slip a cubic; the instants at which the block begins to slide, stops
 or turns round are roots of lines and quadratics. Runs of one record go in lockstep, an array of lanes for each
