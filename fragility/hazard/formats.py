@@ -65,8 +65,16 @@ _WRITTEN = {
     "probability": "probabilities with their time, as 'probability in 50 yr' or 'probability in 50 yr (%)'",
     "rate": "rates in 1/yr, as 'rate (1/yr)'",
 }
-_FRACTILES = re.compile(r"(?<![\d.])(?P<percent>\d{1,2})(?:st|nd|rd|th) (?:percentile|fractile)", re.IGNORECASE)
-_SPREAD = re.compile(r"standard deviations?|(?<![a-z])std(?![a-z])", re.IGNORECASE)
+_FRACTILES = re.compile(
+    r"(?<![\d.])(?P<percent>\d{1,2})\s?(?:st|nd|rd|th|%|per cent)? (?:percentile|fractile|quantile)"
+    r"|(?:fractile|quantile)\s?[=:]?\s?0?\.(?P<share>\d{1,2})",
+    re.IGNORECASE,
+)
+_SPREAD = re.compile(r"standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ)", re.IGNORECASE)
+_OTHER_SHAKING = re.compile(
+    r"vertical (?:component|motion|pga|hazard)|(?<![\d.])(?![05]?5(?:\.0+)? ?%)\d+(?:\.\d+)? ?% damp", re.IGNORECASE
+)
+"""What a curve of horizontal shaking with a damping of 5 % is not."""
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """What comments on probabilities say where the numbers are rates all the same."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
@@ -128,8 +136,12 @@ def read_plain(
     fractile = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
     if _SPREAD.search(comment):
         raise HazardError(f"{lines.file}: a comment names a standard deviation: give the mean, or correct it")
-    if (match := _FRACTILES.search(comment)) is not None and int(match["percent"]) > 0:
-        fractile = int(match["percent"]) / 100.0
+    if (other := _OTHER_SHAKING.search(comment)) is not None:
+        raise HazardError(
+            f"{lines.file}: a comment names {other[0]!r}: levels are of horizontal shaking, damped by 5 %"
+        )
+    if (match := _FRACTILES.search(comment)) is not None:
+        fractile = float(f"0.{match['share']}" if match["share"] else int(match["percent"]) / 100.0) or fractile
     table: list[list[float]] = []
     unsure: list[tuple[int, str, str]] = []
     periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]

@@ -56,6 +56,9 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     found = []
     if UNNAMED in hazard.source:
         found.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
+    if hazard.fractile is not None:
+        what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: so are all rates and chances"
+        found.append(Doubt(KIND, what, settled=True))
     bounds = _BOUNDS.get(hazard.units)
     base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)
     if bounds is None or base in ("arias", "cav"):

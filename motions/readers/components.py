@@ -94,13 +94,20 @@ def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerati
                 warn([Doubt("table", f"{what}: scaled, or the peak of another component?")])
 
 
+LONELY = 3.0
+"""Ratio of a value of nines to the next one above which it marks a gap even if it stands once."""
+
+
 def refuse_gaps(file: Path, values: Array) -> None:
     """Raise RecordError where the greatest of the written values, of nines alone (999.99), marks gaps."""
     peak = float(np.abs(values).max())
     digits = np.format_float_positional(peak, trim="-").replace(".", "")
     count = int((np.abs(values) == peak).sum())
-    if peak >= 99.0 and len(digits) > 2 and set(digits) == {"9"} and count > 1:
-        raise RecordError(f"{file}: {count:,} of its values are {peak:g}, a mark of gaps: fill them, or cut them off")
+    alone = float(np.abs(values[np.abs(values) < peak]).max(initial=0.0))
+    if peak >= 99.0 and len(digits) > 2 and set(digits) == {"9"} and (count > 1 or peak > LONELY * alone):
+        raise RecordError(
+            f"{file}: {count:,} of its values {'is' if count == 1 else 'are'} {peak:g}, a mark of gaps: fill them, or cut them off"
+        )
 
 
 def without_offset(acceleration: Array) -> tuple[Array, str]:

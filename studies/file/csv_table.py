@@ -121,7 +121,7 @@ class CsvTable:
             for name, cell in line.cells.items():
                 if isinstance(cell, Unreadable):
                     line.refuse(name, cell.why)
-                if isinstance(cell, Numeric) and cell.unit and not name.endswith(f"_{cell.unit}"):
+                if isinstance(cell, Numeric) and not cell.is_in(name):
                     line.refuse(name, f"must be in the unit of its heading, got {cell} shown in {cell.unit}")
             if self._whole and len(cells) < named:
                 self._short.append(number)

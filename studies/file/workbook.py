@@ -27,8 +27,6 @@ MOST_ROWS = 2**20
 """Rows of a sheet (the format's own limit)."""
 MOST_COLUMNS = 1024
 """Columns that a row may reach, empty ones among them."""
-_UNITS = ("mm", "cm", "m", "in", "ft", "g", "kg", "t", "lb", "n", "kn")
-"""Units that number formats write beside numbers, in lower case."""
 _MULTIPLE = re.compile(
     r"%|‰|[.,' ]?0+|(?:k|t|m|tsd|thsd|thousands?|mio|mill|millions?|mn|mrd|bn)\.?\s?"
     r"(?:€|\$|£|¥|fr\.?|euro?|usd|gbp|chf|jpy|cny|inr|try|cad|aud|nzd|mxn|clp|sek|nok|dkk)?"
@@ -41,8 +39,23 @@ CURRENCIES = {
     "$": {"USD", "CAD", "AUD", "NZD", "MXN", "CLP"},
     "£": {"GBP"},
     "¥": {"JPY", "CNY"},
+    "₹": {"INR"},
+    "₺": {"TRY"},
+    "₩": {"KRW"},
+    "kr": {"SEK", "NOK", "DKK", "ISK"},
+    "fr": {"CHF"},
+    "zł": {"PLN"},
+    "kč": {"CZK"},
+    "euro": {"EUR"},
+    "euros": {"EUR"},
 }
-"""Currencies that a sign in a number format may stand for."""
+"""Currencies that a sign or a word in a number format may stand for."""
+_CODE = re.compile(r"(?<![A-Za-z])[A-Z]{3}(?![A-Za-z])")
+"""A currency by its code in a number format."""
+_COUNTED = ("pc", "pcs", "ea", "x", "stk", "stück", "pieces", "items", "persons", "people")
+"""Words in number formats that are no units."""
+_SPELLED = {"m": ("metre", "metres", "meter", "meters"), "days": ("d", "day"), "deg": ("°",)}
+"""Other spellings of units at the end of headings."""
 _LITERAL = re.compile(r'"([^"]*)"|\\(.)|\[\$([^\]-]*)[^\]]*\]')
 _OLD = b"\xd0\xcf\x11\xe0"
 
@@ -77,13 +90,24 @@ class Numeric(str):
         """Return such a cell, of a number format such as ``0.0" cm"``."""
         made = cls(text)
         code = format_code.partition(";")[0]
-        shown = "".join(map("".join, _LITERAL.findall(code))).strip().lower()
-        multiple = _MULTIPLE.fullmatch(shown) and not _SCALED.search(_LITERAL.sub("", code))
-        made.unit = shown if multiple or shown in _UNITS else ""
-        # (a format without a sign has none beside its brackets and quotes either: "$" begins a bracket)
-        signs = shown + _LITERAL.sub("", code)
-        made.money = next((sign for sign in CURRENCIES if sign in signs), "")
+        literals = "".join(map("".join, _LITERAL.findall(code)))
+        bare = re.sub(r"[_*].", "", _LITERAL.sub("", code))  # (without padding)
+        shown = literals.strip().lower()
+        words = re.findall(r"[^\W\d_]+", shown)
+        signs = [sign for sign in CURRENCIES if (sign in words if sign.isalpha() else sign in shown + bare)]
+        made.money = next(iter([*_CODE.findall(literals), *signs]), "")
+        rest = shown.replace(made.money.lower(), "").strip(" .,'()-–\u00a0\u202f")
+        if _MULTIPLE.fullmatch(shown):
+            rest = "" if _SCALED.search(bare) else shown
+        marked = bare.strip().startswith("-") or re.search(r"""['′″]["\s)]*$""", code)  # (below zero; feet and inches)
+        made.unit = shown or "-" if rest or marked else ""
         return made
+
+    def is_in(self, heading: str) -> bool:
+        """True if the number is shown in the unit of a heading such as ``width_m``, or in none."""
+        unit = self.unit.strip(" .")
+        of_heading = heading.rpartition("_")[2]
+        return not self.unit or unit in (of_heading, *_SPELLED.get(of_heading, ()), *_COUNTED)
 
 
 def sheet_rows(

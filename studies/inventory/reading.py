@@ -153,7 +153,7 @@ def read_inventory(
         currency = currency or stated
         for column, cell in line.cells.items():
             sign, wanted = cell.money if isinstance(cell, Numeric) else "", currency or sign_above
-            if sign and wanted and wanted not in {sign, *CURRENCIES[sign]}:
+            if sign and wanted and not _meant(sign) & _meant(wanted):
                 line.refuse(column, f"must be in {wanted} as the others are, got {cell} shown in {sign}")
             sign_above = sign or sign_above
     if not found:
@@ -165,6 +165,11 @@ def read_inventory(
         raise InventoryError(f"{file}: {error}") from None
     warn(row_doubts(inventory.rows))
     return inventory
+
+
+def _meant(money: str) -> set[str]:
+    """Return the currencies that a sign or a code may stand for, with itself."""
+    return {money, *CURRENCIES.get(money, ())}
 
 
 def example_path() -> str:

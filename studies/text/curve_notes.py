@@ -47,6 +47,8 @@ HELD = {
 """Measured coverage of 95 % intervals of annual rates by form of curve or design (docs/coverage.md)."""
 ENOUGH_MOTIONS = 20
 """Motions from which such intervals of other curves hold at least 93 %."""
+MEASURED = 0.95
+"""Confidence of the intervals whose coverage is measured."""
 FEW_HELD = {
     quantity: f"{held} hold the true value with {ENOUGH_MOTIONS} motions or fewer"
     for quantity, held in {"dispersion": "84 to 98 %", "measure": "76 to 90 %", "ratio": "90 %"}.items()
@@ -72,7 +74,8 @@ VERBS = {
 
 def few_motions(results: xr.Dataset) -> bool:
     """True if results are of so few motions that intervals hold less than they say (`FEW_HELD`)."""
-    return "motion" in results.dims and number_of_motions(results) <= ENOUGH_MOTIONS
+    usual = results.attrs.get("confidence", MEASURED) == MEASURED
+    return usual and "motion" in results.dims and number_of_motions(results) <= ENOUGH_MOTIONS
 
 
 def verb_of(state: str) -> str:

@@ -679,6 +679,10 @@ def test_a_curve_describes_its_realisations():
             "a comment probabilities in 1 yr",
         ),
         ("# annual probabilities, converted\npga (g),probability in 50 yr\n0.1,0.03\n0.4,0.002\n", ""),
+        ("# mean + 1 sigma\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names a standard deviation"),
+        ("# vertical component\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "levels are of horizontal shaking"),
+        ("# 2 % damping\nSa(1.0) (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names '2 % damp'"),
+        ("# 5 % damping\nSa(1.0) (g),rate\n0.1,0.03\n0.4,0.002\n", ""),
         ("# standard deviation of rates\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names a standard deviation"),
     ],
 )
@@ -693,10 +697,19 @@ def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
 
 @pytest.mark.parametrize(
     ("comment", "fractile"),
-    [("kind='quantile-0.84'", 0.84), ("kind='mean'", None), ("84th percentile curve", 0.84), ("16th fractile", 0.16)],
+    [
+        ("kind='quantile-0.84'", 0.84),
+        ("kind='mean'", None),
+        ("84th percentile curve", 0.84),
+        ("16th fractile", 0.16),
+        ("84% fractile", 0.84),
+        ("fractile = 0.84", 0.84),
+    ],
 )
 def test_the_fractile_of_a_comment(tmp_path, comment, fractile):
-    assert read_hazard(saved(tmp_path, f"# {comment}\npga (g),rate (1/yr)\n0.1,0.03\n0.4,0.002\n")).fractile == fractile
+    found = read_hazard(saved(tmp_path, f"# {comment}\npga (g),rate (1/yr)\n0.1,0.03\n0.4,0.002\n"))
+    assert found.fractile == fractile
+    assert any("not the mean: so are all" in doubt.sentence for doubt in hazard_doubts(found)) == (fractile is not None)
 
 
 @pytest.mark.parametrize(

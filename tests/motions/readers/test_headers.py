@@ -336,7 +336,9 @@ def test_marks_of_gaps(tmp_path, mark):
         read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,{mark}\n")
     with pytest.raises(RecordError, match="a mark of gaps"):
         read(tmp_path, at2(f"{TITLE}\nACCELERATION IN CM/S2\nNPTS= 14, DT= 0.01").rstrip() + f" {mark} {mark}\n")
-    assert read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,1.0\n").sizes["time"] == 14
+    with pytest.raises(RecordError, match=r"1 of its values is 9[9.]*, a mark of gaps"):
+        read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,1.0\n")
+    assert read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,{0.4 * float(mark)}\n").sizes["time"] == 14
 
 
 def test_acceleration_alone_of_a_table_with_velocity_and_displacement(tmp_path):

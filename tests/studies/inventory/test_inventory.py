@@ -620,6 +620,13 @@ class TestWorkbooks:
             ),
             ("EUR", ("0", '"$"0'), "column 'value': must be in EUR as the others are, got 26000 shown in"),
             ("JPY", ("0", '"£"0'), "must be in JPY"),
+            ("EUR", ("0", "_ [$CHF-807] * #,##0.00_ "), "must be in EUR as the others are, got 26000 shown in CHF"),
+            ("EUR", ("0", '#,##0 "USD"'), "shown in USD"),
+            ("EUR", ("0", "#,##0.00 [$kr-41D]"), "shown in kr"),
+            ("", ("[$EUR] 0", "[$CHF] 0"), "must be in EUR as the others are, got 26000 shown in CHF"),
+            ("", ("#,##0 [$€-407]", '0" EUR"'), ""),
+            ("SEK", ("0", "#,##0.00 [$kr-41D]"), ""),
+            ("EUR", ("_-* #,##0.00\\ _€_-", "0"), ""),
             ("JPY", ("[$¥-411]#,##0", '"¥"0'), ""),
             ("USD", ("[$$-409]#,##0", "0"), ""),
         ],
@@ -639,7 +646,21 @@ class TestWorkbooks:
         with pytest.raises(InventoryError, match=message):
             read_inventory(path)
 
-    @pytest.mark.parametrize("code", ['0.0" cm"', '0" mm"', '0.00\\ "ft"', '0.0" CM";-0.0" CM"'])
+    @pytest.mark.parametrize(
+        "code",
+        [
+            '0.0" cm"',
+            '0" mm"',
+            '0.00\\ "ft"',
+            '0.0" CM";-0.0" CM"',
+            '0" feet"',
+            "0.0\\'",
+            '0" inch"',
+            '0" lbs"',
+            "-0",
+            '"B"0',
+        ],
+    )
     def test_units_of_number_formats(self, tmp_path, code):
         """A person sees 45 cm below width_m."""
         rows = [["width_m", "height_m", "floor", "mass_kg"], [0.45, 2.0, 1, 80]]
@@ -647,6 +668,7 @@ class TestWorkbooks:
         book = openpyxl.load_workbook(path)
         book.active["A2"].number_format, book.active["B2"].number_format = '0.00" m"', '0.00\\ "m"'
         book.active["D2"].number_format = '0" kg"'
+        book.active["C2"].number_format = '0" pcs."'
         book.save(path)
         assert read_inventory(path).rows[0].block.width == 0.45
         book.active["A2"].number_format, book.active["A2"].value = code, 45
@@ -666,6 +688,9 @@ class TestWorkbooks:
             ("#,##0.0\\ [$€-407]", False),
             ('#,##0.0" EUR"', False),
             ('0.0" MXN"', False),
+            ('0.0" × 1000"', True),
+            ('0.0" lakh"', True),
+            ("#\\'##0.0", False),
         ],
     )
     def test_multiples_of_number_formats(self, tmp_path, code, refused):
