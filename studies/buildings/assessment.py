@@ -433,12 +433,7 @@ def _run(
     sides: bool,
     slips: SlidingRuns | None,
 ) -> tuple[Flags, Flags | None, Flags | None, Flags | None]:
-    """Run floor by floor, each direction by itself, and return flags (model, item, variant, level, motion).
-
-    With `sides` the flags of forward falls, of ruptures and of falls along the depth are returned, too.  Motions
-    both ways: what falls under a motion falls under its reverse, to the other side, so that pieces whose front and
-    back are alike are run as recorded.
-    """
+    """Return flags (model, item, variant, level, motion), with `sides` forward falls, ruptures and falls in depth."""
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
     of_all = (len(laws), len(inventory), variants, *shape)

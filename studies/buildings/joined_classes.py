@@ -1,8 +1,4 @@
-"""Values of a year that follow from all pieces together, with each class at a level of its own.
-
-With modelling uncertainty in the fractiles of a rate, a sample has a score of each class, and shaking finds each class
-at another of the levels that were run.  What is joined here is joined motion by motion.
-"""
+"""Values of a year that follow from all pieces together, joined by motion, with each class at a level of its own."""
 
 from __future__ import annotations
 

@@ -164,11 +164,7 @@ class Piece(NamedTuple):
 
     @property
     def meant(self) -> KitEffect | None:
-        """The kit that is meant where anchoring is advised: None where none was tried that prevents enough falls.
-
-        Of pieces that are judged by money, the kit that is worth most beyond its cost, of those that are surely worth
-        it if there are any; of others the cheapest of those that cannot be told from the one that prevents most falls.
-        """
+        """The kit for a piece: of most (sure) worth, or the cheapest that prevents as many falls as the best."""
         good = [one for one in self.tried if one.effect == HELPS]
         if not good:
             return None

@@ -244,11 +244,7 @@ def annual_variables(
     own_motions: bool = False,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute all annual variables: values given the level, weighted with the hazard motion by motion.
-
-    With `modelled`, where all levels have the same motions, the joint outcomes are over the modelling uncertainty
-    of several classes, at points whose rates are `Modelled.rates`; sums of means are those of the weights.
-    """
+    """Compute annual variables from values given the level, or over modelling uncertainty (`modelled`), by motion."""
     year = of_points = Year(weights.weights, own_motions, joint.polarities)
     results = joint.results
     if modelled is not None:
@@ -374,10 +370,7 @@ class Year:
         return found
 
     def resampled(self, values: Array, drawn: Array) -> Array:
-        """Return means (…, level, replicate) of values (…, level, run) over motions.
-
-        They are drawn so often: (replicate, motion), or of all levels with own motions (replicate, motion times part).
-        """
+        """Return means (…, level, replicate) over motions drawn as (replicate, motion), jointly or level by level."""
         values = of_motions(values, self.polarities)
         motions = values.shape[-1]
         if self.own_motions:

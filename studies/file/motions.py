@@ -252,10 +252,7 @@ class BuildingTable(Table):
 
     @property
     def default_strength(self) -> Strength | None:
-        """The strength that a code's design gives; None where it is not asked for.
-
-        ValueError where the code hazard is missing, or keys of such a strength stand alone or beside a known one.
-        """
+        """The strength that a code's design gives, None if not requested; ValueError without the code hazard."""
         if self.system is None:
             alone = [key for key in CODE_STRENGTH if getattr(self, key) is not None]
             if alone:

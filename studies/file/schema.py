@@ -1,8 +1,4 @@
-"""The study file: one TOML schema, checked once, and converted into blocks, laws and motions.
-
-Units are part of the names of keys (``width_m``, ``dt_s``) or given beside the values (``unit = "g"``).  Unknown keys
-are refused.
-"""
+"""The study file: one TOML schema, checked once, and converted into blocks, laws and motions."""
 
 from __future__ import annotations
 
@@ -70,11 +66,7 @@ from .uncertainty import SensitivityTable, UncertaintyTable
 
 
 class MotionSet(NamedTuple):
-    """Motions that shake the blocks, and the ground motions below them where the levels are of their measure.
-
-    `reading`: what is doubted of the motions as they were read, and what was done to them.  `selection`: how well they
-    agree with the hazard, None of motions that are not selected.
-    """
+    """Motions that shake the blocks, the ground motions of their levels, input warnings and the selection's fit."""
 
     motions: tuple[xr.DataArray, ...]
     ground: tuple[xr.DataArray, ...]
@@ -723,10 +715,7 @@ class StudyFile(Table):
         return found
 
     def _looked_at(self, folder: Path) -> LookedAt:
-        """Return the motions of an analysis that takes them one after the other.
-
-        Where nothing but a generator makes the motions, the first ones are made now, and the others when they run.
-        """
+        """Return the motions of an analysis in turn; a generator makes the first ones now, the others during runs."""
         motions, asked = self.motions, self.until or UntilTable()
         plain = not self._stand and self.support is None and not motions.match_gmm and motions.component is None
         generator = motions.made_by(folder) if plain else None

@@ -116,10 +116,7 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
 def screening_with(
     content: StudyFile, slides: Slides | None, blocks: Iterable[Block]
 ) -> tuple[Friction | Mapping[str, Friction] | None, float]:
-    """Return what `screening_of` does, with the friction of each block where some have their own.
-
-    Where the curves are of another state than a fall no outcome is tested: stable falls say nothing of uplifts.
-    """
+    """Return `screening_of` with the friction of each block; outcomes other than falls are not tested."""
     friction, undecided = screening_of(content)
     state = fit_of(content).state
     if state not in (OVERTURNED, *DIRECTIONS):

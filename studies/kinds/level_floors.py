@@ -1,7 +1,4 @@
-"""Floor motions of an inventory that belong to their level of shaking: of what yields between the ground and a piece.
-
-Ground motions are scaled to each level and go through the building there; no floor motions are scaled.
-"""
+"""Floor motions of an inventory at each level of shaking, of what yields between the ground and a piece."""
 
 from __future__ import annotations
 

@@ -123,11 +123,7 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
 
 
 def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 0) -> KitSet:
-    """Choose the cheapest kits with which what is expected of the building is within targets, under one law.
-
-    `targets` are the most that is allowed of some of `TARGETS`, in a year or at the level of the table.  A kit
-    whose interval of the falls that it saves holds 0 counts as one that saves none.
-    """
+    """Choose the cheapest kits that meet `targets`; a kit whose interval of saved falls contains 0 saves none."""
     options = _Options(results, model)
     needs = [(options.surely_saved(name), options.now(name) - most) for name, most in targets.items()]
     found = cheapest_set(options.costs, needs, options.item)

@@ -42,11 +42,7 @@ def any_held(blocks: Sequence[Block]) -> bool:
 def ruptures(
     runs: xr.Dataset, blocks: Sequence[Block], confidence: float, hazard: HazardCurve | None = None
 ) -> xr.Dataset:
-    """Return the shares of the motions in which the restraints of blocks break, NaN of blocks without one.
-
-    With a hazard curve of the measure of the levels also at the level that is exceeded with 10 % in 50 years,
-    between the levels by straight lines over the logarithm.
-    """
+    """Return the shares of motions that break restraints, with a hazard also at 10 % in 50 years."""
     flags = runs.assign(overturned=runs[FLAG])
     counted = gathered(lambda part: overturning_probability(part, confidence), flags)
     held = xr.DataArray([block.restraint is not None for block in blocks], dims="block")

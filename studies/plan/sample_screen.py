@@ -34,11 +34,7 @@ def screen_samples(
     runner: Runner,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Screen all samples of one block together, as `summary_screen`, with the nominal block on block.
-
-    `pairs` (sample, model) have the block and the law of every sample, and `overturned` is on (model, sample,
-    level, motion); shares are of the runs of all samples, and demands the greatest among them.
-    """
+    """Screen all samples (sample, model) of one block together, as `summary_screen`; on block: the nominal one."""
     plain = records(design.motions)
     ground = ground_of(plain, records(design.ground)) if design.ground else None
     blocks = [row[0][0] for row in pairs]

@@ -72,11 +72,7 @@ def yearly(
     lowest: xr.DataArray | float,
     confidence: float,
 ) -> xr.Dataset:
-    """Compute the rates of the curve of all samples (`pooled`), and of the curve of every sample (`own`).
-
-    The unknown properties of a block do not change from earthquake to earthquake: the probability in some years is
-    the mean of 1 - exp(-rate years) over samples, which is less than the probability of the mean rate.
-    """
+    """Compute rates of all samples (`pooled`) and each (`own`); chances in years are means of 1 - exp(-rate years)."""
     each = risk.rates(own, confidence)["rate"]
     text = "annual rate of overturning"
     chance = each.copy(data=probability_in(each.values, risk.years))

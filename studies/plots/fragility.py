@@ -281,10 +281,7 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
 
 
 def _place(one: xr.Dataset, levels: Array) -> float:
-    """Return the level at which the curve of one law has its mean over the levels of a bin's runs.
-
-    The geometric mean of the levels where there is no curve, or one that is level over the bin.
-    """
+    """Return the level at which a curve has its mean over a bin, or the geometric mean of the bin's levels."""
     mean = math.exp(float(np.log(levels).mean()))
     if not _has_curves(one):
         return mean

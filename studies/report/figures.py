@@ -1,8 +1,4 @@
-"""A study's figures for a page: SVG inside HTML, PNG files beside Markdown, and a description of each in words.
-
-The same results give the same bytes: there are no dates, and ids come from a fixed salt and are unique on the page.
-Text is drawn as paths, so that a figure looks the same without its font.
-"""
+"""A study's figures for a page, SVG in HTML and PNG beside Markdown: the same bytes, with descriptions in words."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Validity checks of a report: the rocking model, the elastic zone, the number of runs, and the widths of intervals.
-
-Each check has a word (good, use with care, not valid, not checked), a reason, and a cure.  Only counts and shares are
-computed here, from what the screen wrote into the results.
-"""
+"""Validity checks of a report: the rocking model, the elastic zone, the number of runs, and the widths of intervals."""
 
 from __future__ import annotations
 
@@ -636,13 +632,7 @@ def _left_out(results: xr.Dataset, known: NDArray[np.bool_]) -> Check:
 
 
 def _run_levels(results: xr.Dataset) -> Check:
-    """Check how much of annual rates rests on curves where nothing was run.
-
-    Below the lowest shaking that was run it is the share of the rate from there, above the highest one the change that
-    a curve which rises on from there can make of the rate.  Up to `NOTABLE` that is little beside the interval that a
-    few dozen motions leave to a rate; above a half the rate is mostly the form of the curve, of which no interval over
-    motions knows.
-    """
+    """Check the share of annual rates from curves where nothing was run; above a half a rate is the form's."""
     shares = extrapolated_shares(results)
     if not shares:
         reason = "The results hold no shares of the rates from beyond the shaking that was run."

@@ -1,8 +1,4 @@
-"""Comparisons of laws under the same motions: ratios of medians, probabilities and flags, with paired intervals.
-
-All laws are shaken by the same motions, and replicates of the bootstrap draw the same motions for all laws.  Scatter
-that is common to the laws cancels in their differences, which makes the intervals narrow.
-"""
+"""Comparisons of laws under the same motions: ratios of medians, probabilities and flags, with paired intervals."""
 
 from __future__ import annotations
 
@@ -21,11 +17,7 @@ NOTHING_FELL, ALL_FELL = "no overturning", "all overturned"
 
 
 class Curves(NamedTuple):
-    """Curves of runs on (block, law) and ln medians of their replicates, (block, law, replicate).
-
-    The ln median is infinite for a law under which nothing fell, and minus infinity for a law under which everything
-    fell: the median lies beyond the levels, which bounds it on one side.
-    """
+    """Curves of runs (block, law) and ln medians of replicates: inf where nothing fell, -inf where everything."""
 
     fit: xr.Dataset
     log_median: Array

@@ -27,11 +27,7 @@ STEPS = {"delta": np.log(10.0), "e": 0.1}
 
 
 class Grid(NamedTuple):
-    """Every law at every value, each oscillator once.
-
-    laws: the distinct laws; at (model, value): their indices; against: for each comparison the indices of the laws that
-    the values are compared with, (model, value), -1 for none.
-    """
+    """Distinct laws with indices `at` (model, value) and, of each comparison, `against`, -1 for none."""
 
     laws: tuple[Law, ...]
     at: Index

@@ -33,11 +33,7 @@ LOCK_ATTEMPTS = 20
 
 @contextmanager
 def folder_of_one(folder: Path) -> Iterator[None]:
-    """Lock a folder, made where missing, for this process alone until the block ends.
-
-    The system releases the lock when a process ends, however it ends. A folder that was made here is removed again
-    where it stayed empty.
-    """
+    """Lock a folder, made where missing, for this process until the block ends; an empty new one is removed."""
     _refuse_name(folder)
     made = not folder.exists()
     lock = _locked(folder)

@@ -1,8 +1,4 @@
-"""Results as a netCDF file with checksums, written and read slab by slab, since a study may be larger than the memory.
-
-All numeric arrays are stored in chunks, each with its Fletcher-32 checksum, which the library compares whenever it
-reads: a flipped bit in a finished file raises an error instead of giving a wrong number.
-"""
+"""Results as a netCDF file, by slabs, with Fletcher-32 checksums of chunks that every reading compares."""
 
 from __future__ import annotations
 
@@ -36,11 +32,7 @@ WHOLE_BYTES = 2**25
 
 
 def write(results: xr.Dataset, path: Path) -> None:
-    """Write a dataset to a netCDF file; OSError or RuntimeError where this fails.
-
-    The HDF5 library can end its process where a disk refuses to write or to close, so that (on Linux, where a fork is
-    safe) another process writes; what it says comes back through a pipe.
-    """
+    """Write a dataset in another process (on Linux), since HDF5 can end its own; OSError or RuntimeError on failure."""
     if sys.platform != "linux":
         _write(results, path)
         return

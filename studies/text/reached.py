@@ -1,8 +1,4 @@
-"""What the shaking that was run has reached: nothing above the highest level is told as if runs had shown it.
-
-A fitted curve goes on above the highest level, but no run says whether the blocks do.  Levels from the runs are
-infinite there, and 0 below the lowest level; ratios of fitted medians and medians of samples follow them here.
-"""
+"""Levels from runs: infinite above the highest run level, 0 below the lowest, also for medians and their ratios."""
 
 from __future__ import annotations
 
@@ -65,10 +61,7 @@ def fraction_text(one: xr.Dataset, p: float, scale: float) -> str:
 
 
 def within_levels(results: xr.Dataset) -> xr.Dataset:
-    """Return results in which fitted medians above the highest level that was run are infinite: not reached.
-
-    Ratios of a median that is not reached are infinite, ratios to one that is not reached are NaN.
-    """
+    """Return results with medians above the highest run level infinite; ratios of them are infinite or NaN."""
     most = highest_level(results)
     if not np.isfinite(most):
         return results
