@@ -86,7 +86,7 @@ class Shards(Runner):
             self._stop.waiting = False
 
     def array(self, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
-        """Make an array for all runs: a nameless file of allocated space where large; StudyError if the disk is full."""
+        """Make an array for all runs, in a nameless file where large; StudyError if the disk is full."""
         size = math.prod(shape) * np.dtype(dtype).itemsize
         if size <= IN_MEMORY:
             return super().array(shape, dtype)
