@@ -208,7 +208,17 @@ def recommended(pieces: Sequence[Piece]) -> list[Piece]:
         if one.safety:
             return REDUCES if one.item in safety else SAFER
         if known:
-            return _by_cost(one)
+            if math.isnan(one.saving.value):
+                return UNVALUED
+            options = _options(one)
+            if not options:
+                return UNPRICED
+            factor = present_value(one.discount, YEARS)
+            if any(saving.lower > 0.0 and factor * saving.lower >= cost for cost, saving in options):
+                return WORTH
+            if all(factor * saving.upper < cost for cost, saving in options):
+                return SMALL if one.stated else UNSTATED
+            return UNRESOLVED
         if one.item in most:
             return first
         return SMALL if one.stated else UNSTATED if valued else FEW_UNSTATED
@@ -255,20 +265,6 @@ def _options(one: Piece) -> list[tuple[float, Range]]:
         for cost, saving in (own if math.isfinite(one.cost) else tried)
         if math.isfinite(cost) and math.isfinite(saving.value)
     ]
-
-
-def _by_cost(one: Piece) -> str:
-    if math.isnan(one.saving.value):
-        return UNVALUED
-    options = _options(one)
-    if not options:
-        return UNPRICED
-    factor = present_value(one.discount, YEARS)
-    if any(saving.lower > 0.0 and factor * saving.lower >= cost for cost, saving in options):
-        return WORTH
-    if all(factor * saving.upper < cost for cost, saving in options):
-        return SMALL if one.stated else UNSTATED
-    return UNRESOLVED
 
 
 def _paid(one: Piece) -> Piece:

@@ -116,7 +116,12 @@ def _html_page(
         "tables": of_page,
         "reading": [RATIOS, *_as_sentences(reading)],
     }
-    provenance = page_table(plain_table(*_provenance(a, b)), words=True)
+    rows = [
+        ("file", *(one.path.as_posix() for one in (a, b))),
+        ("made by toppling", *(str(one.results.attrs.get("toppling_version", "")) for one in (a, b))),
+        ("content (SHA-256)", *(str(one.results.attrs.get("content_sha256", "not stated")) for one in (a, b))),
+    ]
+    provenance = page_table(plain_table(*Rows("The results that are compared", ("", "A", "B"), rows)), words=True)
     terms = used(texts(content))
     template = environment(escaping=True).get_template("comparison.html.j2")
     return template.render(**content, provenance=provenance, terms=terms, figures=drawn)
@@ -125,15 +130,6 @@ def _html_page(
 def _as_sentences(said: Sequence[str]) -> list[str]:
     """Return lines of a terminal as sentences: with a capital letter and a full stop."""
     return [f"{one[:1].upper()}{one[1:].rstrip('.')}." for one in said]
-
-
-def _provenance(a: Side, b: Side) -> Rows:
-    rows = [
-        ("file", *(one.path.as_posix() for one in (a, b))),
-        ("made by toppling", *(str(one.results.attrs.get("toppling_version", "")) for one in (a, b))),
-        ("content (SHA-256)", *(str(one.results.attrs.get("content_sha256", "not stated")) for one in (a, b))),
-    ]
-    return Rows("The results that are compared", ("", "A", "B"), rows)
 
 
 def _write(path: Path, content: bytes) -> Path:

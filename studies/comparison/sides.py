@@ -132,7 +132,13 @@ def two_sides(first: Path, second: Path, same: bool = False, verify: bool = Fals
         for name, path, results in zip("AB", paths, (one, other), strict=True):
             if not (same and name == "B"):  # (the same file is checked once)
                 check_content(path, results, verify)
-            sides.append(Side(name, path, results, _study(path, results)))
+            try:
+                found = json.loads(str(results.attrs.get("study")))
+            except (ValueError, RecursionError):
+                found = None
+            if not isinstance(found, dict):
+                raise StudyError(f"{path}: does not hold its study (attribute study): run it again")
+            sides.append(Side(name, path, results, found))
         a, b = sides
         alike = a.identity(0) and [a.identity(i) for i in (0, 1)] == [b.identity(i) for i in (0, 1)]
         if not same and alike and not any(changes(a.study, b.study)):
@@ -285,14 +291,3 @@ def _labels(side: Side, dim: str) -> list[str]:
 def _listed(labels: Sequence[str], most: int = 6) -> str:
     more = f" and {len(labels) - most:,} more" if len(labels) > most else ""
     return ", ".join(map(repr, labels[:most])) + more
-
-
-def _study(path: Path, results: xr.Dataset) -> dict[str, Any]:
-    """Return the study of some results as plain values; StudyError where the results do not hold it."""
-    try:
-        found = json.loads(str(results.attrs.get("study")))
-    except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
-        raise StudyError(f"{path}: does not hold its study (attribute study): run it again")
-    return found

@@ -63,7 +63,10 @@ def read_content(path: Path, table: type[Table]) -> MergedContent:
     own = _parsed(path)
     found: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
-    for name in _included(path, own):
+    names = own.pop(INCLUDE, [])
+    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
+        raise StudyError(f'{path}: include must be a list of files, as include = ["common.toml"], got {shown(names)}')
+    for name in names:
         file = path.parent / name
         if not _is_file(file):
             raise StudyError(f"{path}: include: no file {shown(name)} (looked in {path.parent.resolve()})")
@@ -92,14 +95,6 @@ def read_content(path: Path, table: type[Table]) -> MergedContent:
 def _origins(key: str, value: Any, path: Path) -> dict[tuple[str, ...], Path]:
     """Return the file of a key, and of the keys of its table."""
     return {(key,): path, **({(key, inner): path for inner in value} if isinstance(value, dict) else {})}
-
-
-def _included(path: Path, own: dict[str, Any]) -> list[str]:
-    """Remove the list of included files from the content of a file, and return it."""
-    names = own.pop(INCLUDE, [])
-    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
-        raise StudyError(f'{path}: include must be a list of files, as include = ["common.toml"], got {shown(names)}')
-    return names
 
 
 def _parsed(path: Path) -> dict[str, Any]:

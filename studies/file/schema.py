@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -771,7 +771,15 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
     """Read and check a study file; StudyError where it is not valid. target: of all restraints, beyond the file."""
     merged = read_content(path, StudyFile)
     if target is not None:
-        _set_targets(path, merged.content, target)
+        named, blocks = merged.content.get("restraints"), merged.content.get("blocks")
+        tables = list(named.values()) if isinstance(named, dict) else []
+        for block in blocks if isinstance(blocks, list) else []:
+            tables.append(block.get("restraint") if isinstance(block, dict) else None)
+        restraints = [table for table in tables if isinstance(table, dict)]
+        if not restraints:
+            raise StudyError(f"{path}: --target needs a restraint, whose strength is looked for; the study has none")
+        for table in restraints:
+            table["target"] = target
     try:
         return StudyFile.model_validate(merged.content)
     except ValidationError as error:
@@ -787,19 +795,6 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
             where = [f"in {origin}"] * (origin != path) + [f"line {line}"] * (line > 0)
             said.append(f"{brief} ({', '.join(where)})" if where else brief)
         raise StudyError(f"{path}: {all_errors(said)}") from None
-
-
-def _set_targets(path: Path, content: dict[str, Any], target: float) -> None:
-    """Set the target of all restraints of a study; StudyError where it has none."""
-    named, blocks = content.get("restraints"), content.get("blocks")
-    tables = list(named.values()) if isinstance(named, dict) else []
-    for block in blocks if isinstance(blocks, list) else []:
-        tables.append(block.get("restraint") if isinstance(block, dict) else None)
-    restraints = [table for table in tables if isinstance(table, dict)]
-    if not restraints:
-        raise StudyError(f"{path}: --target needs a restraint, whose strength is looked for; the study has none")
-    for table in restraints:
-        table["target"] = target
 
 
 def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:

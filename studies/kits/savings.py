@@ -276,13 +276,8 @@ def _peaks(inventory: Inventory, assessment: xr.Dataset, shake: Shake, level: fl
         medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
         if level is None:
             assert shake.hazard is not None  # (annual rates come from it)
-            here = _at_design(medians, scaled.levels, shake.hazard)
+            here = float(np.exp(at_level(design_level(scaled.levels, shake.hazard), scaled.levels, np.log(medians))))
         else:
             here = float(medians[level_index(assessment, level)])
         found[[support_of(row) == at for row in placed.rows]] = here
     return found
-
-
-def _at_design(peaks: Array, levels: Array, hazard: HazardCurve) -> float:
-    """Return the peak acceleration at the level that is exceeded with 10 % in 50 years; NaN beyond the levels."""
-    return float(np.exp(at_level(design_level(levels, hazard), levels, np.log(peaks))))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...core.aliases import Array, Flags
 from ..buildings.pieces import pieces_of
-from ..buildings.recommendations import DUTY, YEARS, Piece
+from ..buildings.recommendations import DUTY, YEARS
 from ..money.budget import SAME, best_set, cheapest_set
 from ..money.present_value import present_value
 
@@ -95,7 +95,8 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     chances are no ground for advice (`Piece.judged`).
     """
     options = _Options(results, model)
-    pieces = _in_order(results, model)
+    named = {one.item: one for one in pieces_of(results, model)}
+    pieces = [named[str(item)] for item in results["item"].values]
     one = [pieces[i] for i in options.item]
     duty = np.array([each.recommendation == DUTY for each in one], bool)
     safe = np.array([each.safety for each in one], bool)
@@ -128,9 +129,3 @@ def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 
     needs = [(options.surely_saved(name), options.now(name) - most) for name, most in targets.items()]
     found = cheapest_set(options.costs, needs, options.item)
     return options.set_of(found.chosen, found.gap)
-
-
-def _in_order(results: xr.Dataset, model: int) -> list[Piece]:
-    """Return the pieces in the order of the results' items."""
-    named = {one.item: one for one in pieces_of(results, model)}
-    return [named[str(item)] for item in results["item"].values]

@@ -95,7 +95,12 @@ def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Pict
         described = f"{describe(figure)} {clean(numbers)}".strip()
         svg, phone, content = "", "", b""
         if narrow is None:
-            content = _png(figure)
+            from ..plots.axes import settle  # noqa: PLC0415 - matplotlib loads slowly
+
+            settle(figure)
+            file = BytesIO()
+            figure.savefig(file, format="png", dpi=150, metadata={"Software": None})
+            content = file.getvalue()
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
         caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
@@ -161,15 +166,6 @@ def _on_a_phone(draw: Draw) -> Iterator[Figure]:
         if found is None:
             return
         yield found[1]
-
-
-def _png(figure: Figure) -> bytes:
-    from ..plots.axes import settle  # noqa: PLC0415 - matplotlib loads slowly
-
-    settle(figure)
-    file = BytesIO()
-    figure.savefig(file, format="png", dpi=150, metadata={"Software": None})
-    return file.getvalue()
 
 
 def _svg(figure: Figure, prefix: str) -> str:

@@ -315,26 +315,21 @@ class Simulation:
             for name in (HISTORY, FIGURE, *FILMS):
                 (folder / name).unlink(missing_ok=True)
             table, figure = folder / HISTORY, folder / FIGURE
-            write_history(self.shown, table)
+            columns = {
+                "time (s)": "time",
+                "rotation (rad)": "rotation",
+                "angular velocity (rad/s)": "angular_velocity",
+                "angular acceleration (rad/s2)": "angular_acceleration",
+                "floor acceleration (m/s2)": "floor_acceleration",
+            }
+            values = np.column_stack([self.shown[name].values for name in columns.values()])
+            lines = [",".join(columns), *(",".join(map(repr, row)) for row in values.tolist())]
+            write_bytes(table, ("\n".join(lines) + "\n").encode())
             with whole_file(figure) as temporary:
                 drawn.savefig(temporary, format="png", dpi=150)
         except OSError as error:
             raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
         return [table, figure]
-
-
-def write_history(response: xr.Dataset, path: Path) -> None:
-    """Write a history as CSV, one line for each sample, with units in the first line."""
-    columns = {
-        "time (s)": "time",
-        "rotation (rad)": "rotation",
-        "angular velocity (rad/s)": "angular_velocity",
-        "angular acceleration (rad/s2)": "angular_acceleration",
-        "floor acceleration (m/s2)": "floor_acceleration",
-    }
-    values = np.column_stack([response[name].values for name in columns.values()])
-    lines = [",".join(columns), *(",".join(map(repr, row)) for row in values.tolist())]
-    write_bytes(path, ("\n".join(lines) + "\n").encode())
 
 
 def _g(acceleration: float) -> str:

@@ -34,7 +34,13 @@ LOCK_ATTEMPTS = 20
 @contextmanager
 def folder_of_one(folder: Path) -> Iterator[None]:
     """Lock a folder, made where missing, for this process until the block ends; an empty new one is removed."""
-    _refuse_name(folder)
+    name = str(folder)
+    if os.sep != "\\" and "\\" in name:
+        raise StudyError(f"{name}: the folder's name must hold no backslash, which netCDF takes for a slash")
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise StudyError(f"{name!a}: the folder's name is no valid Unicode, which netCDF cannot write") from None
     made = not folder.exists()
     lock = _locked(folder)
     try:
@@ -90,17 +96,6 @@ def is_locked(folder: Path) -> bool:
         return True
     lock.release()
     return False
-
-
-def _refuse_name(folder: Path) -> None:
-    """Raise a StudyError for a folder whose name the netCDF library would misread."""
-    name = str(folder)
-    if os.sep != "\\" and "\\" in name:
-        raise StudyError(f"{name}: the folder's name must hold no backslash, which netCDF takes for a slash")
-    try:
-        name.encode()
-    except UnicodeEncodeError:
-        raise StudyError(f"{name!a}: the folder's name is no valid Unicode, which netCDF cannot write") from None
 
 
 def refuse_folder(target: Path) -> None:

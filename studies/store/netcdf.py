@@ -153,13 +153,6 @@ def _storage(one: xr.Variable) -> dict[str, Any]:
     return {"fletcher32": True, "chunksizes": _pieces(one.shape, one.dtype.itemsize, CHUNK_BYTES)}
 
 
-def _steps(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
-    """The sizes of a slab along each dimension, in whole chunks of the file."""
-    chunk = _pieces(shape, itemsize, CHUNK_BYTES)
-    slab = _pieces(shape, itemsize, SLAB_BYTES)
-    return tuple(min(size, max(1, b // a) * a) for size, a, b in zip(shape, chunk, slab, strict=True))
-
-
 def _pieces(shape: tuple[int, ...], itemsize: int, most: int) -> tuple[int, ...]:
     found: list[int] = []
     left = max(1, most // itemsize)
@@ -172,7 +165,9 @@ def _pieces(shape: tuple[int, ...], itemsize: int, most: int) -> tuple[int, ...]
 
 def _slabs_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:
     """Yield the slabs of a variable, in whole chunks of the file."""
-    yield from _cut(shape, _steps(shape, itemsize))
+    chunk = _pieces(shape, itemsize, CHUNK_BYTES)
+    slab = _pieces(shape, itemsize, SLAB_BYTES)
+    yield from _cut(shape, tuple(min(size, max(1, b // a) * a) for size, a, b in zip(shape, chunk, slab, strict=True)))
 
 
 def rows_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:
