@@ -31,8 +31,7 @@ from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND, long_name_at
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, records_under
-from ..inventory.contents import Contents, Inventory, floor_text
-from ..inventory.stands import Stand
+from ..inventory.contents import Contents, Inventory, Stand, floor_text
 
 
 class Support(NamedTuple):

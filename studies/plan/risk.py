@@ -36,8 +36,7 @@ from ..text.curve_notes import (
     rate_notes,
     verb_of,
 )
-from ..text.level_advice import other_levels
-from ..text.reached import levels_run
+from ..text.reached import levels_run, other_levels
 
 if TYPE_CHECKING:
     from .designs import Design

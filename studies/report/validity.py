@@ -27,10 +27,9 @@ from ..plan.slides import GATED, GATED_RATE, INSTEAD
 from ..region.rows import is_pooled
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
-from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
 from ..text.precision import missed_precision, reached_by
-from ..text.reached import levels_run, within_levels
+from ..text.reached import levels_run, other_levels, within_levels
 from ..text.words import reference_law
 
 GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checked"

@@ -32,8 +32,7 @@ from ...fragility.risk.modelling import LOWER, UPPER
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import FEW_HELD, few_motions, infinitive_of, reached_of, verb_of
-from ..text.level_advice import other_levels
-from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, within_levels
+from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, other_levels, within_levels
 from ..text.rows import Rows
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
 from .values import Cell, ValueTable, known, with_units
