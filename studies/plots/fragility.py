@@ -343,7 +343,15 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     figure = axes.figure(width, height * rows + 1.0)
     # (every panel gets the same limits; with `sharey` each of them would set those of all others)
     panels = figure.subplots(rows, columns, squeeze=False)
-    shown = _drawn_of(results)
+    # (only what the panels show, a tenth of a study's variables: selecting from all of them is slow)
+    cloud = "level" not in results.coords
+    curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
+    wanted = {*curves, "probability", "lower", "upper", "curve_probability"}
+    if cloud:
+        state = _state_of(results)
+        wanted |= {"run_block", "run_model", "run_motion", *([] if state is None else [needed_output(state)])}
+    chosen = results[[name for name in results.data_vars if name in wanted]]
+    shown = chosen if cloud else chosen.drop_vars([name for name, one in chosen.coords.items() if "motion" in one.dims])
     frame = Frame.of(shown)
     spare = set(range(rows * columns))
     for k, (block, floor) in enumerate(cases):
@@ -373,18 +381,6 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     text = _reading_note(results, len(floors), len(cases), len(every))
     axes.heading(figure, str(results.attrs.get("title", "Fragility")), text)
     return figure
-
-
-def _drawn_of(results: xr.Dataset) -> xr.Dataset:
-    """Return only the variables that the panels show, a tenth of a study's: selecting from all of them is slow."""
-    cloud = "level" not in results.coords
-    curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
-    wanted = {*curves, "probability", "lower", "upper", "curve_probability"}
-    if cloud:
-        state = _state_of(results)
-        wanted |= {"run_block", "run_model", "run_motion", *([] if state is None else [needed_output(state)])}
-    shown = results[[name for name in results.data_vars if name in wanted]]
-    return shown if cloud else shown.drop_vars([name for name, one in shown.coords.items() if "motion" in one.dims])
 
 
 def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> str:

@@ -16,7 +16,6 @@ from .. import show
 from ..text.names import clean
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     Draw = Callable[[], Iterator[tuple[str, Figure]]]
@@ -117,20 +116,16 @@ def describe(figure: Figure) -> str:
         more = len(titles) - MOST_PANELS_DESCRIBED
         panels = "1 panel" if len(shown) == 1 else f"{len(shown)} panels"
         parts.append(f"{panels}: {'; '.join(titles[:MOST_PANELS_DESCRIBED])}{f'; and {more} more' if more > 0 else ''}")
+    legends = [*figure.legends, *(one for one in (ax.get_legend() for ax in shown) if one is not None)]
     for word, labels in (
         ("Across", [ax.get_xlabel() for ax in shown]),
         ("Up", [ax.get_ylabel() for ax in shown]),
-        ("Drawn", _legend(figure, shown)),
+        ("Drawn", [text.get_text() for legend in legends for text in legend.get_texts()]),
     ):
         found = list(dict.fromkeys(label for label in labels if label))
         if found:
             parts.append(f"{word}: {'; '.join(found)}")
     return clean(" ".join(f"{' '.join(part.split())}." for part in parts).replace(r"\$", "＄").replace("$", ""))
-
-
-def _legend(figure: Figure, shown: list[Axes]) -> list[str]:
-    legends = [*figure.legends, *(one for one in (ax.get_legend() for ax in shown) if one is not None)]
-    return [text.get_text() for legend in legends for text in legend.get_texts()]
 
 
 @contextmanager

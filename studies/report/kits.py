@@ -65,7 +65,14 @@ def purchases(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
         named = [f"“{kits[one.item]}” for “{one.item}” ({floor_name(one.floor)})" for one in pieces if kits[one.item]]
         cost = f"{given_number(float(here[f'{name}_cost']))}{money}"
         then = _then(here, name, yearly)
-        unclear = _unresolved(here, kits)
+        unknown = []
+        for item, kit in kits.items():
+            if not kit:
+                continue
+            one = here.sel(item=item, kit=kit)
+            if not any(float(one[f"kit_{side}falls_saved_lower"]) > 0.0 for side in ("", "front_")):
+                unknown.append(f"“{item}”")
+        unclear = f" (for {', '.join(unknown)} it is not shown that the kit prevents any falls)" if unknown else ""
         if name == "budget":
             budget = f"{given_number(float(results.attrs['budget']))}{money}"
             if named:
@@ -151,18 +158,6 @@ def _limits(target: Mapping[str, float], money: str, yearly: bool) -> str:
         return f"{amount} a year" if yearly else amount
 
     return " and ".join(words(name, most) for name, most in target.items())
-
-
-def _unresolved(here: xr.Dataset, kits: Mapping[str, str]) -> str:
-    """Return which kits of a set are not shown to prevent falls of any kind."""
-    unclear = []
-    for item, kit in kits.items():
-        if not kit:
-            continue
-        one = here.sel(item=item, kit=kit)
-        if not any(float(one[f"kit_{side}falls_saved_lower"]) > 0.0 for side in ("", "front_")):
-            unclear.append(f"“{item}”")
-    return f" (for {', '.join(unclear)} it is not shown that the kit prevents any falls)" if unclear else ""
 
 
 def _left_out(here: xr.Dataset, kits: Mapping[str, str], motions: int) -> Iterator[str]:

@@ -194,7 +194,16 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _spectra(results)
     if "half_level" in results:
         if FORCED in results.attrs:
-            yield _one_side(results)
+            state = str(results.attrs["state"])
+            clause = f"the {results.attrs['form']} curves rise to 1, as the probability of {state} need not"
+            yield Check(
+                "Can the curves follow the probability of a fall to one side?",
+                INVALID,
+                f"{results.attrs[FORCED]} may fall to the other side instead, but {clause}: chances and rates may be "
+                "wrong by a factor.",
+                "Take curves without a fixed form (isotonic), which are the default for falls to one side.",
+                clause,
+            )
         yield _curves(results)
         yield _intervals(results)
     if "outside" in results:
@@ -205,7 +214,15 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
         if not is_pooled(results):  # (its runs lie where the surface needs them, at levels of no block by itself)
             yield _run_levels(results)
     elif "annual_number_share_above" in results:
-        yield _hazard_of_building(results)
+        names = [name for name in AMOUNTS if f"annual_{name}_share_above" in results]
+        of = xr.Variable("of", [f"annual {AMOUNTS[name]}" for name in names])
+        yield _beyond_hazard(
+            {
+                side: xr.concat([results[f"annual_{name}_share_{side}"] for name in names], "of").assign_coords(of=of)
+                for side in CURES
+            },
+            "value",
+        )
 
 
 def _rocking(results: xr.Dataset) -> Check:
@@ -470,19 +487,6 @@ def _spectra(results: xr.Dataset) -> Check:
     return Check(question, INVALID if rates else CARE, f"{reason} {so}", cure, alike)
 
 
-def _one_side(results: xr.Dataset) -> Check:
-    state = str(results.attrs["state"])
-    clause = f"the {results.attrs['form']} curves rise to 1, as the probability of {state} need not"
-    return Check(
-        "Can the curves follow the probability of a fall to one side?",
-        INVALID,
-        f"{results.attrs[FORCED]} may fall to the other side instead, but {clause}: chances and rates may be wrong by "
-        "a factor.",
-        "Take curves without a fixed form (isotonic), which are the default for falls to one side.",
-        clause,
-    )
-
-
 def _curves(results: xr.Dataset) -> Check:
     question = "Does every curve rest both on runs that reached the state that is studied and on runs that did not?"
     status = results["status"].values.astype(str)
@@ -673,18 +677,6 @@ def _little_extrapolated(results: xr.Dataset) -> Check:
     change = two_digit_percent(_worst(possible_change(results).where(known))[0])
     return Check(
         RUN_LEVELS, GOOD, f"Up to {said}, but unless a curve decreases there no rate is off by more than {change}."
-    )
-
-
-def _hazard_of_building(results: xr.Dataset) -> Check:
-    names = [name for name in AMOUNTS if f"annual_{name}_share_above" in results]
-    of = xr.Variable("of", [f"annual {AMOUNTS[name]}" for name in names])
-    return _beyond_hazard(
-        {
-            side: xr.concat([results[f"annual_{name}_share_{side}"] for name in names], "of").assign_coords(of=of)
-            for side in CURES
-        },
-        "value",
     )
 
 

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Hashable, Iterator
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,20 +77,15 @@ def _write(results: xr.Dataset, path: Path) -> None:
         store = NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
         small.dump_to_store(store, encoding=encoding)
     if large:
-        _add_large(results, large, path)
-
-
-def _add_large(results: xr.Dataset, names: list[Hashable], path: Path) -> None:
-    """Append variables of every run slab by slab, as xarray would write them."""
-    before = netCDF4.get_chunk_cache()
-    # (slabs are whole chunks, so the library needs no chunk cache, which takes 16 MB for each variable)
-    netCDF4.set_chunk_cache(CHUNK_BYTES, *before[1:])
-    try:
-        with netCDF4.Dataset(path, "a") as file:
-            for name in names:
-                _write_slabs(file, results[name])
-    finally:
-        netCDF4.set_chunk_cache(*before)
+        before = netCDF4.get_chunk_cache()
+        # (slabs are whole chunks, so the library needs no chunk cache, which takes 16 MB for each variable)
+        netCDF4.set_chunk_cache(CHUNK_BYTES, *before[1:])
+        try:
+            with netCDF4.Dataset(path, "a") as target_file:
+                for name in large:
+                    _write_slabs(target_file, results[name])
+        finally:
+            netCDF4.set_chunk_cache(*before)
 
 
 def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
