@@ -703,10 +703,10 @@ class StudyFile(Table):
             scale = self.stripes.scale and not self._scaled_before
             if selections:  # (stripes that do not agree with the hazard may be left out)
                 levels = np.array([one.attrs["level"] for one in selections])
-            return Stripes(shaken, ground, self.stripes.im, levels, scale, reading, selections)
+            return Stripes(shaken, ground, self.stripes.im, levels, scale, selections, reading=reading)
         if self.ida is not None:
-            return Incremental(first.motions, first.ground, self.ida.im, levels, first.reading)
-        return Cloud(first.motions, first.ground, self.analysis.im, first.reading)
+            return Incremental(first.motions, first.ground, self.ida.im, levels, reading=first.reading)
+        return Cloud(first.motions, first.ground, self.analysis.im, reading=first.reading)
 
     def design_of_runs(self, folder: Path, both: bool = False) -> OfRuns:
         """Make the design of an analysis that runs every block by itself; as `design`."""
