@@ -1,9 +1,4 @@
-"""Modelling uncertainty of an inventory: common to all pieces of a class, independent from class to class.
-
-With the capacities of a class off by exp(beta_m Z), its outcome at a level x is its computed outcome at the level
-x exp(-beta_m Z).  Z is one normal score for the whole class, so that pieces of a class fall together more than each
-would by itself; the modelled outcomes of all classes are joined here, motion by motion.
-"""
+"""Modelling uncertainty of an inventory: at x a class falls as computed at x exp(-beta_m Z), with one Z per class."""
 
 from __future__ import annotations
 

@@ -141,12 +141,7 @@ class Shaking:
         return [at for floor in self.used(inventory) for at in standing if at.floor == floor]
 
     def placed(self, inventory: Inventory) -> Inventory:
-        """Return the inventory with the direction of every line; '' for all where shaking has no directions.
-
-        Under pairs of components lines without a direction have their widths in x. Every floor has histories in the
-        directions of its lines; benches and platforms are not for pairs of components or vertical shaking, and must not
-        yield under motions that are scaled.
-        """
+        """Return the inventory with directions of all lines, '' without pairs; ValueError for unfit supports."""
         self.used(inventory)
         for row in inventory.rows:
             self._check_stand(row)

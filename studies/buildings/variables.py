@@ -315,13 +315,7 @@ def _rates_of(outcomes: Array, one: Quantity, year: Year, precision: Precision) 
 
 @dataclass(frozen=True)
 class Year:
-    """Sums over the levels with weights (level,): their annual rates, or 1 for one level and 0 for all others.
-
-    `own_motions`: each level has motions of its own, so that a sum has no value for one motion.  Its mean is then over
-    the motions of all levels that have a weight, motion by motion with those of one number together; those of a level
-    are a stratum.  `polarities`: runs of each motion, which follow one another; a sum has their mean as its value for
-    the motion, so that whatever is resampled is a motion with both polarities.
-    """
+    """Sums over levels with weights (level,): annual rates, or 1 for one level; polarities count as one motion."""
 
     weights: Array
     own_motions: bool = False

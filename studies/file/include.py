@@ -1,8 +1,4 @@
-"""The content of a study file and of the files that it includes: TOML in, plain values out, without their meaning.
-
-A file refines the files that it includes: its key of a table replaces the included one; anything else may be given in
-one file only.  Relative paths refer to the file that names them.
-"""
+"""The content of a study file, which refines the files that it includes: TOML in, plain values out."""
 
 from __future__ import annotations
 

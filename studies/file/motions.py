@@ -728,11 +728,7 @@ class MotionsTable(Table):
         return (self.number or 1) * float(length / made.dt)
 
     def build(self, folder: Path, first: int = 0) -> list[xr.DataArray]:
-        """The motions; ValueError where a parameter does not belong or is out of range, or no record is found.
-
-        Those of a `floors_index`, which have levels of their own, are read by `studies.file.floor_index`.
-        `first` is the number of a generator's first motion among those of its seed.
-        """
+        """The motions, from number `first` of a generator; ValueError for a wrong parameter or without a record."""
         made = self._made(folder)
         if made is not None:
             refuse_samples(self.samples(folder), "motions")

@@ -86,14 +86,7 @@ class _Options:
 
 
 def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
-    """Choose the kits to buy for a sum of money under one law, at most one for the pieces of a line.
-
-    Kits come first for what the code requires, strong enough for its demand where known, then for falls saved of
-    pieces that are a matter of safety, then for those of the code, then for what the others save in 50 years,
-    discounted, beyond their cost (without a hazard or values, loss or falls); of equal sets the cheapest.  A kit
-    whose interval of the falls it saves holds 0 counts as one that saves none, as does any kit for pieces whose
-    chances are no ground for advice (`Piece.judged`).
-    """
+    """Choose kits for a sum of money under one law, one a line: the code's, then safety, then savings in 50 years."""
     options = _Options(results, model)
     named = {one.item: one for one in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]

@@ -249,11 +249,7 @@ def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, lower: Array,
 
 
 def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int | str | None, state: State) -> None:
-    """Draw whether every motion of a cloud brought the state, at its intensity, and fractions in equally full bins.
-
-    Of adaptive levels, every run of the block under the law; a motion with several runs in a bin is one trial there.
-    A fraction lies where the curve has the mean probability of its runs, so that their distance is that of the data.
-    """
+    """Draw outcomes of a cloud or of adaptive levels, and fractions in equally full bins at their mean probability."""
     one = law.results
     if RUN in one.dims:
         one = one.isel({RUN: runs_of_curve(one)})

@@ -102,12 +102,7 @@ def excess(
 
 
 def swing(curves: Curves, block: int, laws: Index, confidence: float) -> Array:
-    """Return largest over smallest median of some laws of a block, with its interval, (3,); NaN with an unknown median.
-
-    The largest of noisy values is biased upwards, and the largest of their replicates is biased once more.  The basic
-    interval (of ln: twice the estimate less the percentiles) removes the second bias; its ends are at least 1, the
-    value without any swing.
-    """
+    """Return largest over smallest median with its basic interval (of ln), which corrects the bias of the largest."""
     middle = float(np.ptp(curves.log_median[block, laws]))
     with np.errstate(invalid="ignore"):
         samples = np.ptp(curves.log_samples[block, laws], axis=0)
