@@ -272,7 +272,7 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
                 one.recommendation == ANCHORED,
                 one.recommendation not in (DUTY, WEAK),
                 not one.safety,
-                _place(one),
+                ORDER.index(one.recommendation),
             ),
         )
     keys = {
@@ -285,7 +285,3 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
         "item": lambda one: one.item,
     }
     return sorted(pieces, key=keys[by])
-
-
-def _place(one: Piece) -> int:
-    return ORDER.index(one.recommendation)

@@ -53,12 +53,7 @@ def support_of(row: Contents) -> Support:
 
 
 class Shaken(NamedTuple):
-    """The motions of a floor as they are run, with their factors (1, level, motion).
-
-    Where each level has histories of its own, the motions of all levels follow one another under a single factor of 1:
-    reshaped to (level, motion), the flags of the runs are as those of motions that are scaled to each level.  Motions
-    that are run both ways are each followed by their reverses.
-    """
+    """The motions of a floor as run, with factors (1, level, motion): 1 where each level has its own motions."""
 
     motions: list[Record]
     factors: Array

@@ -114,7 +114,26 @@ def _parsed(path: Path) -> dict[str, Any]:
         raise StudyError(f"{path}: not a text file in UTF-8") from None
     except (ValueError, RecursionError) as error:  # (an integer of thousands of digits raises no TOMLDecodeError)
         raise StudyError(f"{path}: not valid TOML: {_reason(error, data.decode('utf-8'))}") from None
-    _refuse_strange(path, content)
+    left: list[tuple[str, Any, int]] = [("", content, 0)]
+    while left:
+        key, value, depth = left.pop()
+        where = f"{path}: {shown(key)}" if key else str(path)
+        if isinstance(value, dict | list):
+            if depth >= MOST_NESTING:
+                raise StudyError(f"{where} is nested too deeply")
+            most = KEYS if isinstance(value, dict) else ENTRIES
+            if len(value) > most:
+                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {most:,}")
+            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
+            for name, one in pairs:
+                if isinstance(value, dict):
+                    _refuse_text(f"{where}: a key", name)
+                dot = "." if key and isinstance(value, dict) else ""
+                left.append((f"{key}{dot}{name}", one, depth + 1))
+        elif isinstance(value, str):
+            _refuse_text(where, value)
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise StudyError(f"{where} is an integer of more than 64 bits")
     if _CUT.search(data):
         warn([unended(path.name)])
     return content
@@ -153,30 +172,6 @@ def _reason(error: Exception, text: str) -> str:
     line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     words = next((cure for start, cure in _TOML_WORDS if said.startswith(start)), f"{said[:1].lower()}{said[1:]}")
     return f"line {number}{f', {shown(line)}' if line else ''}: {words}"
-
-
-def _refuse_strange(path: Path, content: dict[str, Any]) -> None:
-    """Raise a StudyError for content that TOML allows and no study has, such as control characters and deep nesting."""
-    left: list[tuple[str, Any, int]] = [("", content, 0)]
-    while left:
-        key, value, depth = left.pop()
-        where = f"{path}: {shown(key)}" if key else str(path)
-        if isinstance(value, dict | list):
-            if depth >= MOST_NESTING:
-                raise StudyError(f"{where} is nested too deeply")
-            most = KEYS if isinstance(value, dict) else ENTRIES
-            if len(value) > most:
-                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {most:,}")
-            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
-            for name, one in pairs:
-                if isinstance(value, dict):
-                    _refuse_text(f"{where}: a key", name)
-                dot = "." if key and isinstance(value, dict) else ""
-                left.append((f"{key}{dot}{name}", one, depth + 1))
-        elif isinstance(value, str):
-            _refuse_text(where, value)
-        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise StudyError(f"{where} is an integer of more than 64 bits")
 
 
 def _refuse_text(where: str, text: str) -> None:

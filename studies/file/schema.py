@@ -314,7 +314,11 @@ class StudyFile(Table):
         if self.support is not None:
             self._check_support()
         if self.supports is not None:
-            self._check_supports(self.supports)
+            if self.performance is None:
+                raise ValueError("supports are for the lines of an inventory; blocks of a study have one [support]")
+            supports = [support.name for support in self.supports]
+            if len(set(supports)) < len(supports):
+                raise ValueError(f"supports need different names, got {', '.join(supports)}")
         if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
         if self._stand and self.motions.floors_index is not None:
@@ -359,14 +363,6 @@ class StudyFile(Table):
                 raise ValueError(f"a support needs ground motions, got motions.{key}, which are of floors already")
         if self.analysis.im_at != "ground":
             raise ValueError("a support needs im_at = 'ground': levels are of the ground motion below it")
-
-    def _check_supports(self, supports: list[NamedSupportTable]) -> None:
-        """Raise a ValueError where there is no inventory whose lines may name supports, or two have one name."""
-        if self.performance is None:
-            raise ValueError("supports are for the lines of an inventory; blocks of a study have one [support]")
-        names = [one.name for one in supports]
-        if len(set(names)) < len(names):
-            raise ValueError(f"supports need different names, got {', '.join(names)}")
 
     @property
     def _scaled_before(self) -> bool:

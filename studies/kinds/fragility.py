@@ -35,7 +35,7 @@ from ...motions.polarity import BOTH
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Cloud, OfRuns, Stripes
-from ..plan.estimates import LOW_SHARE, Fit, ranked
+from ..plan.estimates import LOW_SHARE, MEAN, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
@@ -85,7 +85,7 @@ SIZE = ("size_along", "size_probability")
 
 def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branches | None:
     """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks."""
-    modelling = study.fit.in_fractiles
+    modelling = 0.0 if study.fit.modelling == MEAN else study.fit.modelling_dispersion
     if study.risk is None or (content.branches is None and modelling == 0.0):
         return None
     return Branches(

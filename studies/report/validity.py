@@ -317,16 +317,11 @@ def _pedestals(results: xr.Dataset) -> Iterator[Check]:
         return
     yield Check(
         question,
-        INVALID if mostly(shares[_on_others(results)]) else CARE,
+        INVALID if mostly(shares[np.asarray(results[MOVES].notnull().all("level").values)]) else CARE,
         f"{told} what it stands on slides or rocks itself; a moving pedestal is not modelled.",
         "Anchor the pedestal, or widen or weight its base.",
         f"what “{name}” stands on moves in {two_digit_percent(share)} of its falls",
     )
-
-
-def _on_others(results: xr.Dataset) -> NDArray[np.bool_]:
-    """Return True for the items of which it is known how what they stand on moves."""
-    return np.asarray(results[MOVES].notnull().all("level").values)
 
 
 def _uplift(results: xr.Dataset) -> xr.DataArray | None:

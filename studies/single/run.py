@@ -339,6 +339,10 @@ class Simulation:
         times = f"PGA is {ratio:.3g} times {'that' if front == back else 'the lesser'}"
         need = self.friction
         words = {"uplift": "at uplift", "rocking": "at the peak of the motion", "impact": "at impact"}
+        bed = []
+        if block.bed is not None:
+            edge = self.model.zone_edge(block) / block.alpha
+            bed = [("bed", f"settles {1000.0 * block.bed.settlement:.4g} mm; uplifts from it at {edge:.3g} of α")]
         rows = [
             ("block", f"{self._block_text}, p = {block.p:.3g} rad/s"),
             ("law", f"{self.model.label}{e}"),
@@ -347,19 +351,12 @@ class Simulation:
             ("peak rotation", turned),
             ("impacts", f"{int(run['impacts'])}{' during the record' if self.shown is not run else ''}"),
             *(() if self.around is None else self.around.rows()),
-            *(() if self.block.bed is None else (("bed", self._bed_text),)),
+            *bed,
             ("end", self._outcome_text),
         ]
         if need:
             rows.append(("friction needed", ", ".join(f"{value:.2f} {words[name]}" for name, value in need.items())))
         return [f"{name + ':':<17}{text}" for name, text in rows]
-
-    @property
-    def _bed_text(self) -> str:
-        bed, block = self.block.bed, self.block
-        assert bed is not None
-        edge = self.model.zone_edge(block) / block.alpha
-        return f"settles {1000.0 * bed.settlement:.4g} mm; uplifts from it at {edge:.3g} of α"
 
     def content(self, files: Sequence[Path] = ()) -> dict[str, Any]:
         """Return all results of the run for programs: SI, None where there is no number."""

@@ -130,22 +130,17 @@ def risk_table(results: xr.Dataset) -> Table:
                 # (a note says why)
                 once = "[italic]no width[/]" if low == high else years_between(high, low)
                 chances = "[italic]no width[/]" if low == high else chances_between(least, most)
+                found = [value for value in (_low_level(one), one["half_level"].item()) if 0.0 < value < np.inf]
                 cells: tuple[str, ...] = (
                     f"{in_years(rate)} ({once})",
                     chance_text(float(probability_in(np.float64(rate), 1.0))),
                     f"{chance_text(chance)} ({chances})".replace("\u00a0%)", ")"),
-                    _at(one, scale),
+                    " / ".join(two_digits(value / scale) for value in found),
                 )
             else:
                 cells = ("[italic]no curve[/]", "", "", "")
             table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
     return table
-
-
-def _at(one: xr.Dataset, scale: float) -> str:
-    """Return the levels at which one curve reaches the low share, where it is given, and a half."""
-    found = [value for value in (_low_level(one), one["half_level"].item()) if 0.0 < value < np.inf]
-    return " / ".join(two_digits(value / scale) for value in found)
 
 
 def _low_level(one: xr.Dataset) -> float:
