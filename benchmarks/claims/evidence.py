@@ -19,8 +19,7 @@ from ...fragility.runs.provenance import polarity_pairs
 from ...models import Block, HousnerImpact, Law, free_rocking
 from ...studies.file.uncertainty import RIGID, Sweep
 from ...studies.kinds.sensitivity import OUTPUTS, SensitivityStudy
-from ...studies.sensitivity.comparisons import Curves
-from ...studies.sensitivity.findings import Grid, swings_and_slopes
+from ...studies.sensitivity.findings import Curves, Grid, swings_and_slopes
 
 HALF_CYCLES = 10
 RELEASE = 0.5

@@ -207,7 +207,20 @@ def _savings(
     interval = resampling.interval(saved, confidence)
     price = cost if per_cost else None
     alone = free.alone.mean(axis=-1)
-    first, last = _rank_ends(saved, price, alone, confidence, resampling, free.array)
+    resampled = resampled_means(saved, resampling.replicates, resampling.seed, free.array, resampling.strata)
+    models, items, replicates = resampled.shape
+    ranks = free.array(resampled.shape, np.int64)
+    for k in range(models):
+        # (ranks need all items of a replicate, intervals all replicates of an item)
+        for where in slabs({"item": items, "sample": replicates}, ("sample",)):
+            part = where.get("sample", slice(None))
+            ranks[k, :, part] = _ranks(score_of(resampled[k, :, part].T, price), alone[k]).T
+    ends = np.empty((2, models, items), np.int64)
+    at = [round(q * (replicates - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence)]
+    for where in slabs({"model": models, "item": items, "sample": replicates}, ("model", "item")):
+        here = where.get("model", slice(None)), where.get("item", slice(None))
+        ends[:, *here] = np.moveaxis(np.sort(ranks[here], axis=-1)[..., at], -1, 0)
+    first, last = ends[0], ends[1]
     by = "saving over cost" if per_cost else "saving"
     share = np.divide(mean, total[:, None], out=np.full(mean.shape, np.nan), where=total[:, None] > 0.0)
     each = {
@@ -225,26 +238,6 @@ def _savings(
     found = {name: variable(("model", "item"), *one) for name, one in each.items()}
     found["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
     return found
-
-
-def _rank_ends(
-    saved: Array, price: Array | None, alone: Array, confidence: float, resampling: Resampling, array: Allocator
-) -> tuple[Index, Index]:
-    """Return the first and the last rank of the interval of every item's rank, (model, item) each."""
-    resampled = resampled_means(saved, resampling.replicates, resampling.seed, array, resampling.strata)
-    models, items, replicates = resampled.shape
-    ranks = array(resampled.shape, np.int64)
-    for k in range(models):
-        # (ranks need all items of a replicate, intervals all replicates of an item)
-        for where in slabs({"item": items, "sample": replicates}, ("sample",)):
-            part = where.get("sample", slice(None))
-            ranks[k, :, part] = _ranks(score_of(resampled[k, :, part].T, price), alone[k]).T
-    ends = np.empty((2, models, items), np.int64)
-    at = [round(q * (replicates - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence)]
-    for where in slabs({"model": models, "item": items, "sample": replicates}, ("model", "item")):
-        here = where.get("model", slice(None)), where.get("item", slice(None))
-        ends[:, *here] = np.moveaxis(np.sort(ranks[here], axis=-1)[..., at], -1, 0)
-    return ends[0], ends[1]
 
 
 def _stepped(

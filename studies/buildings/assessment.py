@@ -1,9 +1,4 @@
-"""Performance assessment: everything in a building shaken jointly by the same motions.
-
-An intensity-based assessment gives the outcome at a level of shaking, a scenario-based assessment the outcome under
-the unscaled motions of an earthquake, and a time-based assessment the outcome in a year, given the annual rate at which
-each level is exceeded.  The terms are those of FEMA P-58.
-"""
+"""Performance assessment (FEMA P-58): a building shaken jointly at a level, by an earthquake, or in a year."""
 
 from __future__ import annotations
 
@@ -433,12 +428,7 @@ def _run(
     sides: bool,
     slips: SlidingRuns | None,
 ) -> tuple[Flags, Flags | None, Flags | None, Flags | None]:
-    """Run floor by floor, each direction by itself, and return flags (model, item, variant, level, motion).
-
-    With `sides` the flags of forward falls, of ruptures and of falls along the depth are returned, too.  Motions
-    both ways: what falls under a motion falls under its reverse, to the other side, so that pieces whose front and
-    back are alike are run as recorded.
-    """
+    """Return flags (model, item, variant, level, motion), with `sides` forward falls, ruptures and falls in depth."""
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
     of_all = (len(laws), len(inventory), variants, *shape)
@@ -498,11 +488,7 @@ def _run(
 
 
 class _Runs(NamedTuple):
-    """Oscillators that are run together, and the rows that they are of, with the first oscillator of each.
-
-    stands_for: 2 where a motion is run as recorded and stands for its reverse, too, else 1.  across: the same pieces in
-    the direction of their depth, None where they are run about their width alone.
-    """
+    """Oscillators run together, the rows that they are of, and the motions for which each run stands."""
 
     oscillators: Sequence[Oscillator]
     rows: Mapping[int, int]

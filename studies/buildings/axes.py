@@ -1,9 +1,4 @@
-"""Both horizontal directions in inventories: which lines are run about their depth, too, and what is said of it.
-
-Where both components shake, a piece is run about its width under the component in whose direction the width lies, and
-about its depth under the other one.  It has fallen where it fell about either axis in a run; products of the
-probabilities of the axes are never formed.
-"""
+"""Both horizontal directions in inventories: each piece runs about its width and its depth, and falls about either."""
 
 from __future__ import annotations
 
@@ -30,11 +25,7 @@ MOST_NAMED = 8
 
 
 def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) -> Inventory:
-    """Return an inventory as `Shaking.placed` does, with the lines that are run about their depth, too.
-
-    These are all lines that can fall but those on soft beds and those too squat along their depth for a law's
-    restitution.  Along its depth a piece stands free: scene, offset and lean act in the direction of the width.
-    """
+    """Return an inventory as `Shaking.placed` does, with the free-standing lines that also run about their depth."""
     placed = shaking.placed(inventory)
     if not shaking.axes:
         return placed

@@ -1,9 +1,4 @@
-"""Modelling uncertainty of an inventory: common to all pieces of a class, independent from class to class.
-
-With the capacities of a class off by exp(beta_m Z), its outcome at a level x is its computed outcome at the level
-x exp(-beta_m Z).  Z is one normal score for the whole class, so that pieces of a class fall together more than each
-would by itself; the modelled outcomes of all classes are joined here, motion by motion.
-"""
+"""Modelling uncertainty of an inventory: at x a class falls as computed at x exp(-beta_m Z), with one Z per class."""
 
 from __future__ import annotations
 
@@ -36,10 +31,7 @@ SCORES = np.linspace(-3.0, 3.0, 13)
 
 
 def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> HazardCurve:
-    """Return the hazard as points from a step below the levels to above them, its ends extended with their slopes.
-
-    With `modelling` (beta_m) the hazard is that of `blurred`, under which rates are means over what the model may be.
-    """
+    """Return the hazard as points from below to above the levels, blurred by `modelling` (beta_m) if given."""
     lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
     highest = max(hazard.levels[-1], levels[-1])
     if modelling > 0.0:
@@ -51,11 +43,7 @@ def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> Haza
 
 
 class Mixture(ABC):
-    """Random states of a class of pieces at points of shaking.
-
-    A state is the class's outcome at one of the levels that were run: state j is that at level j - 1, and nothing falls
-    in state 0.
-    """
+    """Random states of a class of pieces at points of shaking: j is its outcome at level j - 1, 0 is no fall."""
 
     @property
     @abstractmethod
@@ -186,11 +174,7 @@ def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
 
 
 def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
-    """Join the outcomes of all classes in random states at points of shaking, given the motion.
-
-    The results are those of `JointFlags.results`, with points in place of levels: expectations and probabilities of
-    events are exact, outcomes (…, draw) are of `DRAWS` scores a motion, independent from class to class.
-    """
+    """Join the outcomes of all classes in random states at points of shaking, as `JointFlags.results` does."""
     flags = joint.flags
     models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]
     of_places = (models, joint.members.shape[0], points, motions)

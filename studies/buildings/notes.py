@@ -227,10 +227,7 @@ def history_notes(histories: FloorHistories, inventory: Inventory) -> list[str]:
 
 
 def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.Variable]:
-    """Return the shares of the building's annual values from shaking below and above the hazard curve's own levels.
-
-    They are of straight lines between the levels, whose weights add up (`line_weights`).
-    """
+    """Return shares of annual values from shaking below and above the hazard curve's levels (`line_weights`)."""
     levels = assessment["level"].values
     plain = covering(hazard, levels)
     rates = np.asarray(plain.rates)

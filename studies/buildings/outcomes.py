@@ -1,7 +1,4 @@
-"""Joint outcomes in a building, motion by motion: what overturns in each place, what follows from it, and events.
-
-Flags of all lines are processed slab by slab, lines in their order, and only sums over lines are kept.
-"""
+"""Joint outcomes in a building by motion (what overturns in each place, consequences, events), as sums over lines."""
 
 from __future__ import annotations
 

@@ -164,11 +164,7 @@ class Piece(NamedTuple):
 
     @property
     def meant(self) -> KitEffect | None:
-        """The kit that is meant where anchoring is advised: None where none was tried that prevents enough falls.
-
-        Of pieces that are judged by money, the kit that is worth most beyond its cost, of those that are surely worth
-        it if there are any; of others the cheapest of those that cannot be told from the one that prevents most falls.
-        """
+        """The kit for a piece: of most (sure) worth, or the cheapest that prevents as many falls as the best."""
         good = [one for one in self.tried if one.effect == HELPS]
         if not good:
             return None
@@ -212,7 +208,17 @@ def recommended(pieces: Sequence[Piece]) -> list[Piece]:
         if one.safety:
             return REDUCES if one.item in safety else SAFER
         if known:
-            return _by_cost(one)
+            if math.isnan(one.saving.value):
+                return UNVALUED
+            options = _options(one)
+            if not options:
+                return UNPRICED
+            factor = present_value(one.discount, YEARS)
+            if any(saving.lower > 0.0 and factor * saving.lower >= cost for cost, saving in options):
+                return WORTH
+            if all(factor * saving.upper < cost for cost, saving in options):
+                return SMALL if one.stated else UNSTATED
+            return UNRESOLVED
         if one.item in most:
             return first
         return SMALL if one.stated else UNSTATED if valued else FEW_UNSTATED
@@ -259,20 +265,6 @@ def _options(one: Piece) -> list[tuple[float, Range]]:
         for cost, saving in (own if math.isfinite(one.cost) else tried)
         if math.isfinite(cost) and math.isfinite(saving.value)
     ]
-
-
-def _by_cost(one: Piece) -> str:
-    if math.isnan(one.saving.value):
-        return UNVALUED
-    options = _options(one)
-    if not options:
-        return UNPRICED
-    factor = present_value(one.discount, YEARS)
-    if any(saving.lower > 0.0 and factor * saving.lower >= cost for cost, saving in options):
-        return WORTH
-    if all(factor * saving.upper < cost for cost, saving in options):
-        return SMALL if one.stated else UNSTATED
-    return UNRESOLVED
 
 
 def _paid(one: Piece) -> Piece:

@@ -35,10 +35,7 @@ class FreeItems(ABC):
 
     @abstractmethod
     def steps(self, cost: Array | None) -> tuple[Index, Array]:
-        """Anchor the items one after the other, each time the item that saves most (for its cost).
-
-        Return their order (model, item), and the rest of the objective after each step (model, step, motion).
-        """
+        """Anchor items in the order of saving (for the cost): order (model, item), rest (model, step, motion)."""
 
     def _nothing_left(self) -> Array:
         """Allocate zeros (model, step, motion)."""
@@ -49,10 +46,7 @@ class FreeItems(ABC):
 
 
 class AdditiveItems(FreeItems):
-    """Items whose amounts add up to the objective; a load is lost where it or the item that it stands on falls.
-
-    loads: position of each among the items, None where it is fixed, the item's that it stands on, and its amount.
-    """
+    """Items whose amounts add up; loads (item, the item it stands on, amount) are lost where either falls."""
 
     def __init__(
         self,

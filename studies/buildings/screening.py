@@ -56,11 +56,7 @@ def screen_inventory(
     variability: Variability | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Screen every line of an inventory, as `summary_screen`; NaN for what depends on the motion where it is anchored.
-
-    `overturned` is on (model, item, level, motion), and variant where pieces differ: variants are among the
-    outcomes that are tested; the rest is of the nominal block.
-    """
+    """Screen every line as `summary_screen`; NaN for what depends on the motion where it is anchored."""
     inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(levels, im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
     values = flags.transpose("item", "model", "variant", "level", "motion").values

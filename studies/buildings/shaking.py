@@ -31,8 +31,7 @@ from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND, long_name_at
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, records_under
-from ..inventory.contents import Contents, Inventory, floor_text
-from ..inventory.stands import Stand
+from ..inventory.contents import Contents, Inventory, Stand, floor_text
 
 
 class Support(NamedTuple):
@@ -54,12 +53,7 @@ def support_of(row: Contents) -> Support:
 
 
 class Shaken(NamedTuple):
-    """The motions of a floor as they are run, with their factors (1, level, motion).
-
-    Where each level has histories of its own, the motions of all levels follow one another under a single factor of 1:
-    reshaped to (level, motion), the flags of the runs are as those of motions that are scaled to each level.  Motions
-    that are run both ways are each followed by their reverses.
-    """
+    """The motions of a floor as run, with factors (1, level, motion): 1 where each level has its own motions."""
 
     motions: list[Record]
     factors: Array
@@ -142,12 +136,7 @@ class Shaking:
         return [at for floor in self.used(inventory) for at in standing if at.floor == floor]
 
     def placed(self, inventory: Inventory) -> Inventory:
-        """Return the inventory with the direction of every line; '' for all where shaking has no directions.
-
-        Under pairs of components lines without a direction have their widths in x. Every floor has histories in the
-        directions of its lines; benches and platforms are not for pairs of components or vertical shaking, and must not
-        yield under motions that are scaled.
-        """
+        """Return the inventory with directions of all lines, '' without pairs; ValueError for unfit supports."""
         self.used(inventory)
         for row in inventory.rows:
             self._check_stand(row)

@@ -1,9 +1,4 @@
-"""Runs of sliding in an inventory: its pieces with some coefficients of friction, next to its runs of rocking.
-
-A piece whose friction is below b/h slides and never rocks; with more it rocks and is taken not to slide.  Every line is
-run with equally probable coefficients on the motions of its floor: what slides, how far, what falls off an edge or
-trips over an obstacle.  `sliding` makes results of it.
-"""
+"""Runs of sliding in an inventory: pieces whose friction is below b/h, with equally probable coefficients."""
 
 from __future__ import annotations
 

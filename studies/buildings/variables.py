@@ -246,11 +246,7 @@ def annual_variables(
     own_motions: bool = False,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute all annual variables: values given the level, weighted with the hazard motion by motion.
-
-    With `modelled`, where all levels have the same motions, the joint outcomes are over the modelling uncertainty
-    of several classes, at points whose rates are `Modelled.rates`; sums of means are those of the weights.
-    """
+    """Compute annual variables from values given the level, or over modelling uncertainty (`modelled`), by motion."""
     year = of_points = Year(weights.weights, own_motions, joint.polarities)
     results = joint.results
     if modelled is not None:
@@ -321,13 +317,7 @@ def _rates_of(outcomes: Array, one: Quantity, year: Year, precision: Precision) 
 
 @dataclass(frozen=True)
 class Year:
-    """Sums over the levels with weights (level,): their annual rates, or 1 for one level and 0 for all others.
-
-    `own_motions`: each level has motions of its own, so that a sum has no value for one motion.  Its mean is then over
-    the motions of all levels that have a weight, motion by motion with those of one number together; those of a level
-    are a stratum.  `polarities`: runs of each motion, which follow one another; a sum has their mean as its value for
-    the motion, so that whatever is resampled is a motion with both polarities.
-    """
+    """Sums over levels with weights (level,): annual rates, or 1 for one level; polarities count as one motion."""
 
     weights: Array
     own_motions: bool = False
@@ -376,10 +366,7 @@ class Year:
         return found
 
     def resampled(self, values: Array, drawn: Array) -> Array:
-        """Return means (…, level, replicate) of values (…, level, run) over motions.
-
-        They are drawn so often: (replicate, motion), or of all levels with own motions (replicate, motion times part).
-        """
+        """Return means (…, level, replicate) over motions drawn as (replicate, motion), jointly or level by level."""
         values = of_motions(values, self.polarities)
         motions = values.shape[-1]
         if self.own_motions:

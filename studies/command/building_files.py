@@ -47,7 +47,12 @@ def write_building_files(
     """Write pieces of a performance study under one law for a whole assessment of pelicun; return lines to print."""
     with read_results(result) as results:
         check_content(result, results, verify)
-        one = results.isel(model=_law(results, model, result))
+        found = np.arange(results.sizes["model"]) if model is None else laws_of(results, model, result)
+        if found.size > 1:
+            named = ", ".join(repr(str(one)) for one in results["model"].values[found])
+            why = "is needed" if model is None else f"{model} names {found.size} laws"
+            raise StudyError(f"--model {why}: pelicun's tables are of one law, and {result} holds {named:.300}")
+        one = results.isel(model=int(found[0]))
         law = str(one["model"].values)
         items = [str(item) for item in one["item"].values]
         curves, smoothed = _curves(one)
@@ -75,16 +80,6 @@ def write_building_files(
         "demands are of the ground motion, at location 0 in direction 1; a piece on floor k is at location k + 1"
     )
     return [*said, LIMITS.strip(), *(f"written: {path}" for path in written.paths)]
-
-
-def _law(results: xr.Dataset, model: str | None, path: Path) -> int:
-    """Return the position of the only law that is meant."""
-    found = np.arange(results.sizes["model"]) if model is None else laws_of(results, model, path)
-    if found.size > 1:
-        named = ", ".join(repr(str(one)) for one in results["model"].values[found])
-        said = "is needed" if model is None else f"{model} names {found.size} laws"
-        raise StudyError(f"--model {said}: pelicun's tables are of one law, and {path} holds {named:.300}")
-    return int(found[0])
 
 
 def _curves(one: xr.Dataset) -> tuple[xr.Dataset, list[float]]:

@@ -510,17 +510,14 @@ def _out_of_memory() -> int:
     return EXIT_FAILED
 
 
-def _check_threads() -> None:
-    """Raise a RuntimeWarning for a number of threads that numba refuses in the middle of reading a study."""
-    given = os.environ.get("NUMBA_NUM_THREADS")
-    if given is not None and not (given.strip().isdecimal() and int(given) > 0):
-        raise RuntimeWarning(f"Environment variable 'NUMBA_NUM_THREADS' must be a number of at least 1, got {given!r}")
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Entry point of the command; returns the exit code."""
     try:
-        _check_threads()
+        threads = os.environ.get("NUMBA_NUM_THREADS")
+        if threads is not None and not (threads.strip().isdecimal() and int(threads) > 0):
+            raise RuntimeWarning(
+                f"Environment variable 'NUMBA_NUM_THREADS' must be a number of at least 1, got {threads!r}"
+            )
         app(arguments, exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except CycloptsError as error:

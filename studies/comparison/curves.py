@@ -86,12 +86,7 @@ class CurveComparison(NamedTuple):
 
 
 def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> CurveComparison:
-    """Compare the curves and rates of two studies whose measures or rates are the same.
-
-    The interval of a ratio is of bootstrap replicates, in which motions are drawn with replacement and all curves are
-    fitted again. Where both sides were shaken by the same motions, a replicate draws the same motions for both, and
-    scatter that both have in common cancels in the ratio; otherwise the draws of both sides are independent.
-    """
+    """Compare curves and rates of two studies; replicates draw the same motions for both if they share them."""
     blocks, models = matched_names(a, b, "block", "block"), matched_laws(a, b, laws)
     floors = matched(_floors(a), _floors(b))
     if not floors.pairs:

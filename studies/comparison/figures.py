@@ -18,9 +18,8 @@ from ..text.names import short_name
 from ..text.reached import EDGE, highest_level
 from ..text.words import axis_name, axis_of, display_unit
 from .curves import MEDIAN, CurveComparison, Curves, Place
-from .ratios import Found, Line, Quantity, law_text
+from .ratios import Found, Line, Quantity, furthest, law_text
 from .sides import Side, same_measure
-from .tables import furthest
 
 CHANCE = "chance"
 MOST_PANELS, MOST_DOTS = 12, 40

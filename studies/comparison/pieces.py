@@ -54,10 +54,7 @@ PERIOD = "in 1,000 years"
 
 
 class Shaken(NamedTuple):
-    """What falls on one side under one law, motion by motion, (…, motion), as annual values or at the level.
-
-    `chance` (item, motion) is of one piece of each line, all others (motion,) of the building.
-    """
+    """Falls of one side under one law, motion by motion: `chance` (item, motion) of a piece, others (motion,)."""
 
     chance: Array
     number: Array
@@ -104,11 +101,7 @@ def _downtime(results: xr.Dataset, law: int, year: Year) -> Array | None:
 
 
 def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Found:
-    """Compare the pieces of two performance studies, and the totals of their buildings.
-
-    The interval of a ratio is of bootstrap replicates over motions, as the intervals of both sides are. Where both were
-    shaken by the same motions, a replicate draws the same motions for both.
-    """
+    """Compare pieces and totals of two performance studies, with paired intervals if their motions are the same."""
     items, models = matched_names(a, b, "item", "piece"), matched_laws(a, b, laws)
     yearly = "item_rate" in a.results
     # (where levels have motions of their own, those of the same levels are drawn)

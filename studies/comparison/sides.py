@@ -81,38 +81,33 @@ def titles_of(a: Side, b: Side, laws: tuple[str, str] | None = None) -> tuple[st
 def result_of(path: Path) -> Path:
     """Return the result file of a finished, unchanged study, given its folder, its result file or its study file."""
     if path.suffix == STUDY_FILE and path.is_file():
-        return _of_study_file(path)
+        folder = Path("results") / path.stem
+        run = f"toppling run {shlex.quote(str(path))}"
+        named = "or name the folder of its results"
+        if folder.is_dir():
+            _refuse_unfinished(path, folder)
+        target = folder / RESULT_NAME
+        study = Study.from_toml(path)
+        if not target.exists():
+            raise StudyError(f"{path}: has no results in {folder}: {run} computes them, {named}")
+        try:
+            with opened(target) as stored:
+                theirs = str(stored.attrs.get("identity"))
+        except (*UNREADABLE, RuntimeError):
+            return target  # (its reader says what is wrong with it)
+        same = theirs == study.identity or (same_inputs(theirs, study.identity) and makes_motions(study.configuration))
+        if not same:
+            raise StudyError(
+                f"{path}: is not the study of the results in {folder}, or was changed since: {run} --fresh computes "
+                f"them again, {named}"
+            )
+        return target
     if not path.is_dir():
         return path
     _refuse_unfinished(path, path)
     if not (path / RESULT_NAME).exists():
         raise StudyError(f"{path}: holds no results of a study ({RESULT_NAME})")
     return path / RESULT_NAME
-
-
-def _of_study_file(file: Path) -> Path:
-    """Return the results that `toppling run` writes for a study file where no other folder is named."""
-    folder = Path("results") / file.stem
-    run = f"toppling run {shlex.quote(str(file))}"
-    named = "or name the folder of its results"
-    if folder.is_dir():
-        _refuse_unfinished(file, folder)
-    target = folder / RESULT_NAME
-    study = Study.from_toml(file)
-    if not target.exists():
-        raise StudyError(f"{file}: has no results in {folder}: {run} computes them, {named}")
-    try:
-        with opened(target) as stored:
-            theirs = str(stored.attrs.get("identity"))
-    except (*UNREADABLE, RuntimeError):
-        return target  # (its reader says what is wrong with it)
-    same = theirs == study.identity or (same_inputs(theirs, study.identity) and makes_motions(study.configuration))
-    if not same:
-        raise StudyError(
-            f"{file}: is not the study of the results in {folder}, or was changed since: {run} --fresh computes them "
-            f"again, {named}"
-        )
-    return target
 
 
 def _refuse_unfinished(said: Path, folder: Path) -> None:
@@ -133,7 +128,13 @@ def two_sides(first: Path, second: Path, same: bool = False, verify: bool = Fals
         for name, path, results in zip("AB", paths, (one, other), strict=True):
             if not (same and name == "B"):  # (the same file is checked once)
                 check_content(path, results, verify)
-            sides.append(Side(name, path, results, _study(path, results)))
+            try:
+                found = json.loads(str(results.attrs.get("study")))
+            except (ValueError, RecursionError):
+                found = None
+            if not isinstance(found, dict):
+                raise StudyError(f"{path}: does not hold its study (attribute study): run it again")
+            sides.append(Side(name, path, results, found))
         a, b = sides
         alike = a.identity(0) and [a.identity(i) for i in (0, 1)] == [b.identity(i) for i in (0, 1)]
         if not same and alike and not any(changes(a.study, b.study)):
@@ -288,14 +289,3 @@ def _labels(side: Side, dim: str) -> list[str]:
 def _listed(labels: Sequence[str], most: int = 6) -> str:
     more = f" and {len(labels) - most:,} more" if len(labels) > most else ""
     return ", ".join(map(repr, labels[:most])) + more
-
-
-def _study(path: Path, results: xr.Dataset) -> dict[str, Any]:
-    """Return the study of some results as plain values; StudyError where the results do not hold it."""
-    try:
-        found = json.loads(str(results.attrs.get("study")))
-    except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
-        raise StudyError(f"{path}: does not hold its study (attribute study): run it again")
-    return found

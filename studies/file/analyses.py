@@ -83,6 +83,14 @@ def refuse_unordered(name: str, values: Sequence[float], unit: str) -> None:
             raise ValueError(f"{name} must be strictly increasing, got {value:g}{of} after {before:g}{of}")
 
 
+ModellingClass = Annotated[
+    str | None,
+    one_of(NAMES),
+    KeyInfo("none"),
+    Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
+]
+
+
 class LevelsTable(Table):
     """Levels of the intensity measure: a list of values, or from, to, number and spacing."""
 
@@ -576,12 +584,7 @@ class PerformanceTable(Table):
         Literal["mean", "fractiles"],
         Field(description="Whether β_m is in the means, or in the ranges of annual values over branches."),
     ] = "mean"
-    modelling_class: Annotated[
-        str | None,
-        one_of(NAMES),
-        KeyInfo("none"),
-        Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
-    ] = None
+    modelling_class: ModellingClass = None
     consequence_correlation: Annotated[
         float,
         Field(
@@ -671,12 +674,7 @@ class FitTable(Table):
         Literal["mean", "fractiles"],
         Field(description="Whether β_m is in the mean rate, or in its range over branches."),
     ] = "mean"
-    modelling_class: Annotated[
-        str | None,
-        one_of(NAMES),
-        KeyInfo("none"),
-        Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
-    ] = None
+    modelling_class: ModellingClass = None
 
     @field_validator("state", mode="before")
     @classmethod

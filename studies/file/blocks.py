@@ -478,11 +478,7 @@ def edge_at(front: float | None, back: float | None, falls_when: str | None) -> 
 
 
 def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -> tuple[Block, ...]:
-    """Read the blocks of a CSV file, one per line; StudyError with one sentence that names file, line and column.
-
-    Its columns are keys of a study's ``[[blocks]]``: a line gives ``catalogue``, or ``width_m`` and ``height_m``,
-    or ``alpha_rad`` and ``R_m``; and ``restraint`` names one of `restraints`.
-    """
+    """Read ``[[blocks]]`` from the lines of a CSV file; StudyError names the file, the line and the column."""
     table = CsvTable(file, KIND)
     found: dict[str, tuple[int, Block]] = {}
     for line in table:

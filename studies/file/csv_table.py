@@ -60,7 +60,11 @@ class CsvTable:
             raw = self._text()
             # (quotes in comments do not quote; empty lines in their place keep the numbers of the other lines)
             self._whole = text = _COMMENT.sub(r"\1", raw)
-            self.word, self.delimiter = "line", _delimiter(text)
+            # (line by line, as csv reads: the header, of , ; or tab, does not need all lines of a large file)
+            lines = (line.group() for line in re.finditer(r"[^\r\n]+", text))
+            heading = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+            bare = re.sub(r'"[^"]*"', "", heading)
+            self.word, self.delimiter = "line", max((",", ";", "\t"), key=bare.count)
             self._lines = self._read(text)
         number, header = next(self._lines, (0, []))
         if not header:
@@ -309,12 +313,3 @@ _TOTAL = re.compile(
 _COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
 _MARKED = re.compile(r"[ \t]*#\S")
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
-
-
-def _delimiter(text: str) -> str:
-    """Return the separator of the cells: the most frequent of , ; and tab in the header, outside quotes."""
-    # (line by line, as csv reads: the header does not need all lines of a large file)
-    lines = (line.group() for line in re.finditer(r"[^\r\n]+", text))
-    header = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
-    bare = re.sub(r'"[^"]*"', "", header)
-    return max((",", ";", "\t"), key=bare.count)

@@ -1,8 +1,4 @@
-"""The content of a study file and of the files that it includes: TOML in, plain values out, without their meaning.
-
-A file refines the files that it includes: its key of a table replaces the included one; anything else may be given in
-one file only.  Relative paths refer to the file that names them.
-"""
+"""The content of a study file, which refines the files that it includes: TOML in, plain values out."""
 
 from __future__ import annotations
 
@@ -63,7 +59,10 @@ def read_content(path: Path, table: type[Table]) -> MergedContent:
     own = _parsed(path)
     found: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
-    for name in _included(path, own):
+    names = own.pop(INCLUDE, [])
+    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
+        raise StudyError(f'{path}: include must be a list of files, as include = ["common.toml"], got {shown(names)}')
+    for name in names:
         file = path.parent / name
         if not _is_file(file):
             raise StudyError(f"{path}: include: no file {shown(name)} (looked in {path.parent.resolve()})")
@@ -94,14 +93,6 @@ def _origins(key: str, value: Any, path: Path) -> dict[tuple[str, ...], Path]:
     return {(key,): path, **({(key, inner): path for inner in value} if isinstance(value, dict) else {})}
 
 
-def _included(path: Path, own: dict[str, Any]) -> list[str]:
-    """Remove the list of included files from the content of a file, and return it."""
-    names = own.pop(INCLUDE, [])
-    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
-        raise StudyError(f'{path}: include must be a list of files, as include = ["common.toml"], got {shown(names)}')
-    return names
-
-
 def _parsed(path: Path) -> dict[str, Any]:
     """Return the content of one file; StudyError where no study can have such content."""
     try:
@@ -123,7 +114,26 @@ def _parsed(path: Path) -> dict[str, Any]:
         raise StudyError(f"{path}: not a text file in UTF-8") from None
     except (ValueError, RecursionError) as error:  # (an integer of thousands of digits raises no TOMLDecodeError)
         raise StudyError(f"{path}: not valid TOML: {_reason(error, data.decode('utf-8'))}") from None
-    _refuse_strange(path, content)
+    left: list[tuple[str, Any, int]] = [("", content, 0)]
+    while left:
+        key, value, depth = left.pop()
+        where = f"{path}: {shown(key)}" if key else str(path)
+        if isinstance(value, dict | list):
+            if depth >= MOST_NESTING:
+                raise StudyError(f"{where} is nested too deeply")
+            most = KEYS if isinstance(value, dict) else ENTRIES
+            if len(value) > most:
+                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {most:,}")
+            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
+            for name, one in pairs:
+                if isinstance(value, dict):
+                    _refuse_text(f"{where}: a key", name)
+                dot = "." if key and isinstance(value, dict) else ""
+                left.append((f"{key}{dot}{name}", one, depth + 1))
+        elif isinstance(value, str):
+            _refuse_text(where, value)
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise StudyError(f"{where} is an integer of more than 64 bits")
     if _CUT.search(data):
         warn([unended(path.name)])
     return content
@@ -162,30 +172,6 @@ def _reason(error: Exception, text: str) -> str:
     line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
     words = next((cure for start, cure in _TOML_WORDS if said.startswith(start)), f"{said[:1].lower()}{said[1:]}")
     return f"line {number}{f', {shown(line)}' if line else ''}: {words}"
-
-
-def _refuse_strange(path: Path, content: dict[str, Any]) -> None:
-    """Raise a StudyError for content that TOML allows and no study has, such as control characters and deep nesting."""
-    left: list[tuple[str, Any, int]] = [("", content, 0)]
-    while left:
-        key, value, depth = left.pop()
-        where = f"{path}: {shown(key)}" if key else str(path)
-        if isinstance(value, dict | list):
-            if depth >= MOST_NESTING:
-                raise StudyError(f"{where} is nested too deeply")
-            most = KEYS if isinstance(value, dict) else ENTRIES
-            if len(value) > most:
-                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {most:,}")
-            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
-            for name, one in pairs:
-                if isinstance(value, dict):
-                    _refuse_text(f"{where}: a key", name)
-                dot = "." if key and isinstance(value, dict) else ""
-                left.append((f"{key}{dot}{name}", one, depth + 1))
-        elif isinstance(value, str):
-            _refuse_text(where, value)
-        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise StudyError(f"{where} is an integer of more than 64 bits")
 
 
 def _refuse_text(where: str, text: str) -> None:

@@ -252,10 +252,7 @@ class BuildingTable(Table):
 
     @property
     def default_strength(self) -> Strength | None:
-        """The strength that a code's design gives; None where it is not asked for.
-
-        ValueError where the code hazard is missing, or keys of such a strength stand alone or beside a known one.
-        """
+        """The strength that a code's design gives, None if not requested; ValueError without the code hazard."""
         if self.system is None:
             alone = [key for key in CODE_STRENGTH if getattr(self, key) is not None]
             if alone:
@@ -731,11 +728,7 @@ class MotionsTable(Table):
         return (self.number or 1) * float(length / made.dt)
 
     def build(self, folder: Path, first: int = 0) -> list[xr.DataArray]:
-        """The motions; ValueError where a parameter does not belong or is out of range, or no record is found.
-
-        Those of a `floors_index`, which have levels of their own, are read by `studies.file.floor_index`.
-        `first` is the number of a generator's first motion among those of its seed.
-        """
+        """The motions, from number `first` of a generator; ValueError for a wrong parameter or without a record."""
         made = self._made(folder)
         if made is not None:
             refuse_samples(self.samples(folder), "motions")

@@ -39,11 +39,7 @@ def refusal(
 def refusals(
     errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
 ) -> list[tuple[str, tuple[int | str, ...]]]:
-    """Return a sentence for each error of `content`, which should be a `table`, and the location of the error.
-
-    `above`: the location of the table itself in the study file.  Unknown keys come first; keys that are missing are
-    left out where there are unknown ones, which are likely the cause.  Each key has one error.
-    """
+    """Return a sentence and the location for each error of `content`, unknown keys first; `above` locates the table."""
     found = errors.errors(include_url=False)
     unknown = [one for one in found if one["type"] == "extra_forbidden"]
     others = [one for one in found if one not in unknown and not (unknown and one["type"] == "missing")]

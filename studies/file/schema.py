@@ -1,8 +1,4 @@
-"""The study file: one TOML schema, checked once, and converted into blocks, laws and motions.
-
-Units are part of the names of keys (``width_m``, ``dt_s``) or given beside the values (``unit = "g"``).  Unknown keys
-are refused.
-"""
+"""The study file: one TOML schema, checked once, and converted into blocks, laws and motions."""
 
 from __future__ import annotations
 
@@ -11,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -70,11 +66,7 @@ from .uncertainty import SensitivityTable, UncertaintyTable
 
 
 class MotionSet(NamedTuple):
-    """Motions that shake the blocks, and the ground motions below them where the levels are of their measure.
-
-    `reading`: what is doubted of the motions as they were read, and what was done to them.  `selection`: how well they
-    agree with the hazard, None of motions that are not selected.
-    """
+    """Motions that shake the blocks, the ground motions of their levels, input warnings and the selection's fit."""
 
     motions: tuple[xr.DataArray, ...]
     ground: tuple[xr.DataArray, ...]
@@ -322,7 +314,11 @@ class StudyFile(Table):
         if self.support is not None:
             self._check_support()
         if self.supports is not None:
-            self._check_supports(self.supports)
+            if self.performance is None:
+                raise ValueError("supports are for the lines of an inventory; blocks of a study have one [support]")
+            supports = [support.name for support in self.supports]
+            if len(set(supports)) < len(supports):
+                raise ValueError(f"supports need different names, got {', '.join(supports)}")
         if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
         if self._stand and self.motions.floors_index is not None:
@@ -367,14 +363,6 @@ class StudyFile(Table):
                 raise ValueError(f"a support needs ground motions, got motions.{key}, which are of floors already")
         if self.analysis.im_at != "ground":
             raise ValueError("a support needs im_at = 'ground': levels are of the ground motion below it")
-
-    def _check_supports(self, supports: list[NamedSupportTable]) -> None:
-        """Raise a ValueError where there is no inventory whose lines may name supports, or two have one name."""
-        if self.performance is None:
-            raise ValueError("supports are for the lines of an inventory; blocks of a study have one [support]")
-        names = [one.name for one in supports]
-        if len(set(names)) < len(names):
-            raise ValueError(f"supports need different names, got {', '.join(names)}")
 
     @property
     def _scaled_before(self) -> bool:
@@ -715,10 +703,10 @@ class StudyFile(Table):
             scale = self.stripes.scale and not self._scaled_before
             if selections:  # (stripes that do not agree with the hazard may be left out)
                 levels = np.array([one.attrs["level"] for one in selections])
-            return Stripes(shaken, ground, self.stripes.im, levels, scale, reading, selections)
+            return Stripes(shaken, ground, self.stripes.im, levels, scale, selections, reading=reading)
         if self.ida is not None:
-            return Incremental(first.motions, first.ground, self.ida.im, levels, first.reading)
-        return Cloud(first.motions, first.ground, self.analysis.im, first.reading)
+            return Incremental(first.motions, first.ground, self.ida.im, levels, reading=first.reading)
+        return Cloud(first.motions, first.ground, self.analysis.im, reading=first.reading)
 
     def design_of_runs(self, folder: Path, both: bool = False) -> OfRuns:
         """Make the design of an analysis that runs every block by itself; as `design`."""
@@ -727,10 +715,7 @@ class StudyFile(Table):
         return found
 
     def _looked_at(self, folder: Path) -> LookedAt:
-        """Return the motions of an analysis that takes them one after the other.
-
-        Where nothing but a generator makes the motions, the first ones are made now, and the others when they run.
-        """
+        """Return the motions of an analysis in turn; a generator makes the first ones now, the others during runs."""
         motions, asked = self.motions, self.until or UntilTable()
         plain = not self._stand and self.support is None and not motions.match_gmm and motions.component is None
         generator = motions.made_by(folder) if plain else None
@@ -786,7 +771,15 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
     """Read and check a study file; StudyError where it is not valid. target: of all restraints, beyond the file."""
     merged = read_content(path, StudyFile)
     if target is not None:
-        _set_targets(path, merged.content, target)
+        named, blocks = merged.content.get("restraints"), merged.content.get("blocks")
+        tables = list(named.values()) if isinstance(named, dict) else []
+        for block in blocks if isinstance(blocks, list) else []:
+            tables.append(block.get("restraint") if isinstance(block, dict) else None)
+        restraints = [table for table in tables if isinstance(table, dict)]
+        if not restraints:
+            raise StudyError(f"{path}: --target needs a restraint, whose strength is looked for; the study has none")
+        for table in restraints:
+            table["target"] = target
     try:
         return StudyFile.model_validate(merged.content)
     except ValidationError as error:
@@ -802,19 +795,6 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
             where = [f"in {origin}"] * (origin != path) + [f"line {line}"] * (line > 0)
             said.append(f"{brief} ({', '.join(where)})" if where else brief)
         raise StudyError(f"{path}: {all_errors(said)}") from None
-
-
-def _set_targets(path: Path, content: dict[str, Any], target: float) -> None:
-    """Set the target of all restraints of a study; StudyError where it has none."""
-    named, blocks = content.get("restraints"), content.get("blocks")
-    tables = list(named.values()) if isinstance(named, dict) else []
-    for block in blocks if isinstance(blocks, list) else []:
-        tables.append(block.get("restraint") if isinstance(block, dict) else None)
-    restraints = [table for table in tables if isinstance(table, dict)]
-    if not restraints:
-        raise StudyError(f"{path}: --target needs a restraint, whose strength is looked for; the study has none")
-    for table in restraints:
-        table["target"] = target
 
 
 def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:

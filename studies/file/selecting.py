@@ -268,11 +268,7 @@ def selected(
     folder: Path,
     named: Callable[[int], AbstractContextManager[None]],
 ) -> tuple[list[Stripe], list[Doubt]]:
-    """Return the stripes that are run, with their selections, and doubts; ValueError where none agrees.
-
-    tables: the motions that each stripe is chosen from; the same pool is made and measured once.  named: names the
-    table that an error of the motions of a stripe comes from, by the number of the stripe.
-    """
+    """Return stripes with their selections, and doubts, from the pools of motions; ValueError where none agrees."""
     pools: dict[str, shaking.Candidates] = {}
     found: list[Stripe] = []
     doubts: list[Doubt] = []

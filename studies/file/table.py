@@ -1,8 +1,4 @@
-"""The base class of all tables of a study file, annotations of their keys, and quantities with units.
-
-Unknown keys are refused, words are checked, and units are removed from the names of keys.  `quantity` reads numbers
-with their unit as people write them: ``0.4g``, ``40cm``.
-"""
+"""The base class of all tables of a study file, annotations of their keys, and quantities with units."""
 
 from __future__ import annotations
 

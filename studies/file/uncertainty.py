@@ -32,6 +32,12 @@ FACTORS = {STIFFNESS: 1000.0}
 INPUTS = {name + SUFFIXES.get(known.units, ""): name for name, known in KNOWN.items()}
 """Names of the inputs that can be uncertain, each with its unit, and without it."""
 
+Sobol = Annotated[
+    int | None,
+    KeyInfo("no indices"),
+    Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
+]
+
 
 class InputTable(Table):
     """One uncertain input: its distribution."""
@@ -123,11 +129,7 @@ class UncertaintyTable(Table):
     )
     samples: Annotated[int, Field(ge=2, le=1_000_000, description="Number of Latin hypercube samples.")] = 64
     seed: Annotated[int, Field(ge=0, description="Seed of the samples.")] = 0
-    sobol: Annotated[
-        int | None,
-        KeyInfo("no indices"),
-        Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
-    ] = None
+    sobol: Sobol = None
 
     def build(self) -> RandomInputs:
         """Make the inputs; ValueError for a distribution or correlation that is invalid, or a name without its unit."""
@@ -187,11 +189,7 @@ class SensitivityTable(Table):
         KeyInfo("none"),
         Field(min_length=1, description="Inputs of the tornado and of Sobol' indices, the parameter among them."),
     ] = None
-    sobol: Annotated[
-        int | None,
-        KeyInfo("no indices"),
-        Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
-    ] = None
+    sobol: Sobol = None
 
     @model_validator(mode="after")
     def _in_range(self) -> Self:

@@ -1,8 +1,4 @@
-"""Sheets of workbooks (XLSX) as rows of text: what a CSV of the same sheet would hold.
-
-What has no such text (a date, an error, a formula without a value, merged cells) is marked, for the reader of the table
-to refuse by row and column.
-"""
+"""Sheets of workbooks (XLSX) as rows of text, as a CSV of the sheet; cells without a text are marked to be refused."""
 
 from __future__ import annotations
 

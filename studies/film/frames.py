@@ -41,11 +41,7 @@ class Frames(NamedTuple):
 
 
 def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = None) -> Frames:
-    """Return the evenly spaced frames of a film of `response`; rotation and floor are linear between samples.
-
-    The film lasts from the first sample to the last, or to `STAYS` seconds (of the film) after the block lies on its
-    side.
-    """
+    """Return the evenly spaced frames of a film, linear between samples, until `STAYS` seconds after the block lies."""
     checked(response, VARIABLES, ATTRIBUTES)
     rate = checks.number("speed", speed, at_least=SLOWEST, at_most=FASTEST)
     time, theta = response["time"].values, response["rotation"].values
@@ -100,10 +96,7 @@ def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
 
 
 def corners(block: Block, rotation: float, floor: float = 0.0) -> Array:
-    """Return the corners (4, 2) of a block on a floor at height 0, m: bottom left and right, top right and left.
-
-    A rotation (rad) is positive to the right; `floor` is the x of the middle of the upright block.
-    """
+    """Return the corners (4, 2) of a block, m, from bottom left; a rotation (rad) is positive to the right."""
     return rotated(
         block,
         rotation,

@@ -128,7 +128,9 @@ class Scene:
         ax.set_axis_off()
         self._stage_ax, self._middle, self._half = ax, middle, half
         sloped = self._slope + ax.transData
-        step = _round_step(2.0 * half)
+        span = 2.0 * half
+        power = 10.0 ** math.floor(math.log10(span / 6.0))
+        step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= span / 6.0)
         self._step, self._depth = step, 0.045 * high
         # (a sloping floor is drawn beyond the view, which cuts it)
         low, wide = (self._depth, half) if not self._block.lean else (2.0 * high, 2.0 * half)
@@ -383,12 +385,6 @@ def _around(block: Block) -> list[str]:
         found.append(f"lean {math.degrees(block.lean):+.2g}°")
     found = [word.replace("-", "−") for word in found]
     return [*found, *(part.label for part in (block.wall, block.restraint, block.bed) if part is not None)]
-
-
-def _round_step(span: float) -> float:
-    """Return a length of 1, 2 or 5 times a power of ten, about a sixth of the view."""
-    power = 10.0 ** math.floor(math.log10(span / 6.0))
-    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= span / 6.0)
 
 
 def _length(metres: float) -> str:

@@ -1,8 +1,4 @@
-"""Writers of film files, one frame at a time: GIF directly, MP4 through ffmpeg.  Nothing here knows what films show.
-
-A file gets its name when it is complete; where writing fails, there is no file.  Memory holds two frames, however long
-the film is.
-"""
+"""Writers of film files by frames, two in memory at a time: GIF directly, MP4 through ffmpeg; whole files or none."""
 
 from __future__ import annotations
 
@@ -68,11 +64,7 @@ def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) ->
 
 
 class _Gif(Film):
-    """A GIF with one palette for all frames, which stores only the changed rectangle and pixels of each frame.
-
-    Pillow compresses each frame, and the frames are chained here, because Pillow's own writer of animations keeps every
-    frame in memory until the end.
-    """
+    """A GIF of changed rectangles with one palette, chained here: Pillow's own writer keeps every frame in memory."""
 
     def __init__(self, path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> None:
         if not 1 <= len(colours) <= MOST_COLOURS:

@@ -22,9 +22,19 @@ from ..file.workbook import CURRENCIES, Numeric
 from ..plan.slides import Slides
 from ..text.error import StudyError
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
-from .contents import LEAST_TRIP, MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory, floor_text, row_doubts
+from .contents import (
+    LEAST_TRIP,
+    MAX_COUNT,
+    MAX_ROWS,
+    MAX_TRIP,
+    MAX_VALUE,
+    Contents,
+    Inventory,
+    Stand,
+    floor_text,
+    row_doubts,
+)
 from .kits import Kit
-from .stands import Stand
 
 COLUMNS = (
     "item",

@@ -37,7 +37,7 @@ from ...motions.polarity import BOTH
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Cloud, Incremental, OfRuns, Stripes
-from ..plan.estimates import LOW_SHARE, Fit, ranked
+from ..plan.estimates import LOW_SHARE, MEAN, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
@@ -87,7 +87,7 @@ SIZE = ("size_along", "size_probability")
 
 def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branches | None:
     """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks."""
-    modelling = study.fit.in_fractiles
+    modelling = 0.0 if study.fit.modelling == MEAN else study.fit.modelling_dispersion
     if study.risk is None or (content.branches is None and modelling == 0.0):
         return None
     return Branches(
@@ -118,10 +118,7 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
 def screening_with(
     content: StudyFile, slides: Slides | None, blocks: Iterable[Block]
 ) -> tuple[Friction | Mapping[str, Friction] | None, float]:
-    """Return what `screening_of` does, with the friction of each block where some have their own.
-
-    Where the curves are of another state than a fall no outcome is tested: stable falls say nothing of uplifts.
-    """
+    """Return `screening_of` with the friction of each block; outcomes other than falls are not tested."""
     friction, undecided = screening_of(content)
     state = fit_of(content).state
     if state not in (OVERTURNED, *DIRECTIONS):

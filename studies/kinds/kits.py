@@ -70,21 +70,16 @@ def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Invent
             if row.block.mass is None:
                 raise ValueError(f"performance.kits need mass_kg of every piece that they fit, {row.label!r} has none")
     if asked.target is not None:
-        _check_target(asked.target.limits, kits, inventory)
+        if not kits:
+            raise ValueError("performance.target needs performance.kits, of which the cheapest set is chosen")
+        if LOSS in asked.target.limits and inventory.value == 0.0:
+            raise ValueError("performance.target.loss needs values in the inventory, which gives none")
+        if INJURIES in asked.target.limits and all(row.injury is None for row in inventory.rows):
+            raise ValueError("performance.target.injuries needs persons_exposed in the inventory, which gives none")
     if kits and (asked.target is not None or asked.budget is not None) and all(kit.cost is None for kit in kits):
         key = "target" if asked.target is not None else "budget"
         raise ValueError(f"performance.{key} needs the cost of the kits (`cost` in their tables), and none has one")
     return kits
-
-
-def _check_target(limits: dict[str, float], kits: Sequence[Kit], inventory: Inventory) -> None:
-    """Raise a ValueError where a target cannot be pursued."""
-    if not kits:
-        raise ValueError("performance.target needs performance.kits, of which the cheapest set is chosen")
-    if LOSS in limits and inventory.value == 0.0:
-        raise ValueError("performance.target.loss needs values in the inventory, which gives none")
-    if INJURIES in limits and all(row.injury is None for row in inventory.rows):
-        raise ValueError("performance.target.injuries needs persons_exposed in the inventory, which gives none")
 
 
 def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, float]) -> list[Doubt]:

@@ -43,7 +43,6 @@ from ..buildings.assessment import (
 )
 from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import BEYOND, InventoryBranch, Sampling, combinations, rates_over_branches
-from ..buildings.code_checks import code_variables
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
 from ..buildings.notes import (
     UNDIRECTED,
@@ -53,7 +52,7 @@ from ..buildings.notes import (
     notes,
     polarity_notes,
 )
-from ..buildings.pieces import SAFETY, budget_set, on_moving_supports, squat_items
+from ..buildings.pieces import SAFETY, budget_set, code_variables, on_moving_supports, squat_items
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
@@ -65,10 +64,9 @@ from ..file.analyses import LevelsTable
 from ..file.hazard import OF_MOTIONS
 from ..file.schema import StudyFile
 from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
-from ..inventory.contents import Contents, Inventory, row_doubts
+from ..inventory.contents import Contents, Inventory, Stand, row_doubts
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory
-from ..inventory.stands import Stand
 from ..kits.savings import Shake, kit_savings, with_kit
 from ..money.present_value import DISCOUNT
 from ..plan.branches import BRANCH_COORDINATES
@@ -80,10 +78,14 @@ from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, lev
 from ..text.spread import branch_names
 from ..text.words import level_text
 from .branches import weighted_hazards, weighted_laws, weighted_motions
-from .inventory_motions import (
+from .kits import candidates, kit_doubts, kit_notes, kits_of, scenes_of, with_kit_sets
+from .level_floors import (
+    LevelFloors,
     Motions,
     arrays_of,
+    check_levels,
     in_si,
+    level_floors,
     levels_of,
     motion_notes,
     named_levels,
@@ -91,9 +93,9 @@ from .inventory_motions import (
     read_histories,
     reading_of,
     refuse_scaling,
+    strikes,
+    what_yields,
 )
-from .kits import candidates, kit_doubts, kit_notes, kits_of, scenes_of, with_kit_sets
-from .level_floors import LevelFloors, check_levels, level_floors, strikes, what_yields
 from .study import SLAB_BYTES_A_RUN, Study, each, perturbed_words, plain, screening_of
 
 if TYPE_CHECKING:

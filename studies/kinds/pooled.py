@@ -1,8 +1,4 @@
-"""Fragility studies of a region: the curves of many free-standing blocks from one surface for each law.
-
-Their results hold curves and rates as those of other fragility studies do, and the surfaces with their checks and runs;
-what needs runs of each block by itself (observed probabilities, the screen of runs, slips) is left out.
-"""
+"""Fragility studies of a region: curves and rates of many free-standing blocks from one surface for each law."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Fragility studies at adaptive levels: runs are made until the answer is as precise as asked.
-
-Their results hold what those of other fragility studies hold, but each run has a block, a law, a motion and a level of
-its own, and what needs common levels (observed probabilities, measures) is left out.  Slips have runs of their own.
-"""
+"""Fragility studies at adaptive levels: runs, each with its own level, until the answer is as precise as requested."""
 
 from __future__ import annotations
 

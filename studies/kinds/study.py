@@ -407,7 +407,10 @@ class Study(ABC):
                 state = content_state(before)
                 if state == EDITED:
                     raise StudyError(f"{target}: was {state}; move it away, or use --fresh to compute it again")
-                results = self._renewed(before)
+                # (with what keys decide now that are no part of the identity)
+                named = self._named(before)
+                same = before.attrs.get("study") == named["study"]
+                results = (before if same else self._decided(before)).assign_attrs(named)
                 if results.attrs == before.attrs:
                     remove_emptied(folder)
                     return before
@@ -505,13 +508,6 @@ class Study(ABC):
         return found.assign_attrs(
             **self._named(found), **read, kind=self.results_are_of or self.kind, identity=self.identity
         )
-
-    def _renewed(self, before: xr.Dataset) -> xr.Dataset:
-        """Return finished results with what keys decide now that are no part of the identity."""
-        named = self._named(before)
-        if before.attrs.get("study") != named["study"]:
-            before = self._decided(before)
-        return before.assign_attrs(named)
 
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
         """Return results with what `DECISIONS` compute from them, in place of what earlier ones gave."""

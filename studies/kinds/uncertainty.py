@@ -45,8 +45,16 @@ from ..file.schema import StudyFile
 from ..plan.designs import Incremental
 from ..plan.estimates import Fit
 from ..plan.risk import Risk, without_replicates
-from ..plan.sample_screen import joined_screens, samples_perturbed_runs, screen_samples
-from ..plan.samples import NO_CAPACITY, fitted, pooled_curves, summary, yearly
+from ..plan.samples import (
+    NO_CAPACITY,
+    fitted,
+    joined_screens,
+    pooled_curves,
+    samples_perturbed_runs,
+    screen_samples,
+    summary,
+    yearly,
+)
 from ..text.axes import held_notes
 from ..text.curve_notes import curve_notes
 from .study import (

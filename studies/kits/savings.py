@@ -238,7 +238,20 @@ def _static(
     inventory: Inventory, kits: Sequence[Kit], assessment: xr.Dataset, shake: Shake, level: float | None
 ) -> dict[str, xr.Variable]:
     """Return the static checks of the kits: forces needed, static capacities, half weights, and what shaking."""
-    peaks = _peaks(inventory, assessment, shake, level)
+    shaking = Shaking.of(shake.building, shake.motions, None, shake.im == SCALE)
+    placed, scaled = shaking.placed(inventory), shaking.scaled(shake.levels, shake.im)
+    peaks = np.empty(len(inventory))
+    for at in shaking.supports(placed):
+        shaken = shaking.shaken(at, scaled, shake.im)
+        own = np.array([np.abs(one.acceleration).max() for one in shaken.motions])
+        medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
+        if level is None:
+            assert shake.hazard is not None  # (annual rates come from it)
+            here = float(np.exp(at_level(design_level(scaled.levels, shake.hazard), scaled.levels, np.log(medians))))
+        else:
+            here = float(medians[level_index(assessment, level)])
+        peaks[[support_of(row) == at for row in placed.rows]] = here
+
     shape = (len(kits), len(inventory))
     force, capacity, half = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape[1], np.nan)
     for i, row in enumerate(inventory.rows):
@@ -263,26 +276,3 @@ def _static(
         ),
         "kit_half_weight": variable(("item",), half, NEWTON, "half of the weight of a piece"),
     }
-
-
-def _peaks(inventory: Inventory, assessment: xr.Dataset, shake: Shake, level: float | None) -> Array:
-    """Return the median peak acceleration of each item's floor (item,) at the level of the static check."""
-    shaking = Shaking.of(shake.building, shake.motions, None, shake.im == SCALE)
-    placed, scaled = shaking.placed(inventory), shaking.scaled(shake.levels, shake.im)
-    found = np.empty(len(inventory))
-    for at in shaking.supports(placed):
-        shaken = shaking.shaken(at, scaled, shake.im)
-        own = np.array([np.abs(one.acceleration).max() for one in shaken.motions])
-        medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
-        if level is None:
-            assert shake.hazard is not None  # (annual rates come from it)
-            here = _at_design(medians, scaled.levels, shake.hazard)
-        else:
-            here = float(medians[level_index(assessment, level)])
-        found[[support_of(row) == at for row in placed.rows]] = here
-    return found
-
-
-def _at_design(peaks: Array, levels: Array, hazard: HazardCurve) -> float:
-    """Return the peak acceleration at the level that is exceeded with 10 % in 50 years; NaN beyond the levels."""
-    return float(np.exp(at_level(design_level(levels, hazard), levels, np.log(peaks))))

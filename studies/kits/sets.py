@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...core.aliases import Array, Flags
 from ..buildings.pieces import pieces_of
-from ..buildings.recommendations import DUTY, YEARS, Piece
+from ..buildings.recommendations import DUTY, YEARS
 from ..money.budget import SAME, best_set, cheapest_set
 from ..money.present_value import present_value
 
@@ -86,16 +86,10 @@ class _Options:
 
 
 def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
-    """Choose the kits to buy for a sum of money under one law, at most one for the pieces of a line.
-
-    Kits come first for what the code requires, strong enough for its demand where known, then for falls saved of
-    pieces that are a matter of safety, then for those of the code, then for what the others save in 50 years,
-    discounted, beyond their cost (without a hazard or values, loss or falls); of equal sets the cheapest.  A kit
-    whose interval of the falls it saves holds 0 counts as one that saves none, as does any kit for pieces whose
-    chances are no ground for advice (`Piece.judged`).
-    """
+    """Choose kits for a sum of money under one law, one a line: the code's, then safety, then savings in 50 years."""
     options = _Options(results, model)
-    pieces = _in_order(results, model)
+    named = {one.item: one for one in pieces_of(results, model)}
+    pieces = [named[str(item)] for item in results["item"].values]
     one = [pieces[i] for i in options.item]
     duty = np.array([each.recommendation == DUTY for each in one], bool)
     safe = np.array([each.safety for each in one], bool)
@@ -123,18 +117,8 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
 
 
 def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 0) -> KitSet:
-    """Choose the cheapest kits with which what is expected of the building is within targets, under one law.
-
-    `targets` are the most that is allowed of some of `TARGETS`, in a year or at the level of the table.  A kit
-    whose interval of the falls that it saves holds 0 counts as one that saves none.
-    """
+    """Choose the cheapest kits that meet `targets`; a kit whose interval of saved falls contains 0 saves none."""
     options = _Options(results, model)
     needs = [(options.surely_saved(name), options.now(name) - most) for name, most in targets.items()]
     found = cheapest_set(options.costs, needs, options.item)
     return options.set_of(found.chosen, found.gap)
-
-
-def _in_order(results: xr.Dataset, model: int) -> list[Piece]:
-    """Return the pieces in the order of the results' items."""
-    named = {one.item: one for one in pieces_of(results, model)}
-    return [named[str(item)] for item in results["item"].values]

@@ -81,12 +81,7 @@ def adaptive_slides(
     units: str,
     client: Runner,
 ) -> tuple[xr.Dataset, list[str]]:
-    """Return how likely blocks are to slide instead of rocking, with the curves of their slips, and notes.
-
-    `design` is that of the falls: the same motions, and the same precision for the curve of each slip.  With a
-    hazard ``slip_rate``: the rate of the curve, or of weighted runs where the precision asked for is that of a
-    rate, times ``slides_instead``.  NaN for blocks that are held or uneven, and medians of blocks that never slide.
-    """
+    """Return chances to slide instead of rocking, curves of slips, and notes; NaN for held and uneven blocks."""
     found = slides.chances(blocks, design.axes != "")
     chance = found[INSTEAD].values
     curves = {(i, k): UNRUN for i in range(len(blocks)) for k in range(len(slides.distances))}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
@@ -52,14 +52,15 @@ KEPT_BYTES = 2.0**28
 """Most memory of motions that are kept."""
 
 
+@dataclass(frozen=True)
 class Design(ABC):
     """Motions and their analysis; `im` is the measure, taken of the `ground` motions where these are given."""
 
     motions: tuple[Any, ...]
     ground: tuple[Any, ...]
     im: str
-    reading: Reading
-    name: ClassVar[str]
+    reading: Reading = field(default=UNREAD, kw_only=True)
+    name: ClassVar[str] = "ida"
     """Its key in study files."""
 
     @property
@@ -172,12 +173,7 @@ class OfRuns(Design):
 class Incremental(OfRuns):
     """Every motion at every level."""
 
-    motions: Motions
-    ground: Motions
-    im: str
     at: Array
-    reading: Reading = UNREAD
-    name: ClassVar[str] = "ida"
 
     @property
     def levels(self) -> Array:
@@ -236,9 +232,6 @@ class KeptMotions(Generator):
 class Sequential(OfRuns):
     """Motion after motion at a few levels of its own, until the answer is as precise as asked."""
 
-    motions: Motions
-    ground: Motions
-    im: str
     until: Until
     runs_per_motion: int
     seed: int
@@ -246,9 +239,7 @@ class Sequential(OfRuns):
     both: bool = False
     state: State = OVERTURNED
     hazard: HazardCurve | None = None
-    reading: Reading = UNREAD
     screening: ScreenRequest | None = None
-    name: ClassVar[str] = "ida"
 
     @property
     def one_way(self) -> Self:
@@ -265,7 +256,7 @@ class Sequential(OfRuns):
         """Most bytes of motions that it keeps."""
         if self.generator is None:
             return 0.0
-        shaking = self.motions[0]
+        shaking: xr.DataArray = self.motions[0]
         return min(KEPT_BYTES, self.until.most * shaking.nbytes / shaking.sizes["motion"])
 
     @property
@@ -309,14 +300,7 @@ class Sequential(OfRuns):
         return xr.DataArray(found, dims="block")
 
     def check(self, blocks: Sequence[Block]) -> None:
-        plain = records(self.motions)
-        below = ground_of(plain, records(self.ground)) if self.ground else None
-        scaling([1.0], plain, self.im, blocks, below)
-        size = sum(array.sizes["motion"] for array in self.arrays)
-        if self.generator is None and size < self.until.least:
-            raise ValueError(
-                f"adaptive levels need {self.until.least} motions at least (until.motions.least), got {size}"
-            )
+        _check_waves(self, blocks, "adaptive levels need")
 
     def _analysed(
         self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
@@ -354,18 +338,13 @@ class Events(NamedTuple):
 class Pooled(Design):
     """One surface of all blocks under each law: motion after motion, each of which runs several blocks once."""
 
-    motions: Motions
-    ground: Motions
-    im: str
     until: Until
     blocks_per_motion: int
     seed: int
     generator: Generator | None = None
     both: bool = False
     hazard: HazardCurve | None = None
-    reading: Reading = UNREAD
     events: Events | None = None
-    name: ClassVar[str] = "ida"
 
     @property
     def runs(self) -> int:
@@ -402,16 +381,7 @@ class Pooled(Design):
         return float(runs["run_level"].min())
 
     def check(self, blocks: Sequence[Block]) -> None:
-        plain = records(self.motions)
-        below = ground_of(plain, records(self.ground)) if self.ground else None
-        scaling([1.0], plain, self.im, blocks, below)
-        if len(self.floors) > 1:
-            raise ValueError("levels = 'pooled' needs the motions of one floor, got several")
-        size = sum(array.sizes["motion"] for array in self.arrays)
-        if self.generator is None and size < self.until.least:
-            raise ValueError(
-                f"a pooled surface needs {self.until.least} motions at least (until.motions.least), got {size}"
-            )
+        _check_waves(self, blocks, "a pooled surface needs")
 
     def of(
         self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
@@ -452,12 +422,8 @@ class Pooled(Design):
 class Stripes(OfRuns):
     """A set of motions at each level, scaled to it where `scale` is set; `selections` says how well they agree."""
 
-    motions: tuple[Motions, ...]
-    ground: tuple[Motions, ...]
-    im: str
     at: Array
     scale: bool
-    reading: Reading = UNREAD
     selections: tuple[xr.Dataset, ...] = ()
     name: ClassVar[str] = "stripes"
 
@@ -495,10 +461,6 @@ class Stripes(OfRuns):
 class Cloud(OfRuns):
     """Every motion once, as it is."""
 
-    motions: Motions
-    ground: Motions
-    im: str
-    reading: Reading = UNREAD
     name: ClassVar[str] = "cloud"
 
     def check(self, blocks: Sequence[Block]) -> None:
@@ -515,6 +477,17 @@ class Cloud(OfRuns):
 
     def _below(self) -> dict[str, xr.Variable]:
         return answers_below(self.arrays)
+
+
+def _check_waves(design: Sequential | Pooled, blocks: Sequence[Block], needs: str) -> None:
+    """Raise a ValueError where the measure does not go with the motions, or they are fewer than the first ones."""
+    plain = records(design.motions)
+    scaling([1.0], plain, design.im, blocks, ground_of(plain, records(design.ground)) if design.ground else None)
+    if isinstance(design, Pooled) and len(design.floors) > 1:
+        raise ValueError("levels = 'pooled' needs the motions of one floor, got several")
+    size, least = sum(array.sizes["motion"] for array in design.arrays), design.until.least
+    if design.generator is None and size < least:
+        raise ValueError(f"{needs} {least} motions at least (until.motions.least), got {size}")
 
 
 BELOW: dict[str, tuple[str, float]] = {

@@ -51,11 +51,6 @@ class Fit:
         return self.modelling_dispersion if self.modelling == MEAN else 0.0
 
     @property
-    def in_fractiles(self) -> float:
-        """beta_m where the fractiles of the rate hold it, else 0."""
-        return 0.0 if self.modelling == MEAN else self.modelling_dispersion
-
-    @property
     def outputs(self) -> tuple[str, ...]:
         """The outputs of the runs that the fit needs."""
         uplift = self.form == "uplift-lognormal"

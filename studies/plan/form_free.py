@@ -1,8 +1,4 @@
-"""Annual rates of adaptive studies that stop at a rate: from weighted runs, beside those of the fitted curves.
-
-The precision that is asked for is of the rate without a form of curve, so that it is the rate of the results.  That of
-the fitted curve is a second opinion: its interval takes the form as known and is the narrower for it.
-"""
+"""Annual rates of adaptive studies that stop at a rate: from weighted runs, with those of fitted curves as a check."""
 
 from __future__ import annotations
 
@@ -96,10 +92,7 @@ def form_free(
 
 
 def modelling_factor(curves: xr.Dataset, risk: Risk, fit: Fit) -> xr.DataArray | float:
-    """Return what the modelling uncertainty in the mean multiplies a rate by, from the fitted curves; 1 without any.
-
-    Under a hazard of slope k it is exp(k² β_m²/2) whatever the curve is, so that the form of the curve matters little.
-    """
+    """Return the factor of beta_m in the mean on a rate: exp(k² β_m²/2) at a hazard slope k, from fitted curves."""
     if not fit.in_mean:
         return 1.0
     plain = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])

@@ -25,12 +25,7 @@ MOST = 100
 
 
 def comparable(blocks: Sequence[Block]) -> dict[int, int]:
-    """Return the positions of blocks, each with that of the block it is compared with.
-
-    A block with a restraint is compared with the block that differs from it in the restraint alone, where there is one;
-    any other with the first block, if it differs from that in walls and restraints alone. Masses may differ, because
-    only restraints use them.
-    """
+    """Return blocks with the block to compare each with: that differs in the restraint alone, else the first."""
     bare = [replace(one, wall=None, restraint=None, mass=None, name=None) for one in blocks]
     # (backwards, so that the first of several that are alike is kept)
     free = {(bare[i], blocks[i].wall): i for i in reversed(range(len(blocks))) if blocks[i].restraint is None}
@@ -46,11 +41,7 @@ def comparable(blocks: Sequence[Block]) -> dict[int, int]:
 
 
 def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
-    """Return ratios of chances in the years of a study, as `comparable` pairs blocks; None where none can be compared.
-
-    A replicate draws the same motions for both blocks, so that scatter that both have in common cancels in the
-    ratio.
-    """
+    """Return ratios of chances in the study's years by `comparable` pairs under the same drawn motions."""
     pairs = comparable(blocks)
     if not pairs:
         return None

@@ -1,7 +1,4 @@
-"""Classes of pieces by name: how many tests there are of each, and how far capacities are from those computed.
-
-The table is made by `make validate-experiments` from docs/experiments.csv; docs/experiments.md explains it.
-"""
+"""Classes of pieces by name: tests of each (docs/experiments.md), and the spread of true over computed capacities."""
 
 from __future__ import annotations
 
@@ -64,10 +61,7 @@ class PieceClass(NamedTuple):
 
     @property
     def beta_m(self) -> float:
-        """The default modelling uncertainty of the class, to two digits; NaN where its tests are too few.
-
-        The root mean square of ln(true/computed): a bias is not taken out of the medians, and so is part of it.
-        """
+        """The default modelling uncertainty: root mean square of ln(true/computed), with its bias, to two digits."""
         return round(math.hypot(self.beta, math.log(self.ratio)), 2) if self.ratio > 0.0 else math.nan
 
     @property

@@ -42,11 +42,7 @@ def any_held(blocks: Sequence[Block]) -> bool:
 def ruptures(
     runs: xr.Dataset, blocks: Sequence[Block], confidence: float, hazard: HazardCurve | None = None
 ) -> xr.Dataset:
-    """Return the shares of the motions in which the restraints of blocks break, NaN of blocks without one.
-
-    With a hazard curve of the measure of the levels also at the level that is exceeded with 10 % in 50 years,
-    between the levels by straight lines over the logarithm.
-    """
+    """Return the shares of motions that break restraints, with a hazard also at 10 % in 50 years."""
     flags = runs.assign(overturned=runs[FLAG])
     counted = gathered(lambda part: overturning_probability(part, confidence), flags)
     held = xr.DataArray([block.restraint is not None for block in blocks], dims="block")
@@ -75,12 +71,7 @@ def needed_strengths(
     targets: Sequence[float],
     chances: Callable[[Sequence[Block], Law], Array],
 ) -> xr.Dataset:
-    """Return the strengths that restraints need to keep the chance of falling to a target (NaN: without one).
-
-    `chances` runs blocks under a law and returns the chance of each, NaN where the runs do not show it.  A stronger
-    restraint may raise the chance: the needed strength is the weakest tested one above the strongest that misses the
-    target, inf where the strongest misses it.  Strengths have three digits, so that a sentence names those of the runs.
-    """
+    """Return the weakest tested strengths above the strongest that misses the target: inf if that is the strongest."""
     asked = np.flatnonzero(np.isfinite(targets)).tolist()
     needed = np.full((len(blocks), len(laws)), np.nan)
     tried = np.full((2, *needed.shape, STEPS), np.nan)

@@ -36,8 +36,7 @@ from ..text.curve_notes import (
     rate_notes,
     verb_of,
 )
-from ..text.level_advice import other_levels
-from ..text.reached import levels_run
+from ..text.reached import levels_run, other_levels
 
 if TYPE_CHECKING:
     from .designs import Design
@@ -158,10 +157,7 @@ class Risk:
         return said + rate_notes(rates, settled, known, last, first, self.hazard.of_formula)
 
     def beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
-        """Return the largest share of each rate from below or above the hazard curve, or above `highest`: a guess.
-
-        Shaking above the highest that was run is known where nearly every block has fallen there.
-        """
+        """Return the largest share of each rate outside the hazard curve, or above `highest` unless known there."""
         plain = without_replicates(curves)
         rates = self.rates(plain, 0.9)
         settled = _at_level(plain, highest)
@@ -170,10 +166,7 @@ class Risk:
         return found.max("part").fillna(0.0)
 
     def rates(self, curves: xr.Dataset, confidence: float, outside: str = OUTSIDE) -> xr.Dataset:
-        """Compute the rates of curves alone, under the names of `annual_rate`.
-
-        A rate that is infinite under the rule MOST is not known (NaN): its lower end is that of the rule LEAST.
-        """
+        """Compute the rates of curves under the names of `annual_rate`; NaN if the rule MOST gives an infinite rate."""
 
         def under(rule: str) -> xr.Dataset:
             rules = {"below": self.below, "above": self.above, "outside": rule}

@@ -2,18 +2,123 @@
 
 from __future__ import annotations
 
+import json
 import warnings
+from collections.abc import Sequence
 
+import numpy as np
 import xarray as xr
 
+from ...core.aliases import Flags, Index, Progress
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...core.wording import years_text
 from ...fragility import capacity_variance_shares, fit_fragility, overturning_probability, variance_shares
 from ...fragility.fitting.intervals import WALD
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.slabs import gathered
+from ...fragility.runs.axes import along_depth
+from ...fragility.runs.factors import BlockFactors, Factors
+from ...fragility.runs.runners import Runner
+from ...fragility.runs.scaling import ground_of, scaling
+from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.summary import input_of_pairs, over_samples, summary_screen
+from ...fragility.validity.undecided import Axis, FlipCounts, choose_motions, count_flips_of
+from ...models import Block, Law
+from ...models.friction import Friction
+from ...models.laws import oscillator_of
+from ...motions import records
+from .designs import Incremental
 from .estimates import Fit
 from .risk import Risk
+
+
+def screen_samples(
+    block: Block,
+    pairs: Sequence[Sequence[tuple[Block, Law]]],
+    design: Incremental,
+    overturned: xr.DataArray,
+    friction: Friction | None,
+    undecided: float,
+    shaking: Characteristics,
+    runner: Runner,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Screen all samples (sample, model) of one block together, as `summary_screen`; on block: the nominal one."""
+    plain = records(design.motions)
+    ground = ground_of(plain, records(design.ground)) if design.ground else None
+    blocks = [row[0][0] for row in pairs]
+    scaled = scaling(design.at, plain, design.im, blocks, ground)
+    given = input_of_pairs(
+        [str(i) for i in range(len(pairs))],
+        pairs,
+        plain,
+        scaled.factors_at(xr.Variable("level", scaled.levels), len(plain)),
+    )
+    flips = None
+    if undecided > 0.0:
+        chosen = choose_motions(len(plain), undecided)
+        flags = overturned.transpose("sample", "model", "level", "motion").values
+        near = [one for one, is_in in zip(plain, chosen, strict=True) if is_in]
+        counts = runner.array((*flags.shape[:3], len(near)), np.int8)
+        done, every = 0, samples_perturbed_runs(pairs, design, undecided)
+        for at in _alike(pairs):
+            rows = [pairs[i] for i in at]
+
+            def flags_of(part: slice, at: Index = at) -> Flags:
+                own: Flags = flags[at[part]][..., chosen]
+                return own
+
+            def told(n: int, _: int, done: int = done) -> None:
+                if progress is not None:
+                    progress(done + n, every)
+
+            factors = _factors_of(scaled.factors, at, chosen)
+            axes: list[Axis[Sequence[tuple[Block, Law]]]] = [Axis(list, near)]
+            if design.about == 2:
+                axes.append(Axis(_across, [along_depth(one) for one in near]))
+            counts[at] = count_flips_of(rows, axes, flags_of, factors, runner, told)
+            done += samples_perturbed_runs(rows, design, undecided)
+        flips = FlipCounts(chosen, counts)
+    return over_samples(summary_screen(given, shaking, friction, flips), block)
+
+
+def samples_perturbed_runs(pairs: Sequence[Sequence[tuple[Block, Law]]], design: Incremental, undecided: float) -> int:
+    """Return the number of further runs that test which outcomes of a block's samples are undecided."""
+    if undecided == 0.0:
+        return 0
+    chosen = int(choose_motions(design.shakes, undecided).sum())
+    each = sum(2 if law.restitution(one) is None else 4 for row in pairs for one, law in row)
+    return each * chosen * (design.runs // design.shakes) * design.about
+
+
+def _across(row: Sequence[tuple[Block, Law]]) -> list[tuple[Block, Law]]:
+    return [(block.across, law) for block, law in row]
+
+
+def _alike(pairs: Sequence[Sequence[tuple[Block, Law]]]) -> list[Index]:
+    """Return the positions of the samples in groups that have laws of the same kinds."""
+    groups: dict[tuple[tuple[type[Law], bool], ...], list[int]] = {}
+    for i, row in enumerate(pairs):
+        groups.setdefault(tuple((type(law), oscillator_of(one, law).exact) for one, law in row), []).append(i)
+    return [np.array(at) for at in groups.values()]
+
+
+def _factors_of(factors: Factors, samples: Index, motions: Flags) -> Factors:
+    """Return the factors of some samples, where each has its own, under some motions."""
+    if isinstance(factors, BlockFactors):
+        return factors._replace(measured=factors.measured[samples][:, motions])
+    return (factors if factors.shape[0] == 1 else factors[samples])[:, :, motions]
+
+
+def joined_screens(parts: Sequence[xr.Dataset], models: xr.DataArray) -> xr.Dataset:
+    """Return the screens of several blocks as one, on block and model."""
+    found = xr.concat(parts, "block", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override")
+    settings = [json.loads(part.attrs["screen"]) for part in parts]
+    told = dict(settings[0])
+    if told["friction"] is not None:
+        told["friction"] = {label: one for own in settings for label, one in own["friction"].items()}
+    return found.assign_coords(model=models.variable).assign_attrs(screen=json.dumps(told, ensure_ascii=False))
+
 
 QUANTILES = (0.05, 0.5, 0.95)
 FACTORS = ("motion", "model", "sample")
@@ -72,11 +177,7 @@ def yearly(
     lowest: xr.DataArray | float,
     confidence: float,
 ) -> xr.Dataset:
-    """Compute the rates of the curve of all samples (`pooled`), and of the curve of every sample (`own`).
-
-    The unknown properties of a block do not change from earthquake to earthquake: the probability in some years is
-    the mean of 1 - exp(-rate years) over samples, which is less than the probability of the mean rate.
-    """
+    """Compute rates of all samples (`pooled`) and each (`own`); chances in years are means of 1 - exp(-rate years)."""
     each = risk.rates(own, confidence)["rate"]
     text = "annual rate of overturning"
     chance = each.copy(data=probability_in(each.values, risk.years))

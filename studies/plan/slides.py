@@ -201,12 +201,7 @@ class Slides:
         return xr.Dataset(found)
 
     def _falls(self, runs: xr.Dataset, rocking: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
-        """Return the chances of one block near an edge to fall off, and to fall at all.
-
-        `runs` have random friction, `rocking` are those as if it could not slide; ``more_rate`` is by how much
-        falls over the edge raise the rate of overturning, of isotonic curves of the same resamples, which keep
-        the order of their data.
-        """
+        """Return chances of a block near an edge to fall off, and to fall at all; `more_rate`: the rise of its rate."""
         off = overturning_probability(runs, fit.confidence, FALLEN_OFF).isel(model=0, drop=True)
         ways = runs.sizes["motion"] // rocking.sizes["motion"]
         overturned = reached(rocking, OVERTURNED).isel(motion=np.repeat(np.arange(rocking.sizes["motion"]), ways))
@@ -273,11 +268,7 @@ def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, 
 
 
 def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:
-    """Return the rate of falls of either kind, and the chances of falls over an edge and of either in some years.
-
-    The ends are those of the sum of two quantities that grow together; a block that overturned in no run has no
-    rate of overturning, which then counts as 0.
-    """
+    """Return the rate of either fall, and chances of both in years: ends are of two quantities that grow together."""
     never = (falls["probability"] == 0.0).all("level")
     more: dict[str, xr.DataArray] = {}
     for end in ENDS:

@@ -239,11 +239,7 @@ def _exceedance(
 
 
 def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[Array, ...]:
-    """Return the points of a step curve, from the left edge of every axis to where the curve falls to zero.
-
-    The rate of "n or more" pieces is drawn from n - 1 to n; the rate of "more than x" up to the next threshold, and no
-    further than `most`, the whole value.  The last point is `NEVER`, below every logarithmic axis.
-    """
+    """Return points of a step curve: "n or more" from n - 1 to n, "more than x" to the next threshold; then `NEVER`."""
     last = int(np.flatnonzero(values[0] > 0.0)[-1]) + 1
     if quantity == "number":
         at = np.repeat(np.concatenate([[0.0], x[:last]]), 2)[1:]

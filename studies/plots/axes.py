@@ -1,8 +1,4 @@
-"""Axes, legends, headings and colours that all figures share, used as ``axes.grid(ax)`` or ``axes.heading(figure, …)``.
-
-The figures are matplotlib's own objects and never pyplot's, so that no figure stays open and the user's backend is not
-changed.  Nothing here knows the results of a study: `selection` takes from them what a figure draws.
-"""
+"""Axes, legends, headings and colours that all figures share, of matplotlib objects outside pyplot."""
 
 from __future__ import annotations
 
@@ -180,11 +176,7 @@ def panel_grid(
     columns: int | None = None,
     shared: bool = False,
 ) -> tuple[Figure, list[Axes], int]:
-    """Return a figure, its panels, which fill row by row, and the number of their columns.
-
-    `each` is the width and the height of a panel, and `beside` of what stands beside them, in; `least` is the least
-    width of the figure.
-    """
+    """Return a figure, its panels row by row, and its columns; sizes are in inches, `least` of the whole width."""
     columns = columns_for(number) if columns is None else columns
     rows = math.ceil(number / columns)
     whole = figure(max(each[0] * columns + beside[0], least), each[1] * rows + beside[1])
@@ -290,11 +282,7 @@ def plain_log_y(ax: Axes) -> None:
 
 
 class ShownTicks(LogLocator):
-    """The ticks of a logarithmic axis that are within its limits; matplotlib makes as many again and hides them.
-
-    Where less than two multiples `subs` of powers of ten lie within, they are at most `most` equal steps of round width
-    instead.
-    """
+    """The logarithmic ticks within the limits, or at most `most` equal round steps with fewer than two `subs`."""
 
     def __init__(self, subs: Sequence[float], most: int) -> None:
         super().__init__(subs=subs)
@@ -315,11 +303,7 @@ class ShownTicks(LogLocator):
 
 
 class MinorTicks(Artist):
-    """The short ticks between the numbers of a logarithmic x-axis, in place of matplotlib's own, drawn together.
-
-    matplotlib makes five objects of each of its ticks and measures them again and again while it lays a figure out,
-    which takes a third of the time of a figure of many panels.
-    """
+    """The short ticks of a logarithmic x-axis, drawn together: matplotlib's take a third of a figure's time."""
 
     def __init__(self, ax: Axes) -> None:
         super().__init__()

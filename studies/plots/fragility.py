@@ -249,11 +249,7 @@ def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, lower: Array,
 
 
 def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int | str | None, state: State) -> None:
-    """Draw whether every motion of a cloud brought the state, at its intensity, and fractions in equally full bins.
-
-    Of adaptive levels, every run of the block under the law; a motion with several runs in a bin is one trial there.
-    A fraction lies where the curve has the mean probability of its runs, so that their distance is that of the data.
-    """
+    """Draw outcomes of a cloud or of adaptive levels, and fractions in equally full bins at their mean probability."""
     one = law.results
     if RUN in one.dims:
         one = one.isel({RUN: runs_of_curve(one)})
@@ -281,10 +277,7 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
 
 
 def _place(one: xr.Dataset, levels: Array) -> float:
-    """Return the level at which the curve of one law has its mean over the levels of a bin's runs.
-
-    The geometric mean of the levels where there is no curve, or one that is level over the bin.
-    """
+    """Return the level at which a curve has its mean over a bin, or the geometric mean of the bin's levels."""
     mean = math.exp(float(np.log(levels).mean()))
     if not _has_curves(one):
         return mean
@@ -346,7 +339,15 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     figure = axes.figure(width, height * rows + 1.0)
     # (every panel gets the same limits; with `sharey` each of them would set those of all others)
     panels = figure.subplots(rows, columns, squeeze=False)
-    shown = _drawn_of(results)
+    # (only what the panels show, a tenth of a study's variables: selecting from all of them is slow)
+    cloud = "level" not in results.coords
+    curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
+    wanted = {*curves, "probability", "lower", "upper", "curve_probability"}
+    if cloud:
+        state = _state_of(results)
+        wanted |= {"run_block", "run_model", "run_motion", *([] if state is None else [needed_output(state)])}
+    chosen = results[[name for name in results.data_vars if name in wanted]]
+    shown = chosen if cloud else chosen.drop_vars([name for name, one in chosen.coords.items() if "motion" in one.dims])
     frame = Frame.of(shown)
     spare = set(range(rows * columns))
     for k, (block, floor) in enumerate(cases):
@@ -376,18 +377,6 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     text = _reading_note(results, len(floors), len(cases), len(every))
     axes.heading(figure, str(results.attrs.get("title", "Fragility")), text)
     return figure
-
-
-def _drawn_of(results: xr.Dataset) -> xr.Dataset:
-    """Return only the variables that the panels show, a tenth of a study's: selecting from all of them is slow."""
-    cloud = "level" not in results.coords
-    curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
-    wanted = {*curves, "probability", "lower", "upper", "curve_probability"}
-    if cloud:
-        state = _state_of(results)
-        wanted |= {"run_block", "run_model", "run_motion", *([] if state is None else [needed_output(state)])}
-    shown = results[[name for name in results.data_vars if name in wanted]]
-    return shown if cloud else shown.drop_vars([name for name, one in shown.coords.items() if "motion" in one.dims])
 
 
 def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> str:

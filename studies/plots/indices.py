@@ -110,7 +110,8 @@ def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.axvline(0.0, color="0.25", lw=0.8)
     axes.named_rows(ax, [input_name(str(one)) for one in here["input"].values])
     ax.set_xlabel("share of the variance")
-    _title(ax, here)
+    if "output" in here.coords:
+        ax.set_title(str(here["output"].item()), fontsize=10)
     if alone:
         handles, labels = ax.get_legend_handles_labels()
         ax.legend(
@@ -147,11 +148,6 @@ def _one_output(indices: xr.Dataset, name: str) -> xr.Dataset:
     if indices[name].dims != ("input",):
         raise ValueError(f"one output is drawn, got {dict(indices[name].sizes)}: select it")
     return indices
-
-
-def _title(ax: Axes, here: xr.Dataset) -> None:
-    if "output" in here.coords:
-        ax.set_title(str(here["output"].item()), fontsize=10)
 
 
 def index_figure(results: xr.Dataset) -> Figure:

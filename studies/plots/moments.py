@@ -171,11 +171,7 @@ def _restoring(oscillator: Oscillator, part: Region, theta: Array) -> Array:
 
 
 def _with_upright_ends(response: xr.Dataset, theta: Array, restoring: Array, *more: Array) -> tuple[Array, ...]:
-    """Return the samples with both ends of the jump added wherever a rigid block passes upright between two samples.
-
-    The moment does not jump in an elastic zone: only samples at rest, and samples on branches that end at the upright
-    position, count.
-    """
+    """Return samples with both ends of the moment's jump wherever a rigid block passes upright."""
     options = json.loads(response.attrs["configuration"])
     law, block = LAWS.get(options["model"].pop("law")), block_from(options["block"])
     oscillator = None if law is None else oscillator_of(block, law(**options["model"]))

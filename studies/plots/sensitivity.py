@@ -222,7 +222,11 @@ def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, refere
     colour, _, line = axes.REFERENCE
     if quantity == "median":
         ratio = drawn["median_ratio"].sel(comparison=RIGID)
-        y = _middle(_finite_or_nan((drawn["median"] / ratio).transpose("model", "value").values)) / scale
+        values = _finite_or_nan((drawn["median"] / ratio).transpose("model", "value").values)
+        found = np.full(values.shape[1], np.nan)
+        known = np.isfinite(values).any(axis=0)
+        found[known] = np.nanmedian(values[:, known], axis=0)
+        y = found / scale
     elif quantity == "probability":
         y = (drawn["probability"] - drawn["excess"].sel(comparison=RIGID)).transpose("model", "value").values[0]
     elif quantity in ("median_ratio", "excess"):
@@ -268,14 +272,6 @@ def shade_friction(here: xr.Dataset, ax: Axes) -> None:
     end = (ratio - limit) / (ratio + limit)
     left = ax.get_xlim()[0]
     ax.axvspan(left, end, color="0.88", zorder=0, lw=0.0, label=f"needs friction above {limit:g}")
-
-
-def _middle(values: Array) -> Array:
-    """Return the medians over the rows of finite values; NaN of a column without any."""
-    found = np.full(values.shape[1], np.nan)
-    known = np.isfinite(values).any(axis=0)
-    found[known] = np.nanmedian(values[:, known], axis=0)
-    return found
 
 
 def _finite_or_nan(values: Any) -> Array:

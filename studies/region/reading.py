@@ -1,8 +1,4 @@
-"""Blocks of a region from a CSV file, column by column: a million lines in two seconds instead of half a minute.
-
-What this way does not read (quotes, decimal commas, catalogue names, lines without a name), and every file in which
-something is wrong, is read line by line as for other studies, whose errors name the line and the column.
-"""
+"""Blocks of a region from a CSV file by columns, a million lines in two seconds; by lines if columns are not enough."""
 
 from __future__ import annotations
 

@@ -84,10 +84,7 @@ def surface_rows(results: xr.Dataset) -> Rows | None:
 
 
 def event_sentences(results: xr.Dataset) -> list[str]:
-    """Return how much of a region falls in one event, under the law that the answer is given for; none without events.
-
-    Of many levels those are named at which about a tenth, half and nine tenths of the region fall on average.
-    """
+    """Return how much of a region falls in one event under the reference law, at levels of about 10, 50 and 90 %."""
     if "fallen_mean" not in results:
         return []
     one = results.isel(model=reference_law(results)[0])

@@ -1,8 +1,4 @@
-"""A study's figures for a page: SVG inside HTML, PNG files beside Markdown, and a description of each in words.
-
-The same results give the same bytes: there are no dates, and ids come from a fixed salt and are unique on the page.
-Text is drawn as paths, so that a figure looks the same without its font.
-"""
+"""A study's figures for a page, SVG in HTML and PNG beside Markdown: the same bytes, with descriptions in words."""
 
 from __future__ import annotations
 
@@ -20,7 +16,6 @@ from .. import show
 from ..text.names import clean
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     Draw = Callable[[], Iterator[tuple[str, Figure]]]
@@ -99,7 +94,12 @@ def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Pict
         described = f"{describe(figure)} {clean(numbers)}".strip()
         svg, phone, content = "", "", b""
         if narrow is None:
-            content = _png(figure)
+            from ..plots.axes import settle  # noqa: PLC0415 - matplotlib loads slowly
+
+            settle(figure)
+            file = BytesIO()
+            figure.savefig(file, format="png", dpi=150, metadata={"Software": None})
+            content = file.getvalue()
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
         caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
@@ -116,20 +116,16 @@ def describe(figure: Figure) -> str:
         more = len(titles) - MOST_PANELS_DESCRIBED
         panels = "1 panel" if len(shown) == 1 else f"{len(shown)} panels"
         parts.append(f"{panels}: {'; '.join(titles[:MOST_PANELS_DESCRIBED])}{f'; and {more} more' if more > 0 else ''}")
+    legends = [*figure.legends, *(one for one in (ax.get_legend() for ax in shown) if one is not None)]
     for word, labels in (
         ("Across", [ax.get_xlabel() for ax in shown]),
         ("Up", [ax.get_ylabel() for ax in shown]),
-        ("Drawn", _legend(figure, shown)),
+        ("Drawn", [text.get_text() for legend in legends for text in legend.get_texts()]),
     ):
         found = list(dict.fromkeys(label for label in labels if label))
         if found:
             parts.append(f"{word}: {'; '.join(found)}")
     return clean(" ".join(f"{' '.join(part.split())}." for part in parts).replace(r"\$", "＄").replace("$", ""))
-
-
-def _legend(figure: Figure, shown: list[Axes]) -> list[str]:
-    legends = [*figure.legends, *(one for one in (ax.get_legend() for ax in shown) if one is not None)]
-    return [text.get_text() for legend in legends for text in legend.get_texts()]
 
 
 @contextmanager
@@ -165,15 +161,6 @@ def _on_a_phone(draw: Draw) -> Iterator[Figure]:
         if found is None:
             return
         yield found[1]
-
-
-def _png(figure: Figure) -> bytes:
-    from ..plots.axes import settle  # noqa: PLC0415 - matplotlib loads slowly
-
-    settle(figure)
-    file = BytesIO()
-    figure.savefig(file, format="png", dpi=150, metadata={"Software": None})
-    return file.getvalue()
 
 
 def _svg(figure: Figure, prefix: str) -> str:

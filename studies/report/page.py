@@ -61,7 +61,17 @@ def write_report(
     with read_results(result) as results:
         state = check_content(result, results, verify)
         if format_ == "md":
-            return _write_markdown(results, result, state, target)
+            found = content(results, result, state)
+            written: list[Path] = []
+            figures: list[tuple[Picture, str]] = []
+            for one in pictures(results, found["numbers"], png=True):
+                beside = target.with_name(f"{target.stem}_{one.name}.png")
+                _write(beside, one.png)
+                written.append(beside)
+                figures.append((one, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
+            text = environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
+            _write(target, text.encode("utf-8", "replace"))
+            return [target, *written]
         _write(target, html_page(results, result, state).encode("utf-8"))
     return [target]
 
@@ -170,20 +180,6 @@ def environment(*, escaping: bool) -> Environment:
     made.filters |= {"markdown": markdown, "longest_word": longest_word, "whole_intervals": whole_intervals}
     made.globals["many_columns"] = MANY_COLUMNS
     return made
-
-
-def _write_markdown(results: xr.Dataset, result: Path, state: str, target: Path) -> list[Path]:
-    found = content(results, result, state)
-    written: list[Path] = []
-    figures: list[tuple[Picture, str]] = []
-    for one in pictures(results, found["numbers"], png=True):
-        beside = target.with_name(f"{target.stem}_{one.name}.png")
-        _write(beside, one.png)
-        written.append(beside)
-        figures.append((one, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
-    text = environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
-    _write(target, text.encode("utf-8", "replace"))
-    return [target, *written]
 
 
 def _write(path: Path, text: bytes) -> None:

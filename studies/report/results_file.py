@@ -35,7 +35,19 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
     except UNREADABLE as error:
         raise no_results(path, error) from None
     with stored:
-        check_layout(path, stored)
+        layout, kind = stored.attrs.get("schema"), stored.attrs.get("kind")
+        if layout is None or "toppling_version" not in stored.attrs:
+            raise StudyError(f"{path}: is a netCDF file, but not one of toppling's (no attribute schema)")
+        number = refuse_newer(path, stored)
+        if number < SCHEMA:
+            raise StudyError(
+                f"{path}: was written by an older toppling (layout {number}, this one reads {SCHEMA}): "
+                "run its study again"
+            )
+        if kind is None:
+            raise StudyError(f"{path}: holds runs, not a study's results: toppling run writes those")
+        if str(kind) not in KINDS:
+            raise StudyError(f"{path}: is of the kind {str(kind)[:40]!r}; reports are of {', '.join(KINDS)} studies")
         try:
             small = without_motions(stored).data_vars
             whole = _with_half_levels(stored.assign({name: stored[name].load() for name in small}))
@@ -73,22 +85,6 @@ def _with_half_levels(stored: xr.Dataset) -> xr.Dataset:
 def without_motions(results: xr.Dataset) -> xr.Dataset:
     """Return the variables that are not given motion by motion, which are small and quick to select from."""
     return results[[name for name, one in results.data_vars.items() if "motion" not in one.dims]]
-
-
-def check_layout(path: Path, stored: xr.Dataset) -> None:
-    """Raise StudyError where the attributes show that no report can be made of these results."""
-    layout, kind = stored.attrs.get("schema"), stored.attrs.get("kind")
-    if layout is None or "toppling_version" not in stored.attrs:
-        raise StudyError(f"{path}: is a netCDF file, but not one of toppling's (no attribute schema)")
-    number = refuse_newer(path, stored)
-    if number < SCHEMA:
-        raise StudyError(
-            f"{path}: was written by an older toppling (layout {number}, this one reads {SCHEMA}): run its study again"
-        )
-    if kind is None:
-        raise StudyError(f"{path}: holds runs, not a study's results: toppling run writes those")
-    if str(kind) not in KINDS:
-        raise StudyError(f"{path}: is of the kind {str(kind)[:40]!r}; reports are of {', '.join(KINDS)} studies")
 
 
 def refuse_newer(path: Path, stored: xr.Dataset) -> int:

@@ -127,7 +127,13 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
         return
     always = int((status == ALL).sum())
     if always:
-        always_fallen = _always_fallen(small, cases, status)
+        fallen = np.flatnonzero(status == ALL)
+        row, *rest = np.unravel_index(fallen[0], cases.shape)
+        floor = f" on {floor_name(small['floor'][rest[0]].item())}" if rest else ""
+        label = f"“{block_title(str(small['block'][row].item()))}”{floor}"
+        always_fallen = (
+            label if fallen.size == 1 else f"{fallen.size:,} of {status.size:,} ({label} and {fallen.size - 1:,} more)"
+        )
         yield f"{always_fallen} {reached_of(state)} in every run, even in the weakest shaking."
     order = np.argsort(places(results, by).values.ravel())
     # (by rate, blocks that fell in every run come after those that have a rate)
@@ -237,15 +243,6 @@ def _missing_curves(status: NDArray[np.object_]) -> str:
     if len(words) == 1:
         return str(words[0])
     return ", ".join(f"{word} ({n:,} of {status.size:,})" for word, n in zip(words, numbers, strict=True))
-
-
-def _always_fallen(small: xr.Dataset, cases: xr.DataArray, status: NDArray[np.object_]) -> str:
-    """Return the blocks that fell in every run: the name of the first, and the number of the others."""
-    every = np.flatnonzero(status == ALL)
-    row, *rest = np.unravel_index(every[0], cases.shape)
-    where = f" on {floor_name(small['floor'][rest[0]].item())}" if rest else ""
-    name = f"“{block_title(str(small['block'][row].item()))}”{where}"
-    return name if every.size == 1 else f"{every.size:,} of {status.size:,} ({name} and {every.size - 1:,} more)"
 
 
 def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb: str) -> Iterator[str]:

@@ -1,8 +1,4 @@
-"""Validity checks of a report: the rocking model, the elastic zone, the number of runs, and the widths of intervals.
-
-Each check has a word (good, use with care, not valid, not checked), a reason, and a cure.  Only counts and shares are
-computed here, from what the screen wrote into the results.
-"""
+"""Validity checks of a report: the rocking model, the elastic zone, the number of runs, and the widths of intervals."""
 
 from __future__ import annotations
 
@@ -31,10 +27,9 @@ from ..plan.slides import GATED, GATED_RATE, INSTEAD
 from ..region.rows import is_pooled
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
-from ..text.level_advice import other_levels
 from ..text.one_side import FORCED
 from ..text.precision import missed_precision, reached_by
-from ..text.reached import levels_run, within_levels
+from ..text.reached import levels_run, other_levels, within_levels
 from ..text.words import reference_law
 
 GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checked"
@@ -199,7 +194,16 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _spectra(results)
     if "half_level" in results:
         if FORCED in results.attrs:
-            yield _one_side(results)
+            state = str(results.attrs["state"])
+            clause = f"the {results.attrs['form']} curves rise to 1, as the probability of {state} need not"
+            yield Check(
+                "Can the curves follow the probability of a fall to one side?",
+                INVALID,
+                f"{results.attrs[FORCED]} may fall to the other side instead, but {clause}: chances and rates may be "
+                "wrong by a factor.",
+                "Take curves without a fixed form (isotonic), which are the default for falls to one side.",
+                clause,
+            )
         yield _curves(results)
         yield _intervals(results)
     if "outside" in results:
@@ -210,7 +214,15 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
         if not is_pooled(results):  # (its runs lie where the surface needs them, at levels of no block by itself)
             yield _run_levels(results)
     elif "annual_number_share_above" in results:
-        yield _hazard_of_building(results)
+        names = [name for name in AMOUNTS if f"annual_{name}_share_above" in results]
+        of = xr.Variable("of", [f"annual {AMOUNTS[name]}" for name in names])
+        yield _beyond_hazard(
+            {
+                side: xr.concat([results[f"annual_{name}_share_{side}"] for name in names], "of").assign_coords(of=of)
+                for side in CURES
+            },
+            "value",
+        )
 
 
 def _rocking(results: xr.Dataset) -> Check:
@@ -305,16 +317,11 @@ def _pedestals(results: xr.Dataset) -> Iterator[Check]:
         return
     yield Check(
         question,
-        INVALID if mostly(shares[_on_others(results)]) else CARE,
+        INVALID if mostly(shares[np.asarray(results[MOVES].notnull().all("level").values)]) else CARE,
         f"{told} what it stands on slides or rocks itself; a moving pedestal is not modelled.",
         "Anchor the pedestal, or widen or weight its base.",
         f"what “{name}” stands on moves in {two_digit_percent(share)} of its falls",
     )
-
-
-def _on_others(results: xr.Dataset) -> NDArray[np.bool_]:
-    """Return True for the items of which it is known how what they stand on moves."""
-    return np.asarray(results[MOVES].notnull().all("level").values)
 
 
 def _uplift(results: xr.Dataset) -> xr.DataArray | None:
@@ -475,19 +482,6 @@ def _spectra(results: xr.Dataset) -> Check:
     return Check(question, INVALID if rates else CARE, f"{reason} {so}", cure, alike)
 
 
-def _one_side(results: xr.Dataset) -> Check:
-    state = str(results.attrs["state"])
-    clause = f"the {results.attrs['form']} curves rise to 1, as the probability of {state} need not"
-    return Check(
-        "Can the curves follow the probability of a fall to one side?",
-        INVALID,
-        f"{results.attrs[FORCED]} may fall to the other side instead, but {clause}: chances and rates may be wrong by "
-        "a factor.",
-        "Take curves without a fixed form (isotonic), which are the default for falls to one side.",
-        clause,
-    )
-
-
 def _curves(results: xr.Dataset) -> Check:
     question = "Does every curve rest both on runs that reached the state that is studied and on runs that did not?"
     status = results["status"].values.astype(str)
@@ -636,13 +630,7 @@ def _left_out(results: xr.Dataset, known: NDArray[np.bool_]) -> Check:
 
 
 def _run_levels(results: xr.Dataset) -> Check:
-    """Check how much of annual rates rests on curves where nothing was run.
-
-    Below the lowest shaking that was run it is the share of the rate from there, above the highest one the change that
-    a curve which rises on from there can make of the rate.  Up to `NOTABLE` that is little beside the interval that a
-    few dozen motions leave to a rate; above a half the rate is mostly the form of the curve, of which no interval over
-    motions knows.
-    """
+    """Check the share of annual rates from curves where nothing was run; above a half a rate is the form's."""
     shares = extrapolated_shares(results)
     if not shares:
         reason = "The results hold no shares of the rates from beyond the shaking that was run."
@@ -684,18 +672,6 @@ def _little_extrapolated(results: xr.Dataset) -> Check:
     change = two_digit_percent(_worst(possible_change(results).where(known))[0])
     return Check(
         RUN_LEVELS, GOOD, f"Up to {said}, but unless a curve decreases there no rate is off by more than {change}."
-    )
-
-
-def _hazard_of_building(results: xr.Dataset) -> Check:
-    names = [name for name in AMOUNTS if f"annual_{name}_share_above" in results]
-    of = xr.Variable("of", [f"annual {AMOUNTS[name]}" for name in names])
-    return _beyond_hazard(
-        {
-            side: xr.concat([results[f"annual_{name}_share_{side}"] for name in names], "of").assign_coords(of=of)
-            for side in CURES
-        },
-        "value",
     )
 
 

@@ -29,12 +29,7 @@ def history_figure(
     ends: float,
     walls: Sequence[float] = (),
 ) -> Figure:
-    """Return the figure of one run on one page: shaking, history, phase portrait and hysteresis.
-
-    `lifts` are the accelerations that just tip a rigid block to the front and to the back, m/s²; `ends` is the time at
-    which the record ends, s, after which a history may continue without shaking; `walls` are rotations at which the
-    block meets a wall, rad.
-    """
+    """Return the figure of one run: `lifts` are tipping accelerations, m/s²; `ends` the end of the record, s."""
     figure = Figure(figsize=(8.0, 9.0), layout="constrained")
     panels = figure.subplot_mosaic(
         [["shaking", "shaking"], ["history", "history"], ["phase", "hysteresis"]],

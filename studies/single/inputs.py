@@ -108,11 +108,7 @@ def law_of(law: str, options: Mapping[str, Any]) -> Law:
 def motion_of(
     name: str, seed: int | None = None, index: int = 0, settings: Sequence[str] = (), period: str | None = None
 ) -> xr.DataArray:
-    """Return one motion: of a generator or a pulse by its name, of a record file, or of a study file.
-
-    `index` is the position of the motion among those of the seed, or of the file (floor after floor); `settings`
-    are ``key=value`` of ``[motions]``; `period` is that of a pulse, with its unit.
-    """
+    """Return motion number `index` of a generator or pulse (with ``key=value`` settings), a record or a study."""
     keys = dict(_setting(one) for one in settings)
     made = name in NAMES
     if name not in shaking.PULSES and period is not None:

@@ -1,7 +1,4 @@
-"""The checksum of what results hold, which tells values and attributes that were edited after they were written.
-
-It is of the contents and not of the file: a copy by another program, with other compression or another order, keeps it.
-"""
+"""The checksum of the contents of results, of any format, which shows values and attributes edited after writing."""
 
 from __future__ import annotations
 

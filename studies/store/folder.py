@@ -33,12 +33,14 @@ LOCK_ATTEMPTS = 20
 
 @contextmanager
 def folder_of_one(folder: Path) -> Iterator[None]:
-    """Lock a folder, made where missing, for this process alone until the block ends.
-
-    The system releases the lock when a process ends, however it ends. A folder that was made here is removed again
-    where it stayed empty.
-    """
-    _refuse_name(folder)
+    """Lock a folder, made where missing, for this process until the block ends; an empty new one is removed."""
+    name = str(folder)
+    if os.sep != "\\" and "\\" in name:
+        raise StudyError(f"{name}: the folder's name must hold no backslash, which netCDF takes for a slash")
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise StudyError(f"{name!a}: the folder's name is no valid Unicode, which netCDF cannot write") from None
     made = not folder.exists()
     lock = _locked(folder)
     try:
@@ -111,17 +113,6 @@ def _is_held(path: Path) -> bool:
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     return False
-
-
-def _refuse_name(folder: Path) -> None:
-    """Raise a StudyError for a folder whose name the netCDF library would misread."""
-    name = str(folder)
-    if os.sep != "\\" and "\\" in name:
-        raise StudyError(f"{name}: the folder's name must hold no backslash, which netCDF takes for a slash")
-    try:
-        name.encode()
-    except UnicodeEncodeError:
-        raise StudyError(f"{name!a}: the folder's name is no valid Unicode, which netCDF cannot write") from None
 
 
 def refuse_folder(target: Path) -> None:

@@ -1,8 +1,4 @@
-"""Results as a netCDF file with checksums, written and read slab by slab, since a study may be larger than the memory.
-
-All numeric arrays are stored in chunks, each with its Fletcher-32 checksum, which the library compares whenever it
-reads: a flipped bit in a finished file raises an error instead of giving a wrong number.
-"""
+"""Results as a netCDF file, by slabs, with Fletcher-32 checksums of chunks that every reading compares."""
 
 from __future__ import annotations
 
@@ -12,7 +8,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Hashable, Iterator
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,11 +32,7 @@ WHOLE_BYTES = 2**25
 
 
 def write(results: xr.Dataset, path: Path) -> None:
-    """Write a dataset to a netCDF file; OSError or RuntimeError where this fails.
-
-    The HDF5 library can end its process where a disk refuses to write or to close, so that (on Linux, where a fork is
-    safe) another process writes; what it says comes back through a pipe.
-    """
+    """Write a dataset in another process (on Linux), since HDF5 can end its own; OSError or RuntimeError on failure."""
     if sys.platform != "linux":
         _write(results, path)
         return
@@ -86,20 +78,15 @@ def _write(results: xr.Dataset, path: Path) -> None:
         store = NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
         small.dump_to_store(store, encoding=encoding)
     if large:
-        _add_large(results, large, path)
-
-
-def _add_large(results: xr.Dataset, names: list[Hashable], path: Path) -> None:
-    """Append variables of every run slab by slab, as xarray would write them."""
-    before = netCDF4.get_chunk_cache()
-    # (slabs are whole chunks, so the library needs no chunk cache, which takes 16 MB for each variable)
-    netCDF4.set_chunk_cache(CHUNK_BYTES, *before[1:])
-    try:
-        with netCDF4.Dataset(path, "a") as file:
-            for name in names:
-                _write_slabs(file, results[name])
-    finally:
-        netCDF4.set_chunk_cache(*before)
+        before = netCDF4.get_chunk_cache()
+        # (slabs are whole chunks, so the library needs no chunk cache, which takes 16 MB for each variable)
+        netCDF4.set_chunk_cache(CHUNK_BYTES, *before[1:])
+        try:
+            with netCDF4.Dataset(path, "a") as target_file:
+                for name in large:
+                    _write_slabs(target_file, results[name])
+        finally:
+            netCDF4.set_chunk_cache(*before)
 
 
 def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
@@ -172,13 +159,6 @@ def _storage(one: xr.Variable) -> dict[str, Any]:
     return {"fletcher32": True, "chunksizes": _pieces(one.shape, one.dtype.itemsize, CHUNK_BYTES)}
 
 
-def _steps(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
-    """The sizes of a slab along each dimension, in whole chunks of the file."""
-    chunk = _pieces(shape, itemsize, CHUNK_BYTES)
-    slab = _pieces(shape, itemsize, SLAB_BYTES)
-    return tuple(min(size, max(1, b // a) * a) for size, a, b in zip(shape, chunk, slab, strict=True))
-
-
 def _pieces(shape: tuple[int, ...], itemsize: int, most: int) -> tuple[int, ...]:
     found: list[int] = []
     left = max(1, most // itemsize)
@@ -191,7 +171,9 @@ def _pieces(shape: tuple[int, ...], itemsize: int, most: int) -> tuple[int, ...]
 
 def _slabs_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:
     """Yield the slabs of a variable, in whole chunks of the file."""
-    yield from _cut(shape, _steps(shape, itemsize))
+    chunk = _pieces(shape, itemsize, CHUNK_BYTES)
+    slab = _pieces(shape, itemsize, SLAB_BYTES)
+    yield from _cut(shape, tuple(min(size, max(1, b // a) * a) for size, a, b in zip(shape, chunk, slab, strict=True)))
 
 
 def rows_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:

@@ -1,7 +1,4 @@
-"""Folders of files that a command writes again and again: the record of what it wrote, and removal of what is stale.
-
-A file is ours if the record names it with the digest of its bytes; no other file is removed or written over.
-"""
+"""Folders that a command writes again and again: only files recorded with their digests are replaced or removed."""
 
 from __future__ import annotations
 

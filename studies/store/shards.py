@@ -86,11 +86,7 @@ class Shards(Runner):
             self._stop.waiting = False
 
     def array(self, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
-        """Make an array for results of all runs, on the disk where it is large; StudyError where the disk is full.
-
-        The file has no name, so that nothing is left of it however this process ends.  Its whole space is allocated at
-        the beginning, so that a disk that fills up later cannot end the process by a signal.
-        """
+        """Make an array for all runs, in a nameless file where large; StudyError if the disk is full."""
         size = math.prod(shape) * np.dtype(dtype).itemsize
         if size <= IN_MEMORY:
             return super().array(shape, dtype)
@@ -112,10 +108,7 @@ class Shards(Runner):
         self._watch.tell(what, done, total)
 
     def reached(self, what: str) -> None:
-        """Keep what an analysis has reached so far in the manifest, where the status of the study finds it.
-
-        A study that goes on repeats its calls from the first one: until it is where it was, what it had reached stays.
-        """
+        """Keep what an analysis has reached in the manifest for its status, unless a repeated call has reached less."""
         manifest = _present(self._folder)
         before = manifest.get(REACHED_AFTER)
         if not isinstance(before, int) or self._calls > before:
@@ -335,10 +328,7 @@ def _packed(work: Work, done: ChunkResult, key: str) -> memoryview:
 
 
 def _read(path: Path, key: str, work: Work, chunk: Chunk, lenient: bool) -> ChunkResult:
-    """Read a chunk's results from its shard; ValueError (or an error of the libraries) where it is damaged.
-
-    `lenient`: the motions of another machine may differ in their last digits, and so the digest in the key.
-    """
+    """Read a chunk from its shard, ValueError where damaged; `lenient`: motions may differ in last digits."""
     content = path.read_bytes()
     name = NAME.fullmatch(path.name)
     if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:

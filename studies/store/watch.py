@@ -35,11 +35,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Stop:
-    """A request to stop the work: after the first one chunks in flight are finished, after the second they are left.
-
-    Within `graceful`, SIGINT, SIGTERM and SIGHUP are requests (in the main thread, where signals can be caught, and
-    unless they are ignored, as by nohup); `number` is the last of them.
-    """
+    """A request to stop the work by a signal: first chunks in flight are finished, the second time they are left."""
 
     def __init__(self) -> None:
         self.number: int = signal.SIGINT
@@ -77,12 +73,7 @@ class Stop:
 
 @dataclass
 class Watch:
-    """Counts of a running study; `total` is the number of all runs, including those that only test other runs.
-
-    `most`: there are so many runs at most, and how many is known at the end.
-    `telling` is called with the progress of the work that follows the runs.  `busy` is the time of all chunks (s, added
-    over threads or workers), `storing` the time of writing them here.
-    """
+    """Counts of a running study; `total` also counts runs that only test others, `busy` and `storing` are seconds."""
 
     total: int
     log: logging.Logger

@@ -109,7 +109,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
 def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: str | None = None) -> Rows | None:
     """Rates of each consequence by place, or its probabilities at a level; None where nothing has a consequence."""
     here = of_model(assessment, model)
-    words = _words(here)
+    words = [str(word) for word in here["consequence"].values] if "consequence" in here.coords else []
     if not words:
         return None
     if level is not None:
@@ -198,10 +198,6 @@ def of_model(dataset: xr.Dataset, model: str | None) -> xr.Dataset:
     """Return the part of a dataset under one model, the first where none is named."""
     labels = [str(one) for one in dataset["model"].values]
     return dataset.isel(model=labels.index(checks.choice("model", model or labels[0], labels)))
-
-
-def _words(here: xr.Dataset) -> list[str]:
-    return [str(word) for word in here["consequence"].values] if "consequence" in here.coords else []
 
 
 def _dashed(title: str, rows: list[tuple[str, ...]], why: str = "nothing there can fall") -> str:

@@ -61,7 +61,8 @@ def amount_spread_rows(results: xr.Dataset) -> Rows | None:
     if not found:
         return None
     rows = []
-    for (name, unit), place in product(found, _places(results)):
+    places = [str(one) for one in results["place"].values]
+    for (name, unit), place in product(found, (places[:1] if len(places) == 2 else places)):
         one = building_spread(results, name, place)
         if not float(one["epistemic_rate"]) > 0.0:
             continue
@@ -95,8 +96,3 @@ def consequence_spread_rows(results: xr.Dataset) -> Rows | None:
 def _share(share: float) -> str:
     """A share of a variance in whole per cent, as its sampling allows."""
     return "below 1 %" if 0.0 < share < 0.005 else whole_percent(share)
-
-
-def _places(results: xr.Dataset) -> list[str]:
-    places = [str(one) for one in results["place"].values]
-    return places[:1] if len(places) == 2 else places

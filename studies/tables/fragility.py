@@ -32,8 +32,7 @@ from ...fragility.risk.modelling import LOWER, UPPER
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import FEW_HELD, few_motions, infinitive_of, reached_of, verb_of
-from ..text.level_advice import other_levels
-from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, within_levels
+from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, other_levels, within_levels
 from ..text.rows import Rows
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
 from .values import Cell, ValueTable, known, with_units
@@ -131,22 +130,17 @@ def risk_table(results: xr.Dataset) -> Table:
                 # (a note says why)
                 once = "[italic]no width[/]" if low == high else years_between(high, low)
                 chances = "[italic]no width[/]" if low == high else chances_between(least, most)
+                found = [value for value in (_low_level(one), one["half_level"].item()) if 0.0 < value < np.inf]
                 cells: tuple[str, ...] = (
                     f"{in_years(rate)} ({once})",
                     chance_text(float(probability_in(np.float64(rate), 1.0))),
                     f"{chance_text(chance)} ({chances})".replace("\u00a0%)", ")"),
-                    _at(one, scale),
+                    " / ".join(two_digits(value / scale) for value in found),
                 )
             else:
                 cells = ("[italic]no curve[/]", "", "", "")
             table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
     return table
-
-
-def _at(one: xr.Dataset, scale: float) -> str:
-    """Return the levels at which one curve reaches the low share, where it is given, and a half."""
-    found = [value for value in (_low_level(one), one["half_level"].item()) if 0.0 < value < np.inf]
-    return " / ".join(two_digits(value / scale) for value in found)
 
 
 def _low_level(one: xr.Dataset) -> float:

@@ -216,11 +216,7 @@ def code_rows(results: xr.Dataset) -> Rows | None:
 
 
 def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> ValueTable:
-    """Return the pieces under one law as values, for a spreadsheet, in the units of the results.
-
-    For a workbook that people read (`readable`) levels are in the unit of the tables, and chances, in per cent,
-    have no unit in their headings.
-    """
+    """Return the pieces under one law as values in SI, or for people (`readable`) in the tables' units and per cent."""
     scale, level = display_unit(results["level"]) if readable else (1.0, str(results["level"].attrs.get("units", "1")))
     money = currency_of(results)
     units = {

@@ -36,13 +36,14 @@ def selection_rows(results: xr.Dataset) -> Rows | None:
         one = results.isel({STRIPE: i})
         bias, ratio = one[f"{PREFIX}bias"], one[f"{PREFIX}sigma_ratio"]
         epsilon = float(one[f"{PREFIX}epsilon"])
+        found = one[f"{PREFIX}bias"].sel({MEASURE: "pgv"})
         rows.append(
             (
                 f"{level / scale:.3g}",
                 "–" if math.isnan(epsilon) else f"{epsilon:.1f}".replace("-", "−"),
                 _furthest(bias, abs(bias), _percent),
                 _furthest(ratio, abs(ratio - 1.0), "× {:.2f}".format),
-                _of_velocity(one),
+                ("not asked" if math.isnan(float(found)) else _percent(float(found))),
                 f"{float(one[f'{PREFIX}factor_least']):.2g}–{float(one[f'{PREFIX}factor_greatest']):.2g}",
                 "yes" if bool(one[f"{PREFIX}consistent"]) else "no",
             )
@@ -66,8 +67,3 @@ def _furthest(values: xr.DataArray, distance: xr.DataArray, form: Callable[[floa
         return "–"
     at = int(np.nanargmax(distance.values))
     return f"{form(float(values[at]))} {measure_name(str(values[MEASURE].values[at]))}"
-
-
-def _of_velocity(one: xr.Dataset) -> str:
-    found = one[f"{PREFIX}bias"].sel({MEASURE: "pgv"})
-    return "not asked" if math.isnan(float(found)) else _percent(float(found))

@@ -127,11 +127,7 @@ def _restitution(block: Block) -> float:
 
 
 def marks_of(results: xr.Dataset) -> NDArray[np.str_]:
-    """Return the marks of the values (block, value) that are not possible for a block, '' for all others.
-
-    A value of e is not possible where an impact needs more friction than there is, and none is for a block that is too
-    squat to rock on after an impact at its edge (its e_R is not positive).
-    """
+    """Return marks of impossible values (block, value): e needs more friction, or the block is too squat."""
     marks = np.full((results.sizes["block"], results.sizes["value"]), "", dtype="<U1")
     own = own_restitution(results)
     if own is None:

@@ -19,11 +19,7 @@ def most_probability(results: xr.Dataset) -> float:
 
 
 def most_rate(results: xr.Dataset) -> float:
-    """Return the largest annual rate of what none of the motions showed at any level.
-
-    The sum over the levels of their annual rates times `most_probability`; shaking above the last level, of which the
-    runs say nothing, counts in full.
-    """
+    """Return the largest unseen annual rate: rates of levels times `most_probability`, and all above the last."""
     probability = most_probability(results)
     above = float(results["level_weight_above"])
     return probability * (float(results["level_weight"].sum()) - above) + above

@@ -19,12 +19,7 @@ ORDERS = {HALF: "that fall first", RATE: "with the highest rates"}
 
 
 def places(results: xr.Dataset, by: str = HALF) -> xr.DataArray:
-    """The rank of each block (and floor), 0 for the block that falls first, under the law that answers are given for.
-
-    By half_level, the blocks that fell in every run come first, because nothing else is known of them; then the blocks
-    with one, from the lowest; then the blocks without one, by the share of their runs that fell.  By rate, the
-    blocks with a rate come first, from the highest, then the rest.
-    """
+    """The rank of each block (and floor) under the answer's law by `half_level` or rate, 0 for the first to fall."""
     one = results.isel(model=reference_law(results)[0])
     value = one[by].transpose("block", ...)
     always = np.zeros(value.shape, bool)

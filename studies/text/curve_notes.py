@@ -247,11 +247,7 @@ class LevelEnd(NamedTuple):
 
 
 def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Return the shares of annual rates that rest on curves where nothing was run, ``below`` and ``above`` the levels.
-
-    A share from above the highest shaking that was run counts as 0 where no curve that rises on from there changes the
-    rate by more than `NOTABLE` (`rate_bounds`). Empty where results do not hold these shares.
-    """
+    """Return shares of annual rates ``below`` and ``above`` run levels, 0 if up to `NOTABLE`; empty without."""
     found = {side: results[name] for side, name in (("below", UNDER), ("above", BEYOND)) if name in results}
     if "above" in found:
         found["above"] = found["above"].where(possible_change(results) > NOTABLE, 0.0)
@@ -259,11 +255,7 @@ def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
-    """Return the least and the greatest rate over the one given, whatever a curve does above the highest shaking run.
-
-    Above it the curve does not fall, and does not exceed 1: with P its probability there and H the annual rate of such
-    shaking, what comes from there lies between P H and H. None where results do not hold what that needs.
-    """
+    """Return least and greatest over given rate: P H to H from above, with P and the rate H at the highest run."""
     if not {BEYOND, AT_HIGHEST, EXCEEDED} <= {*results}:
         return None
     run, share = 1.0 - results[BEYOND], results[EXCEEDED] / results["rate"].where(results["rate"] > 0.0)
@@ -287,12 +279,7 @@ def rate_notes(
     lowest: LevelEnd | None = None,
     of_formula: bool = False,
 ) -> list[str]:
-    """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
-
-    `settled` is the probability of each curve at the highest shaking that was run: where it is nearly 1, the curve
-    is known; `of_formula` is True if the hazard is a formula, whose ends are levels exceeded once and 1e-8 times
-    per year.
-    """
+    """Notes on rates from beyond the hazard curve or the levels; `settled`: probabilities at the highest level."""
     beyond = rates[BEYOND]
     found = []
     under = [] if lowest is None else [(rates[UNDER], rates[UNDER].values > NOTABLE, _unknown_at("below", lowest))]

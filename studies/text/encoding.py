@@ -78,10 +78,7 @@ class _Kept(io.RawIOBase):
 
 
 def write_anything() -> None:
-    """Let standard output and error take every text: no character, closed pipe or full log ends a command.
-
-    What standard output cannot write for another reason, such as a full disk, is an error as before.
-    """
+    """Let standard output and error take every text, closed pipe or full log; a full disk is an error as before."""
     for name, ignored in (("stdout", BrokenPipeError), ("stderr", OSError)):
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):

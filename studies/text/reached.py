@@ -1,16 +1,48 @@
-"""What the shaking that was run has reached: nothing above the highest level is told as if runs had shown it.
-
-A fitted curve goes on above the highest level, but no run says whether the blocks do.  Levels from the runs are
-infinite there, and 0 below the lowest level; ratios of fitted medians and medians of samples follow them here.
-"""
+"""Levels from runs: infinite above the highest run level, 0 below the lowest, with medians, ratios and advice."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from ...core.units import UNITS
 from ...core.wording import interval_text, three_digits
 from .words import NOT_REACHED, axis_of
+
+EVERY = 0.0, math.inf
+
+
+def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float] = EVERY) -> str:
+    """Return what to change in a study file (plain values) so that the shaking reaches higher, or begins lower.
+
+    `run` is the lowest and the highest level that was run (SI): selected stripes beyond them were left out.
+
+    >>> other_levels({"ida": {"levels": {"from": 0.1, "to": 1.0, "number": 5}}}, True)
+    'raise ida.levels.to'
+    >>> other_levels({"ida": {"levels": {"values": [0.1, 0.2]}}}, True)
+    'add higher levels to ida.levels.values'
+    >>> other_levels({"stripes": {}}, False)
+    'add a stripe below the lowest'
+    """
+    if "ida" in study:
+        if isinstance(study["ida"]["levels"], str):  # (adaptive levels look as far as they must)
+            return "allow more motions (until.motions.most)"
+        if study["ida"]["levels"].get("values") is not None:
+            return f"add {'higher' if higher else 'lower'} levels to ida.levels.values"
+        return "raise ida.levels.to" if higher else "lower ida.levels.from"
+    if "stripes" in study:
+        stripes = study["stripes"]
+        if "select" in stripes:
+            lowest, highest = (stripes["at"][end]["level"] * UNITS[stripes["unit"]][0] for end in (0, -1))
+            if highest > run[1] * EDGE if higher else lowest < run[0] / EDGE:
+                return "select the stripes that were left out from more motions, or with a wider stripes.select.factor"
+        return f"add a stripe {'above the highest' if higher else 'below the lowest'}"
+    return f"take {'stronger' if higher else 'weaker'} motions"
+
 
 BELOW = "below all levels"
 """In place of a level below the lowest one that was run."""
@@ -65,10 +97,7 @@ def fraction_text(one: xr.Dataset, p: float, scale: float) -> str:
 
 
 def within_levels(results: xr.Dataset) -> xr.Dataset:
-    """Return results in which fitted medians above the highest level that was run are infinite: not reached.
-
-    Ratios of a median that is not reached are infinite, ratios to one that is not reached are NaN.
-    """
+    """Return results with medians above the highest run level infinite; ratios of them are infinite or NaN."""
     most = highest_level(results)
     if not np.isfinite(most):
         return results

@@ -34,7 +34,7 @@ from toppling.studies.buildings.recommendations import (
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.money.present_value import payback
-from toppling.studies.report.kits import kits_without_effect
+from toppling.studies.report.actions import kits_without_effect
 from toppling.studies.tables.pieces import payback_text
 from toppling.studies.tables.unseen import at_most, at_most_once, most_rate
 

@@ -7,9 +7,8 @@ import pytest
 
 from toppling.fragility.risk.ratios import ratio_of
 from toppling.studies.buildings.recommendations import Range
-from toppling.studies.comparison.answers import answer, reading
-from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity
-from toppling.studies.comparison.tables import rows_of
+from toppling.studies.comparison.compare import answer, reading
+from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity, rows_of
 from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, verdict_of
 
 

@@ -12,8 +12,7 @@ from toppling.studies import StudyError
 from toppling.studies.command.starters import write_starter
 from toppling.studies.file.schema import read_study_file
 from toppling.studies.tables.fragility import hints
-from toppling.studies.text.level_advice import other_levels
-from toppling.studies.text.reached import levels_run
+from toppling.studies.text.reached import levels_run, other_levels
 
 EXAMPLES = Path(tp.__file__).parent / "studies/examples"
 STUDY = """title = "selected"

@@ -10,8 +10,7 @@ from study_texts import IDA, motions
 import toppling as tp
 from toppling.studies.command.verdict import verdict
 from toppling.studies.plan.gains import comparable
-from toppling.studies.report.actions import next_steps
-from toppling.studies.report.kits import restraint_steps
+from toppling.studies.report.actions import next_steps, restraint_steps
 from toppling.studies.report.method import block_rows
 from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.client import client_rows

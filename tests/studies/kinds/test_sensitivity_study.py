@@ -19,7 +19,7 @@ from toppling.studies.plots.sensitivity import (
     sobol_panel,
     tornado_panel,
 )
-from toppling.studies.sensitivity.comparisons import Curves, excess, flipped, swing, trend
+from toppling.studies.sensitivity.findings import Curves, excess, flipped, swing, trend
 
 DELTA = """
 [sensitivity]

@@ -9,9 +9,8 @@ import toppling as tp
 from toppling.models.friction import FixedFriction
 from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
 from toppling.studies import StudyError, assess
-from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.contents import Contents, Inventory, Stand
 from toppling.studies.inventory.reading import read_inventory
-from toppling.studies.inventory.stands import Stand
 from toppling.studies.report.basis import _sentences
 from toppling.studies.report.method import assumptions, study_of
 

@@ -24,7 +24,7 @@ from toppling.studies.inventory.kits import Kit
 from toppling.studies.kits.savings import Shake, kit_savings, with_kit
 from toppling.studies.kits.sets import TARGETS, budget_kits, target_kits
 from toppling.studies.plan.design_shaking import DESIGN_RATE
-from toppling.studies.report.kits import purchases
+from toppling.studies.report.actions import purchases
 from toppling.studies.tables.kits import _share
 
 LAW = tp.HousnerImpact(geometry="linear")

@@ -11,8 +11,7 @@ from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.single.inputs import scene_of
-from toppling.studies.single.run import Simulation
-from toppling.studies.single.surroundings import around_of
+from toppling.studies.single.run import Simulation, around_of
 
 SIZES = ["--width", "30cm", "--height", "1.8m"]
 PULSE = ["one-cycle-sine", "--period", "1s", "--set", "dt_s=0.005"]
