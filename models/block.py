@@ -65,13 +65,6 @@ class Block:
         The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks
         that stand free on a rigid surface.  Rocking does not depend on it.
 
-    Raises
-    ------
-    ValueError
-        A size that is not finite and positive, a depth below the width, a centre of mass outside the block, an inertia
-        factor outside (1, 2], a lean with which the block falls by itself, a restraint without mass, a bed that is too
-        soft for it.
-
     Notes
     -----
     The front is the side of positive rotation, away from a wall; alpha, R, p and e_R are those of the block with its

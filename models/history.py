@@ -140,11 +140,6 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
         turning points are found exactly; peak 0 is theta0, and the list ends with `duration`, the block's rest or its
         last peak outside the elastic zone.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `simulate`; |theta0| >= alpha (it would just fall over).
-
     Examples
     --------
     >>> import toppling as tp

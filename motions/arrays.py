@@ -126,12 +126,6 @@ def from_array(
         ``acceleration`` (motion, time), m s-2, with coordinates ``dt``, ``source``, ``own_amplitude`` and
         ``recorded`` on motion.
 
-    Raises
-    ------
-    ValueError
-        NaN or infinity, an empty array, a wrong shape, dt <= 0, labels of another number or not unique; a labelled
-        array in another unit than m s-2, or whose ``time`` has other steps than dt.
-
     Examples
     --------
     >>> from_array([0.0, 1.0, 0.0], dt=0.01).sizes["time"]

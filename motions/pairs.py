@@ -57,12 +57,6 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         (rad, on motion and component) is that of the coordinates ``azimuth`` of `h1` and `h2`, otherwise 0 and pi/2,
         so that directions count from h1 towards h2; NaN for v.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Arguments that are no labelled motions, floor motions, other numbers of motions, steps or lengths; horizontal
-        components that are not perpendicular.
-
     Examples
     --------
     >>> from toppling import motions
@@ -275,11 +269,6 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
     xarray.DataArray
         The pair with the coordinate ``shakes`` (and ``lifts``, where the vertical component shakes, too), for every
         analysis and for `toppling.motions.measures`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument that `join` did not make, another component, no vertical one where it is to shake.
     """
     _check_pair(pair)
     name = checks.choice("component", component, HORIZONTAL)

@@ -108,12 +108,6 @@ def slide_runs(
         ``fallen_off`` and of ``trips`` are the total over friction.  The attribute ``notes`` names the motions at whose
         end blocks still slide.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Runs or motions that do not go together, a block that is held or uneven, no friction for a block, other values
-        out of range.
-
     Warns
     -----
     ImplausibleInput

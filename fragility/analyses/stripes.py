@@ -87,12 +87,6 @@ def stripes(
         the labels of the dimension); of selections also `hazard_consistent`.  `overturning_probability` counts the runs
         by level.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Numbers of stripes and levels that differ; selections that are not hazard-consistent, of another level or of
-        another measure; otherwise as `toppling.ida`.
-
     Notes
     -----
     Because motions differ between stripes, stripes are independent of each other, whereas the levels of an incremental

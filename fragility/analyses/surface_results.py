@@ -50,11 +50,6 @@ def surface_curves(
     -------
     xarray.Dataset
         The variables of `pooled` on (block, model).
-
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset without surfaces, blocks outside the region (the first one is named), another hazard.
     """
     if not isinstance(surface, xr.Dataset) or surface.attrs.get("design") != POOLED:
         raise ValueError("surface must be a result of toppling.fragility.pooled")

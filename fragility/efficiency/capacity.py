@@ -108,11 +108,6 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
         where none does); `capacity`, their geometric mean, NaN where one end is not known; `stood_above`, True where
         some higher level does not overturn.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Runs without what the state needs or without levels (stripes and clouds), levels that are not positive.
-
     Notes
     -----
     Overturning is not monotonic in the scale of a motion: the capacity is the first overturning at the levels that were

@@ -104,12 +104,6 @@ def rank_measures(
         capacities below the lowest and above the highest level; `stood_above`, of motions with a level above the first
         overturning at which the block stands.  Motions of several floors: a dimension `floor` after (block, model).
 
-    Raises
-    ------
-    TypeError, ValueError
-        No such dataset, or an empty one; a measure that is not known, does not grow with the motion or is zero; one
-        that the runs do not carry, without `motions`; motions without one of the runs' labels.
-
     Notes
     -----
     A capacity is the measure at the first overturning.  It lies between two levels, below the lowest or above the

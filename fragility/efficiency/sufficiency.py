@@ -56,12 +56,6 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
         deviation within stripes.  NaN where fewer than ten runs of the rarer outcome to a covariate tell of it, or the
         covariates separate what fell from what stood.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Runs of another design or without factors, a covariate that they do not hold, one twice or one that does not
-        vary.
-
     Notes
     -----
     logit P = a_stripe + sum of slope_k z_k, z_k = (x_k - mean of the stripe)/spread_k, x the logarithms, by maximum

@@ -57,11 +57,6 @@ def size_for_rate(
         an end of the interval may be infinite: it lies beyond the blocks that were run.  Samples in
         which a block has no rate are left out (samples_used).
 
-    Raises
-    ------
-    TypeError, ValueError
-        No rates on block, fewer than two blocks, two of one size, no coordinate `along`; no target or two.
-
     Notes
     -----
     ln(rate) is linear between neighbouring blocks, without extrapolation.  A sample that crosses the target more than

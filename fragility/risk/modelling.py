@@ -95,11 +95,6 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
         the attribute ``modelling_dispersion``.  Standard errors and fractiles, which hold only for the plain curves,
         are left out.
 
-    Raises
-    ------
-    TypeError, ValueError
-        No dataset of lognormal curves; curves that hold modelling uncertainty already; a negative dispersion.
-
     Notes
     -----
     With ln(median) normal around that of the model, E[Phi(ln(x/median)/beta)] = Phi(ln(x/median)/sqrt(beta² +

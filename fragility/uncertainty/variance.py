@@ -181,11 +181,6 @@ def capacity_variance_shares(
         `rounding_share`, the part of the total variance that the distance of the levels could explain (the variance of
         uniform errors is width²/12).
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `overturning_capacity` and `variance_shares`; fewer than two motions with known capacities throughout.
-
     Notes
     -----
     A capacity below the lowest or above the highest level is not known, and a full factorial admits no missing values:

@@ -98,13 +98,6 @@ def screen(
           share of flags that change, with ``undecided_lower`` and ``undecided_upper``, its 95 % Wilson interval; at
           adaptive levels ``undecided_tested`` (block, model), their number.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Runs of another kind or of sliding blocks, no block, law, level or motion, a block under a law without runs,
-        motions that are not those of the runs, a friction that is neither number nor distribution or is missing for a
-        block, bounds out of order.
-
     Notes
     -----
     Where the motions shake vertically, too, a run in which the floor falls faster than g is ``airborne``: the block

@@ -157,11 +157,6 @@ def over_model(
     xarray.Dataset
         On ``measure`` (pga, pgv, Sa(0.1) …): ``ratio`` of the medians, ``dispersion`` of the ensemble (standard
         deviation of the logarithm) and ``model_dispersion``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `expected_motions` and `toppling.motions.records`; fewer than two motions, a motion of zeros.
     """
     return over_models(motions, scenario, [model], periods)[model]
 
