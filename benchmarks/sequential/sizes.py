@@ -86,11 +86,6 @@ def common_grid() -> Array:
     return np.repeat(x[None], NUMBER, axis=0)
 
 
-def own_grid(known: Truth) -> Array:
-    """Return ln of the levels (block, level) of each block about its median, as if that were known."""
-    return np.asarray(known.rough[:, None] + OWN * known.dispersions[:, None] * np.linspace(-1.0, 1.0, GRID))
-
-
 def by_grid(x: Array, local: bool, motions: int, seed: int) -> Medians:
     """Return the medians by a curve of each block, at ln levels x (block, level) of common motions.
 
@@ -134,10 +129,11 @@ def main(arguments: Sequence[str]) -> None:
     print(HEAD, flush=True)
     for runs in POOLED:
         print(line("one surface", partial(by_surface, runs), runs // EACH, runs, known, replicates), flush=True)
+    own = known.rough[:, None] + OWN * known.dispersions[:, None] * np.linspace(-1.0, 1.0, GRID)
     grids = {
         "20 common levels, curve through all": (common_grid(), False),
         "20 common levels, local fit": (common_grid(), True),
-        "20 levels near each median": (own_grid(known), False),
+        "20 levels near each median": (own, False),
     }
     for label, (x, local) in grids.items():
         for motions in GRID_MOTIONS:

@@ -100,11 +100,6 @@ def p58_regression(width: Any, height: Any) -> Array:
     numpy.ndarray
         exp(1.05) B^1.48 H^-1.07.
 
-    Warns
-    -----
-    ImplausibleInput
-        Sizes outside of what exists, which suggest another unit or an exchange of width and height.
-
     Notes
     -----
     Least squares over the nine rows of `fema_p58` gives 1.0535, 1.4802 and -1.0740, which reproduce them within -3.3 to
@@ -134,11 +129,6 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     -------
     xarray.Dataset
         As `fema_p58`, with extrapolated on ``block``: True where a size lies outside those of the nine rows.
-
-    Warns
-    -----
-    ImplausibleInput
-        Blocks outside of what exists, which suggest another unit or an exchange of width and height.
 
     Examples
     --------
@@ -182,11 +172,6 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
     -------
     xarray.Dataset
         median (m s-2 or m s-1) and dispersion on ``block``; attribute im is ``pga`` or ``pgv``.
-
-    Warns
-    -----
-    ImplausibleInput
-        Blocks outside of what exists, which suggest another unit or an exchange of width and height.
 
     Notes
     -----

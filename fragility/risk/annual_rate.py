@@ -119,11 +119,6 @@ def annual_rate(
         (below); rules, bins or confidence that do not exist; a tabulated curve too short for its rate with
         ``outside="refuse"``; a hazard curve that ends level and is to be extended.
 
-    Warns
-    -----
-    ImplausibleInput
-        Results that a study calls not valid, such as rates mostly from beyond the hazard curve.
-
     Notes
     -----
     rate = integral of P(x) |dH(x)|, in closed form on every piece of the hazard curve (`convolution`): ln H linear in
