@@ -51,11 +51,6 @@ def short(law: str) -> str:
     return f"{name} geometry=exact" if name == "housner" else name
 
 
-def fraction(target: float) -> str:
-    """A target as people say it."""
-    return f"1/{round(1.0 / target)}"
-
-
 def laws_of(rows: Sequence[Row]) -> list[str]:
     """Return the labels of the laws in some rows, in order."""
     return list(dict.fromkeys(row["law"] for row in rows))

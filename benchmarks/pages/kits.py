@@ -200,6 +200,7 @@ def page(found: Kits, fallen: np.ndarray) -> str:
     signs = decided(gains)
     more = int((signs > 0).sum())
     within_step, compared = slack_steps(found)
+    shares = found.kit[:, -1].mean(-1)  # piece, stiffness, slack, strength, site
     widths = np.quantile(transitions(found), [0.25, 0.75, 0.9])
     return template("kits").format(
         motions=NUMBER,
@@ -208,7 +209,13 @@ def page(found: Kits, fallen: np.ndarray) -> str:
         soil=SOIL,
         corners=", ".join(f"{corner:g}" for corner in CORNERS),
         sites=", ".join(f"{name} {ground:g} g" for name, ground in SITES.items()),
-        piece_table=piece_table(),
+        piece_table=body(
+            (
+                *(one.name, f"{one.width:.2f} × {one.height:.2f}", f"{one.mass:.0f}"),
+                *(f"{0.5 * one.mass * STANDARD_GRAVITY:.0f}", one.source),
+            )
+            for one in PIECES
+        ),
         wall_table=body(wall_rows(found)),
         least_table=least_table(found),
         kit_cells=signs.size,
@@ -222,21 +229,12 @@ def page(found: Kits, fallen: np.ndarray) -> str:
         steps=span([after / before for before, after in pairwise(STRENGTHS)], ".1f", " to "),
         within_step=within_step,
         compared=compared,
-        slack_points=100 * slack_points(found),
+        slack_points=100 * np.abs(shares - shares[:, :, :1]).max(),
         ratio_step=RATIOS[1] - RATIOS[0],
         amplitude_step=100 * (AMPLITUDES[1] / AMPLITUDES[0] - 1),
         worse=WORSE,
         band_table=body(band_rows(least(fallen))),
     )
-
-
-def piece_table() -> str:
-    """Return the pieces and where their sizes and masses come from."""
-    return body(
-        (one.name, f"{one.width:.2f} × {one.height:.2f}", f"{one.mass:.0f}", f"{0.5 * one.mass * STANDARD_GRAVITY:.0f}",
-         one.source)
-        for one in PIECES
-    )  # fmt: skip
 
 
 def wall_rows(found: Kits) -> Iterator[tuple[object, ...]]:
@@ -300,12 +298,6 @@ def slack_steps(found: Kits) -> tuple[int, int]:
             near += sum(abs(place - taut) <= 1 for place in slack)
             number += len(slack)
     return near, number
-
-
-def slack_points(found: Kits) -> float:
-    """Return the largest difference that slack makes behind a gap to the share of falls, at one strength."""
-    shares = found.kit[:, -1].mean(-1)  # piece, stiffness, slack, strength, site
-    return float(np.abs(shares - shares[:, :, :1]).max())
 
 
 def least_table(found: Kits) -> str:
