@@ -18,6 +18,7 @@ import xarray as xr
 from ..core import checks
 from ..core.aliases import Array
 from ..core.doubts import warn
+from ..core.units import described
 from .arrays import filter_doubts, records
 
 # Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to
@@ -280,7 +281,7 @@ def _corrected(
         name=motions.name,
         attrs={**motions.attrs, "processing": f"{done}; {note}" if done else note},
     )
-    time = {"units": "s", "long_name": "time"}
+    time = described("time", "s")
     array = array.assign_coords(time=("time", np.arange(found.shape[1]) * step, time))
     if "dt" in motions.coords:
         array = array.assign_coords(dt=("motion", np.full(found.shape[0], step), motions["dt"].attrs))

@@ -209,13 +209,7 @@ def page(found: Kits, fallen: np.ndarray) -> str:
         soil=SOIL,
         corners=", ".join(f"{corner:g}" for corner in CORNERS),
         sites=", ".join(f"{name} {ground:g} g" for name, ground in SITES.items()),
-        piece_table=body(
-            (
-                *(one.name, f"{one.width:.2f} × {one.height:.2f}", f"{one.mass:.0f}"),
-                *(f"{0.5 * one.mass * STANDARD_GRAVITY:.0f}", one.source),
-            )
-            for one in PIECES
-        ),
+        piece_table=piece_table(),
         wall_table=body(wall_rows(found)),
         least_table=least_table(found),
         kit_cells=signs.size,
@@ -235,6 +229,15 @@ def page(found: Kits, fallen: np.ndarray) -> str:
         worse=WORSE,
         band_table=body(band_rows(least(fallen))),
     )
+
+
+def piece_table() -> str:
+    """Return the pieces and where their sizes and masses come from."""
+    return body(
+        (one.name, f"{one.width:.2f} × {one.height:.2f}", f"{one.mass:.0f}", f"{0.5 * one.mass * STANDARD_GRAVITY:.0f}",
+         one.source)
+        for one in PIECES
+    )  # fmt: skip
 
 
 def wall_rows(found: Kits) -> Iterator[tuple[object, ...]]:

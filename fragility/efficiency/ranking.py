@@ -1,8 +1,4 @@
-"""Ranking of intensity measures: efficiency, sufficiency, practicality and proficiency, from one set of runs.
-
-Each motion's first overturning as a factor on the motion converts into every measure exactly, so that one analysis in
-any measure compares them all.
-"""
+"""Ranking of intensity measures: efficiency, sufficiency, practicality and proficiency, from one set of runs."""
 
 from __future__ import annotations
 
@@ -17,7 +13,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Index
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...core.wording import given_percent
 from ...motions.intensity.measure import Measure
 from ..fitting.bootstrap import draw_clusters, percentile_interval
@@ -328,7 +324,7 @@ Column = tuple[NDArray[Any], dict[str, str]]
 
 
 def _column(values: NDArray[Any], long_name: str) -> Column:
-    return values, {"units": DIMENSIONLESS, "long_name": long_name}
+    return values, described(long_name)
 
 
 def _texts(values: Iterable[Any], long_name: str) -> Column:

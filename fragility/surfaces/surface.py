@@ -1,7 +1,4 @@
-"""Surface of lognormal curves: ln median and ln dispersion are polynomials of the blocks' variables.
-
-It knows nothing of blocks and motions: a run is a point of the variables, the ln of its level, and an outcome.
-"""
+"""Surface of lognormal curves: ln median and ln dispersion are polynomials of the blocks' variables."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Joint overturning of many blocks under the same motions, with differences between pieces of one kind.
-
-In a deterministic model pieces that are alike fall together.  Real pieces differ a little: their restitution and
-slenderness are then drawn at random, and only the motion is common to them.
-"""
+"""Joint overturning of many blocks under the same motions, with differences between pieces of one kind."""
 
 from __future__ import annotations
 

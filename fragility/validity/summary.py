@@ -1,8 +1,4 @@
-"""The screen of runs as shares and greatest demands, without a value for every run.
-
-It is for runs that are no dataset on (block, model, level, motion), as `screen` needs them: those of inventories, of
-samples of uncertain blocks, and of laws at many values of a parameter.
-"""
+"""The screen of runs as shares and greatest demands, without a value for every run."""
 
 from __future__ import annotations
 
@@ -12,7 +8,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.units import DIMENSIONLESS
 from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import DOWNWARD, OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
@@ -122,7 +117,7 @@ def summary_screen(
     return xr.Dataset(
         {**found, **few},
         coords={
-            "block": ("block", np.array(labels, dtype=object), {"units": DIMENSIONLESS, "long_name": "block"}),
+            "block": ("block", np.array(labels, dtype=object), described("block")),
             "reason": reason_names(),
             **{name: one for name, one in given.coordinates.items() if name == BED},
         },

@@ -13,6 +13,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
+from ...core.units import described
 from ..arrays import from_array
 from .lines import RecordError, plain
 from .units import PEAK_TOLERANCE, unit_factor
@@ -168,11 +169,11 @@ def _coordinates(components: Sequence[Component]) -> dict[str, Any]:
     for field, long_name in _TEXTS.items():
         texts = [plain(getattr(one, field)) for one in components]
         if any(texts):
-            found[field] = ("motion", np.array(texts, dtype=object), {"units": "1", "long_name": long_name})
+            found[field] = ("motion", np.array(texts, dtype=object), described(long_name))
     for field, (name, units, long_name) in _VALUES.items():
         values = np.array([getattr(one, field) for one in components])
         if np.isfinite(values).any():
-            found[name] = ("motion", values, {"units": units, "long_name": long_name})
+            found[name] = ("motion", values, described(long_name, units))
     return found
 
 
