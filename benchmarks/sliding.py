@@ -27,8 +27,6 @@ TARGET = 2.0
 """Largest cost of a sample of a run in lanes, ns."""
 MEDIAN, DISPERSION, KINETIC = 0.3, 0.3, 0.85
 """Static friction: lognormal median and dispersion; and kinetic over static friction."""
-
-
 SHAKING = {
     "at rest": (0.5, 0.0),
     "weak": (3.5, 0.0),

@@ -77,8 +77,6 @@ SITES = (
     Site("large, far", ((6.5, 25e3, 0.06), (7.5, 35e3, 0.03))),
     Site("mixed", ((5.7, 8e3, 0.08), (6.8, 15e3, 0.03), (7.5, 50e3, 0.02))),
 )
-
-
 CHOICES = ("spectra alone", "one earthquake", "all candidates")
 FURTHER = SITES[1]
 """The site at which floors and supports are compared."""

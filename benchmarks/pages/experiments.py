@@ -243,8 +243,8 @@ def rock_scenes(known: replays.Replays | None) -> str:
     """Changes of the rocks, one at a time."""
     if known is None:
         return "The rocks' table motions were not at hand when this page was made."
-    rows = [(change, fell, slow) for change, fell, slow in explanations.rock_scenes(known)]
-    return markdown(("change", "falls predicted in 321 runs", "of 39 of long period"), rows)
+    heads = ("change", "falls predicted in 321 runs", "of 39 of long period")
+    return markdown(heads, explanations.rock_scenes(known))
 
 
 def scenes(found: Validation) -> str:
