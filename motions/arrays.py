@@ -402,8 +402,7 @@ def floor_coordinates(floors: Sequence[Any], heights: Array | None = None) -> di
     text = "floor, 0 is the ground" if whole else "floor"
     coordinates = {"floor": xr.Variable("floor", labels, described(text))}
     if heights is not None:
-        attributes = described("height above the ground", METRE)
-        coordinates["height"] = xr.Variable("floor", heights, attributes)
+        coordinates["height"] = xr.Variable("floor", heights, described("height above the ground", METRE))
     return coordinates
 
 

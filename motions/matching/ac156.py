@@ -236,8 +236,7 @@ def ac156_acceptance(
     variables["strong_duration"] = xr.Variable("motion", strong, described("D5-95", SECOND))
     pfv = [peak_velocity(one.acceleration, one.dt) for one in plain]
     variables["pfv"] = xr.Variable("motion", pfv, described("peak velocity of the table", VELOCITY))
-    text = described("response spectrum over RRS")
-    variables["ratio"] = xr.Variable(("motion", "frequency"), ratio, text)
+    variables["ratio"] = xr.Variable(("motion", "frequency"), ratio, described("response spectrum over RRS"))
     at = xr.Variable("frequency", frequency, described("natural frequency", HERTZ))
     return xr.Dataset(
         variables,
