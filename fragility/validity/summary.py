@@ -112,8 +112,8 @@ def summary_screen(
         found |= undecided_shares(flips, tuple(given.sizes))
     found["outside"] = shares.outside(found.get("undecided"))
     few, fewest = few_motions(given, limits)
-    described = described_friction(friction, available, labels)
-    told = settings_of(limits, fewest, described, True, 0 if flips is None else flips.tested, given.lifted)
+    of_friction = described_friction(friction, available, labels)
+    told = settings_of(limits, fewest, of_friction, True, 0 if flips is None else flips.tested, given.lifted)
     return xr.Dataset(
         {**found, **few},
         coords={
