@@ -99,11 +99,6 @@ def truth_of(law: Law) -> Truth:
     return Truth(*(one[name].values.astype(bool if name == "overturned" else float) for name in names))
 
 
-def stride() -> int:
-    """Return the number of samples between two stored rotations of the truth."""
-    return int(np.diff(truth_data()["sample"].values[:2])[0])
-
-
 def engine_answer(law: Law, block: Block, shaking: Array, factors: Array, every: int) -> Answer:
     """Return the engine's runs as the rivals' answers; histories are solved run by run, as in `simulate`."""
     oscillator = law.oscillator(block)
@@ -114,7 +109,8 @@ def engine_answer(law: Law, block: Block, shaking: Array, factors: Array, every:
 
 def answers(law: Law, rival: Rival | None, shaking: Array) -> list[Answer]:
     """Return the runs of the truth by one rival, or by the engine (None), with an answer for each block."""
-    factors, every = np.array(TRUTH_FACTORS), stride()
+    # (samples between two stored rotations of the truth)
+    factors, every = np.array(TRUTH_FACTORS), int(np.diff(truth_data()["sample"].values[:2])[0])
     if rival is None:
         return [engine_answer(law, block, shaking, factors, every) for block in TRUTH_BLOCKS.values()]
     return [rival.run(problem(block, law), shaking, DT, factors, every) for block in TRUTH_BLOCKS.values()]

@@ -16,7 +16,7 @@ from .measure import ENGINE, Row
 from .pages.tables import table as markdown
 from .sliding import TARGET as SLIDING_TARGET
 from .speed import EXACT_GEOMETRY, exact_over_linear
-from .tables import INTEGRATORS, RIGHT, TABLES, TARGETS, error, fraction, next_right, percent, short
+from .tables import INTEGRATORS, RIGHT, TABLES, TARGETS, error, next_right, percent, short
 
 PAGE, DATA, FIGURE = "performance.md", "integrators.csv", "work_precision.png"
 CONSTANTS = {
@@ -75,8 +75,10 @@ def text(results: Row) -> str:
     environment.filters |= {
         "each": lambda rows, name: [row[name] for row in rows],
         "error": error,
-        "fraction": fraction,
-        "groupby_name": _by_name,
+        "fraction": lambda target: f"1/{round(1.0 / target)}",
+        "groupby_name": lambda rows: [
+            (name, [row for row in rows if row["name"] == name]) for name in dict.fromkeys(row["name"] for row in rows)
+        ],
         "met": lambda value, target: "met" if value <= target else "**missed**",
         "percent": percent,
         "short": short,
@@ -143,9 +145,3 @@ def _of_flags(rows: list[Row]) -> Row:
         for name, of in (("mean", "median_mean"), ("most_moved", "median_largest"))
     }
     return {**most, "flags": [{**row, "wrong_percent": 100.0 * row["wrong"] / row["runs"]} for row in rows]}
-
-
-def _by_name(rows: list[Row]) -> list[tuple[str, list[Row]]]:
-    """Return the rows by integrator, in their first order."""
-    names = list(dict.fromkeys(row["name"] for row in rows))
-    return [(name, [row for row in rows if row["name"] == name]) for name in names]

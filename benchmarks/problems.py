@@ -27,6 +27,7 @@ TRUTH_FILE = Path(__file__).with_name("truth.nc")
 
 DT = 0.005
 DURATION = 20.0
+SHAKING = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=RiseStrongDecay(2.0, 10.0, 0.2))
 LAWS: tuple[Law, ...] = (
     DiscreteDamping(e=0.9),
     DiscreteDamping(e=0.9, rest="rigid"),
@@ -91,11 +92,8 @@ def problem(block: Block, law: Law) -> Problem:
 
 def record() -> Array:
     """Return the record, m/s², peak 1 g: filtered noise (omega_g = 15 rad/s, xi_g = 0.6, high-pass), 20 s, 0.005 s."""
-    envelope = RiseStrongDecay(2.0, 10.0, 0.2)
-    shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=envelope)
-    return np.ascontiguousarray(
-        scale_to(shaking.sample(1, seed=5), STANDARD_GRAVITY).values[0, : round(DURATION / DT) + 1]
-    )
+    scaled = scale_to(SHAKING.sample(1, seed=5), STANDARD_GRAVITY)
+    return np.ascontiguousarray(scaled.values[0, : round(DURATION / DT) + 1])
 
 
 def typical() -> list[Block]:

@@ -16,9 +16,8 @@ import xarray as xr
 from ..core.units import STANDARD_GRAVITY
 from ..fragility import ida
 from ..models import DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, runs
-from ..motions import CloughPenzien, RiseStrongDecay
 from .measure import Row, in_a_process
-from .problems import DT, DURATION, typical
+from .problems import SHAKING, typical
 from .whole import bound
 
 THREADS = 2
@@ -48,8 +47,7 @@ def scale(sizes: Sequence[int] = SIZES) -> Row:
 
 def ensemble(number: int) -> list[xr.DataArray]:
     """Return motions in arrays of a hundred, so that no more memory than their own is needed."""
-    shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=RiseStrongDecay(2.0, 10.0, 0.2))
-    return [shaking.sample(min(_AT_ONCE, number - first), seed=3, first=first) for first in range(0, number, _AT_ONCE)]
+    return [SHAKING.sample(min(_AT_ONCE, number - first), seed=3, first=first) for first in range(0, number, _AT_ONCE)]
 
 
 def analyse(motions: list[xr.DataArray], threads: int = THREADS) -> xr.Dataset:

@@ -27,8 +27,6 @@ TARGET = 2.0
 """Largest cost of a sample of a run in lanes, ns."""
 MEDIAN, DISPERSION, KINETIC = 0.3, 0.3, 0.85
 """Static friction: lognormal median and dispersion; and kinetic over static friction."""
-
-
 SHAKING = {
     "at rest": (0.5, 0.0),
     "weak": (3.5, 0.0),
@@ -75,7 +73,7 @@ def newmark(number: int = 10, refined: tuple[int, ...] = REFINED) -> Row:
         package = import_module("pyslammer")
     except ImportError as error:
         return {"missing": f"pyslammer: {error}", "rows": [], "motions": number}
-    shaking = [_quiet(one.acceleration, one.dt) for one in motions(number)]
+    shaking = [np.append(one.acceleration, np.zeros(round(QUIET / one.dt))) for one in motions(number)]
     dt = motions(1)[0].dt
     rows = []
     for ratio in RATIOS:
@@ -96,10 +94,6 @@ def newmark(number: int = 10, refined: tuple[int, ...] = REFINED) -> Row:
         [partial(_engine, shaking[0], dt, level), partial(_pyslammer, package, shaking[0], dt, level)], repeats=3
     )
     return {"missing": "", "rows": rows, "motions": number, "costs": taken}
-
-
-def _quiet(record: Array, dt: float) -> Array:
-    return np.append(record, np.zeros(round(QUIET / dt)))
 
 
 def _finer(record: Array, steps: int) -> Array:

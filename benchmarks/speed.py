@@ -10,10 +10,10 @@ import numpy as np
 from ..core.aliases import Array
 from ..models import Block, Law
 from ..models.runs import run_many
-from ..motions import CloughPenzien, RiseStrongDecay, records
+from ..motions import records
 from ..motions.arrays import Record
 from .measure import Row, is_rigid, oscillators, seconds
-from .problems import CASES, DT, DURATION, LAWS, problem, record
+from .problems import CASES, DT, LAWS, SHAKING, problem, record
 from .rivals.fixed_steps import Rival, runge_kutta, runge_kutta_at_rest
 
 YARDSTICK = runge_kutta_at_rest()
@@ -23,9 +23,7 @@ EXACT_GEOMETRY, LINEAR_GEOMETRY = "housner e=0.9", "housner e=0.9 geometry=linea
 
 def motions(number: int, seed: int = 0) -> list[Record]:
     """Return simulated motions of the benchmark's kind."""
-    envelope = RiseStrongDecay(2.0, 10.0, 0.2)
-    shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=envelope)
-    return records(shaking.sample(number, seed=seed))
+    return records(SHAKING.sample(number, seed=seed))
 
 
 def speed(

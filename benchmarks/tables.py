@@ -51,20 +51,10 @@ def short(law: str) -> str:
     return f"{name} geometry=exact" if name == "housner" else name
 
 
-def fraction(target: float) -> str:
-    """A target as people say it."""
-    return f"1/{round(1.0 / target)}"
-
-
-def laws_of(rows: Sequence[Row]) -> list[str]:
-    """Return the labels of the laws in some rows, in order."""
-    return list(dict.fromkeys(row["law"] for row in rows))
-
-
 def _speed(rows: Sequence[Row]) -> Iterator[Rows]:
     headings = ("engine", "RK4", "ratio", "passing over rest")
     lines = []
-    for law in laws_of(rows):
+    for law in dict.fromkeys(row["law"] for row in rows):
         cells = []
         for row in (row for row in rows if row["law"] == law):
             cells += [cost(row["engine"]), cost(row["yardstick"])]
@@ -76,7 +66,7 @@ def _speed(rows: Sequence[Row]) -> Iterator[Rows]:
 
 
 def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
-    laws = laws_of(rows)
+    laws = list(dict.fromkeys(row["law"] for row in rows))
     known = {(row["scene"], row["law"]): (f"{row['cost']:.1f}", f"{row['ratio']:.2f}") for row in rows}
     lines = [
         (scene, *(cell for law in laws for cell in known.get((scene, law), ("–", "–"))))

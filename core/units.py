@@ -40,6 +40,12 @@ UNITS: Final[dict[str, tuple[float, str]]] = {
 }
 """SI value and SI unit of each unit that a column of a file, or a value on the command line, may have."""
 
+
+def described(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:
+    """Return the attributes of a labelled array: its unit and its long name."""
+    return {"units": units, "long_name": long_name}
+
+
 SCHEMA: Final = 1
 """Version number of the layout of datasets and result files; raised when a name, a dimension or a meaning changes."""
 

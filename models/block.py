@@ -1,7 +1,4 @@
-"""The block: Housner's parameters from its sizes, and what stands around it or holds it.
-
-The module does not depend on damping laws or motions; all quantities are in SI units.
-"""
+"""The block: Housner's parameters from its sizes, and what stands around it or holds it."""
 
 from __future__ import annotations
 
@@ -64,13 +61,6 @@ class Block:
     edge : Edge, optional
         The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks
         that stand free on a rigid surface.  Rocking does not depend on it.
-
-    Raises
-    ------
-    ValueError
-        A size that is not finite and positive, a depth below the width, a centre of mass outside the block, an inertia
-        factor outside (1, 2], a lean with which the block falls by itself, a restraint without mass, a bed that is too
-        soft for it.
 
     Notes
     -----
@@ -415,17 +405,11 @@ def describe_block(block: Block) -> dict[str, Any]:
         "height": block.height,
         "cm_height": block.cm_height,
         "inertia_factor": block.inertia_factor,
-        **describe_plan(block),
+        **({} if block.depth is None else {"depth": block.depth}),
+        **({"round": True} if block.depth is not None and block.round else {}),
         **describe_scene(block),
         **({} if block.edge is None else {"edge": describe_edge(block.edge)}),
     }
-
-
-def describe_plan(block: Block) -> dict[str, Any]:
-    """Return the depth of a block (m) and whether it is round, as plain values; empty where the depth is not known."""
-    if block.depth is None:
-        return {}
-    return {"depth": block.depth, **({"round": True} if block.round else {})}
 
 
 def describe_scene(block: Block) -> dict[str, Any]:

@@ -31,11 +31,6 @@ class BlockArray:
         Coefficients of restitution, 0 < e <= 1, and half widths of the elastic zones over alpha, 0 < delta < 1, that
         pooled curves take instead of those of the damping laws.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Columns of different lengths, values out of range (the first such block is named), names used twice.
-
     Notes
     -----
     alpha, R, p as of `Block`, whose sizes and properties these are; `own` holds e and delta where they are given.

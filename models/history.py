@@ -22,6 +22,7 @@ from ..core.units import (
     SECOND,
     STANDARD_GRAVITY,
     VELOCITY,
+    described,
     provenance,
 )
 from .block import Block, describe_block
@@ -140,11 +141,6 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
         turning points are found exactly; peak 0 is theta0, and the list ends with `duration`, the block's rest or its
         last peak outside the elastic zone.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `simulate`; |theta0| >= alpha (it would just fall over).
-
     Examples
     --------
     >>> import toppling as tp
@@ -170,9 +166,9 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
     peak = np.arange(rotations.size)
     return dataset.assign(
         impacts=((), impacts, dataset["impacts"].attrs),
-        peak_rotations=("peak", rotations, {"units": RADIAN, "long_name": "absolute rotation at turning points"}),
-        peak_times=("peak", times, {"units": SECOND, "long_name": "time of turning points"}),
-    ).assign_coords(peak=("peak", peak, {"units": DIMENSIONLESS, "long_name": "number of the turning point"}))
+        peak_rotations=("peak", rotations, described("absolute rotation at turning points", RADIAN)),
+        peak_times=("peak", times, described("time of turning points", SECOND)),
+    ).assign_coords(peak=("peak", peak, described("number of the turning point")))
 
 
 def _free_peaks(
@@ -274,10 +270,10 @@ def _histories(
     angular_acceleration = forcing - damping - restoring
 
     def on_time(values: Array, units: str, long_name: str) -> tuple[str, Array, Any]:
-        return "time", values, {"units": units, "long_name": long_name}
+        return "time", values, described(long_name, units)
 
     def scalar(value: Any, units: str, long_name: str) -> tuple[tuple[()], Any, Any]:
-        return (), value, {"units": units, "long_name": long_name}
+        return (), value, described(long_name, units)
 
     lifted = "vertical acceleration of the floor, upward"
     sides = {}
@@ -373,18 +369,12 @@ def _slide_history(
     }
     return xr.Dataset(
         {
-            **{
-                name: ("time", values, {"units": units, "long_name": text})
-                for name, (values, units, text) in series.items()
-            },
-            **{
-                name: ((), value, {"units": LABELS[name][0], "long_name": LABELS[name][1]})
-                for name, value in results.items()
-            },
+            **{name: ("time", values, described(text, units)) for name, (values, units, text) in series.items()},
+            **{name: ((), value, described(LABELS[name][1], LABELS[name][0])) for name, value in results.items()},
             "mode": ((), mode.value, MODE),
             **({} if fell is None else {FALLEN_OFF: ((), fell, OF_FALLEN_OFF)}),
         },
-        coords={"time": ("time", time, {"units": SECOND, "long_name": "time"})},
+        coords={"time": ("time", time, described("time", SECOND))},
         attrs={
             "title": "History of a sliding block",
             "block": block.label,

@@ -21,13 +21,13 @@ from ..core import checks
 from ..core.aliases import Array, Flags
 from ..core.doubts import Doubt, warn
 from ..core.labelled import spare_dask
-from ..core.units import ACCELERATION, METRE, RADIAN, SECOND
+from ..core.units import ACCELERATION, METRE, RADIAN, SECOND, described
 
 spare_dask()
 
-RECORDED = {"units": "1", "long_name": "whether the motion was read from a file, and not generated"}
-OWN_AMPLITUDE = {"units": "1", "long_name": "whether the amplitude is the motion's own and no parameter"}
-AS_GIVEN = {"units": "1", "long_name": "motion as given"}
+RECORDED = described("whether the motion was read from a file, and not generated")
+OWN_AMPLITUDE = described("whether the amplitude is the motion's own and no parameter")
+AS_GIVEN = described("motion as given")
 RECORD, POLARITY = "record", "polarity"
 """Coordinates of runs: the label of the motion as given, and the sign with which it is run."""
 DRAW = "draw"
@@ -126,12 +126,6 @@ def from_array(
         ``acceleration`` (motion, time), m s-2, with coordinates ``dt``, ``source``, ``own_amplitude`` and
         ``recorded`` on motion.
 
-    Raises
-    ------
-    ValueError
-        NaN or infinity, an empty array, a wrong shape, dt <= 0, labels of another number or not unique; a labelled
-        array in another unit than m s-2, or whose ``time`` has other steps than dt.
-
     Examples
     --------
     >>> from_array([0.0, 1.0, 0.0], dt=0.01).sizes["time"]
@@ -172,10 +166,10 @@ def from_array(
         values,
         dims=("motion", "time"),
         coords={
-            "motion": ("motion", np.array(names, dtype=object), {"units": "1", "long_name": "motion"}),
-            "time": ("time", np.arange(values.shape[1]) * step, {"units": SECOND, "long_name": "time"}),
-            "dt": ("motion", np.full(n, step), {"units": SECOND, "long_name": "time step"}),
-            "source": ("motion", np.array(sources, dtype=object), {"units": "1", "long_name": "source of the motion"}),
+            "motion": ("motion", np.array(names, dtype=object), described("motion")),
+            "time": ("time", np.arange(values.shape[1]) * step, described("time", SECOND)),
+            "dt": ("motion", np.full(n, step), described("time step", SECOND)),
+            "source": ("motion", np.array(sources, dtype=object), described("source of the motion")),
             "own_amplitude": ("motion", np.full(n, own_amplitude), OWN_AMPLITUDE),
             "recorded": ("motion", np.full(n, recorded), RECORDED),
         },
@@ -341,18 +335,18 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     labels = np.array([record.label for record in plain], dtype=object)
     sources = np.array([record.source for record in plain], dtype=object)
     coordinates = {
-        "motion": xr.Variable("motion", labels, {"units": "1", "long_name": "motion"}),
-        "dt": xr.Variable("motion", [r.dt for r in plain], {"units": SECOND, "long_name": "time step"}),
-        "duration": xr.Variable("motion", [r.duration for r in plain], {"units": SECOND, "long_name": "duration"}),
-        "source": xr.Variable("motion", sources, {"units": "1", "long_name": "source of the motion"}),
+        "motion": xr.Variable("motion", labels, described("motion")),
+        "dt": xr.Variable("motion", [r.dt for r in plain], described("time step", SECOND)),
+        "duration": xr.Variable("motion", [r.duration for r in plain], described("duration", SECOND)),
+        "source": xr.Variable("motion", sources, described("source of the motion")),
         "own_amplitude": xr.Variable("motion", [record.own_amplitude for record in plain], OWN_AMPLITUDE),
     }
     if any(record.floor for record in plain):
         floors = np.array([record.floor for record in plain], dtype=object)
-        coordinates["floor"] = xr.Variable("motion", floors, {"units": "1", "long_name": "floor"})
+        coordinates["floor"] = xr.Variable("motion", floors, described("floor"))
     if any(record.axes for record in plain):
         text = "azimuth of the blocks' width, clockwise from north"
-        coordinates["azimuth"] = xr.Variable("motion", [r.azimuth for r in plain], {"units": RADIAN, "long_name": text})
+        coordinates["azimuth"] = xr.Variable("motion", [r.azimuth for r in plain], described(text, RADIAN))
     if any(record.reverse_of for record in plain):
         given = np.array([record.given for record in plain], dtype=object)
         coordinates[RECORD] = xr.Variable("motion", given, AS_GIVEN)
@@ -360,7 +354,7 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     if any(record.vertical is not None for record in plain):
         down = [0.0 if record.vertical is None else -float(record.vertical.min()) for record in plain]
         text = "greatest downward acceleration of the vertical component"
-        coordinates[DOWNWARD] = xr.Variable("motion", down, {"units": ACCELERATION, "long_name": text})
+        coordinates[DOWNWARD] = xr.Variable("motion", down, described(text, ACCELERATION))
     return coordinates
 
 
@@ -398,7 +392,7 @@ def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
 def polarity_coordinate(reversed_ones: Flags) -> xr.Variable:
     """Return the polarity of motions (motion,): 1 as given, -1 for those that are reverses."""
     signs = np.where(reversed_ones, -1, 1).astype(np.int8)
-    return xr.Variable("motion", signs, {"units": "1", "long_name": "1 for a motion as given, -1 for its reverse"})
+    return xr.Variable("motion", signs, described("1 for a motion as given, -1 for its reverse"))
 
 
 def floor_coordinates(floors: Sequence[Any], heights: Array | None = None) -> dict[str, xr.Variable]:
@@ -406,10 +400,9 @@ def floor_coordinates(floors: Sequence[Any], heights: Array | None = None) -> di
     whole = all(isinstance(one, int) for one in floors)
     labels = np.array(list(floors), dtype=np.int64 if whole else object)
     text = "floor, 0 is the ground" if whole else "floor"
-    coordinates = {"floor": xr.Variable("floor", labels, {"units": "1", "long_name": text})}
+    coordinates = {"floor": xr.Variable("floor", labels, described(text))}
     if heights is not None:
-        attributes = {"units": METRE, "long_name": "height above the ground"}
-        coordinates["height"] = xr.Variable("floor", heights, attributes)
+        coordinates["height"] = xr.Variable("floor", heights, described("height above the ground", METRE))
     return coordinates
 
 
@@ -429,11 +422,11 @@ def floor_array(
         values,
         dims=("motion", "floor", "time"),
         coords={
-            "motion": ("motion", labels, {"units": "1", "long_name": "motion"}),
+            "motion": ("motion", labels, described("motion")),
             **floor_coordinates(floors, heights),
-            "time": ("time", time, {"units": SECOND, "long_name": "time"}),
-            "dt": ("motion", np.full(len(labels), dt), {"units": SECOND, "long_name": "time step"}),
-            "source": ("motion", sources, {"units": "1", "long_name": "source of the motion"}),
+            "time": ("time", time, described("time", SECOND)),
+            "dt": ("motion", np.full(len(labels), dt), described("time step", SECOND)),
+            "source": ("motion", sources, described("source of the motion")),
             "own_amplitude": ("motion", np.array(own), OWN_AMPLITUDE),
         },
         name="acceleration",

@@ -18,6 +18,7 @@ import xarray as xr
 from ..core import checks
 from ..core.aliases import Array
 from ..core.doubts import warn
+from ..core.units import described
 from .arrays import filter_doubts, records
 
 # Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to
@@ -39,12 +40,6 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
         Dims (motion, time), m s-2.
     order : int, 0 to 10
         0 subtracts the mean (the offset of a K-NET record), 1 the straight line, and so on.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument without labelled motions, an order that is no whole number from 0 to 10 or not below the number of
-        samples.
 
     Examples
     --------
@@ -88,11 +83,6 @@ def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zer
         True runs the filter forwards and backwards: no phase shift, twice the order, -6 dB at the corners.  False runs
         it forwards only: causal, -3 dB at the corners.
 
-    Raises
-    ------
-    TypeError, ValueError
-        An argument without labelled motions, corners out of order or beyond the Nyquist frequency.
-
     Notes
     -----
     For the filter in both directions the record is padded with zeros of 1.5 order / low seconds on either side, which
@@ -128,13 +118,7 @@ def lowpass(motions: xr.DataArray, high: float, order: int = 4, zero_phase: bool
 
 
 def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
-    """Taper each motion at both ends with a half cosine of `duration` seconds.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument without labelled motions, a duration <= 0 or above half that of the motions.
-    """
+    """Taper each motion at both ends with a half cosine of `duration` seconds."""
     values, dt = _values(motions)
     n = values.shape[1]
     length = checks.number("duration", duration, above=0.0, at_most=0.5 * (n - 1) * dt, unit="s")
@@ -143,13 +127,7 @@ def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
 
 
 def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
-    """Pad each motion with zeros: `before` and `after` seconds of them (rounded up to whole steps).
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument without labelled motions, a negative length, more than 50 million samples.
-    """
+    """Pad each motion with zeros: `before` and `after` seconds of them (rounded up to whole steps)."""
     values, dt = _values(motions)
     steps = [
         int(np.ceil(checks.number(name, value, at_least=0.0, at_most=1e6, unit="s") / dt - 1e-6))
@@ -164,12 +142,6 @@ def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> 
 
     Motions in one array are taken as the components of one record: all keep the same window, from the earliest start to
     the latest stop, so that they stay simultaneous.  An offset counts as shaking: subtract it first (`baseline`).
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument without labelled motions, fractions that are not 0 <= low < high <= 1, a motion that is zero
-        throughout.
 
     References
     ----------
@@ -201,11 +173,6 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
         is taken as zero, and the filter rings at a step there.
     dt : float
         New step, s.  Its ratio to the old step must be a ratio of two whole numbers up to 10,000.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument without labelled motions, dt <= 0, steps in no such ratio, fewer than two samples left.
 
     Notes
     -----
@@ -314,7 +281,7 @@ def _corrected(
         name=motions.name,
         attrs={**motions.attrs, "processing": f"{done}; {note}" if done else note},
     )
-    time = {"units": "s", "long_name": "time"}
+    time = described("time", "s")
     array = array.assign_coords(time=("time", np.arange(found.shape[1]) * step, time))
     if "dt" in motions.coords:
         array = array.assign_coords(dt=("motion", np.full(found.shape[0], step), motions["dt"].attrs))

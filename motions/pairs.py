@@ -14,13 +14,13 @@ from ..core import checks
 from ..core.aliases import Array
 from ..core.doubts import Doubt, first_of, warn
 from ..core.streams import stream
-from ..core.units import DIMENSIONLESS, RADIAN
+from ..core.units import RADIAN, described
 from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
 from .plausibility import pair_doubts
 from .readers.directions import direction_of, header_of, of_file, said_of
 from .readers.lines import RecordError
 
-AZIMUTH = {"units": RADIAN, "long_name": "azimuth of the component, clockwise from north"}
+AZIMUTH = described("azimuth of the component, clockwise from north", RADIAN)
 RANDOM = "random"
 """Azimuth that is drawn for each motion."""
 ZERO = 1e-15
@@ -56,12 +56,6 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         ``acceleration`` (motion, component, time), labelled as `h1`; ``component`` is h1, h2 (and v).  ``azimuth``
         (rad, on motion and component) is that of the coordinates ``azimuth`` of `h1` and `h2`, otherwise 0 and pi/2,
         so that directions count from h1 towards h2; NaN for v.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Arguments that are no labelled motions, floor motions, other numbers of motions, steps or lengths; horizontal
-        components that are not perpendicular.
 
     Examples
     --------
@@ -110,7 +104,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
     )
     names = np.array(list(given), dtype=object)
     return array.assign_coords(
-        component=("component", names, {"units": "1", "long_name": "component of the recording"}),
+        component=("component", names, described("component of the recording")),
         azimuth=(("motion", "component"), azimuths, AZIMUTH),
     )
 
@@ -252,7 +246,7 @@ def _along_blocks(
             turns = [stream(number, index + i, 1).uniform(0.0, 2.0 * math.pi) for i in range(n)]
         else:
             turns = [angle] * n
-        told = {"units": DIMENSIONLESS, "long_name": "how the components shake"}
+        told = described("how the components shake")
         found.append(_turned(shaken, np.array(turns)).assign_coords(shakes=((), shakes, told)))
         index += n
     return found
@@ -275,11 +269,6 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
     xarray.DataArray
         The pair with the coordinate ``shakes`` (and ``lifts``, where the vertical component shakes, too), for every
         analysis and for `toppling.motions.measures`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument that `join` did not make, another component, no vertical one where it is to shake.
     """
     _check_pair(pair)
     name = checks.choice("component", component, HORIZONTAL)
@@ -287,8 +276,8 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
         raise TypeError(f"vertical must be True or False, got {vertical!r:.40}")
     if vertical and VERTICAL not in pair["component"].values:
         raise ValueError("vertical needs the vertical component of the recording: motions.join(h1, h2, vertical)")
-    one = {"shakes": ((), name, {"units": "1", "long_name": "component that shakes"})}
-    lifts = ((), True, {"units": "1", "long_name": "whether the vertical component shakes, too"})
+    one = {"shakes": ((), name, described("component that shakes"))}
+    lifts = ((), True, described("whether the vertical component shakes, too"))
     return pair.drop_vars(LIFTS, errors="ignore").assign_coords({**one, **({LIFTS: lifts} if vertical else {})})
 
 

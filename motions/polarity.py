@@ -1,8 +1,4 @@
-"""Polarities: a motion as it was recorded, and the same motion from the other side.
-
-A block with a wall, a restraint, an offset or a lean answers a motion and its reverse differently, and nothing says
-which of the two reaches it.
-"""
+"""Polarities: a motion as it was recorded, and the same motion from the other side."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..core import checks
-from ..core.units import DIMENSIONLESS
+from ..core.units import described
 from .arrays import REVERSE_OF, VERTICAL, Record, records
 
 AS_RECORDED, BOTH = "as recorded", "both"
@@ -54,8 +50,8 @@ def both_polarities(motions: Any) -> Any:
     if "component" in array.dims:  # (the vertical acceleration stays: a block is turned round, and not upside down)
         signs = signs.where(array["component"] != VERTICAL, 1.0)
     twice = array.isel(motion=np.repeat(np.arange(n), 2))
-    of = {"units": DIMENSIONLESS, "long_name": "motion that this one reverses, empty for a motion as given"}
-    named = {"units": DIMENSIONLESS, "long_name": "motion"}
+    of = described("motion that this one reverses, empty for a motion as given")
+    named = described("motion")
     both = [name for label in labels for name in (label, label + REVERSED)]
     reverse_of = [name for label in labels for name in ("", label)]
     return twice.copy(data=(twice * signs).transpose(*twice.dims).values).assign_coords(

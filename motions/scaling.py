@@ -43,11 +43,6 @@ def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") ->
 
     `im` is a measure or its name (`measure_named`).
 
-    Raises
-    ------
-    ValueError
-        A target <= 0, an unknown measure or one that does not grow with the motion, a motion whose measure is zero.
-
     Examples
     --------
     >>> from toppling import motions

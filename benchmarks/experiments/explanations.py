@@ -27,29 +27,22 @@ ROOF = Building.flexural_shear(1.0, alpha0=5.0, storeys=10)
 """A building of ten storeys with a period of 1 s, for motions of its roof."""
 
 
-class RockScene(NamedTuple):
-    """A change of the rocks."""
-
-    change: str
-    block: Block
-    law: HousnerImpact = HousnerImpact()
-
-
 MIDDLE_WIDTH = HALF_WIDTHS[len(HALF_WIDTHS) // 2]
 MIDDLE = rock(MIDDLE_WIDTH)
-ROCKS = (
-    RockScene("as predicted blindly, middle half-width", MIDDLE),
-    *(
-        RockScene(f"restitution: {factor:g} times Housner's", MIDDLE, HousnerImpact(restitution_factor=factor))
+HOUSNER = HousnerImpact()
+ROCKS = {
+    "as predicted blindly, middle half-width": (MIDDLE, HOUSNER),
+    **{
+        f"restitution: {factor:g} times Housner's": (MIDDLE, HousnerImpact(restitution_factor=factor))
         for factor in (0.9, 0.95, 1.03)
-    ),
-    *(
-        RockScene(f"radius of gyration: square of {square:g} m2", rock(MIDDLE_WIDTH, square))
+    },
+    **{
+        f"radius of gyration: square of {square:g} m2": (rock(MIDDLE_WIDTH, square), HOUSNER)
         for square in (0.053, 0.06)
-    ),
-    RockScene("mass centre 10 % higher", rock(MIDDLE_WIDTH, centre=1.1 * CM_HEIGHT)),
-    *(RockScene(f"support: half-width {1000.0 * width:g} mm", rock(width)) for width in (0.038, 0.033, 0.028)),
-)
+    },
+    "mass centre 10 % higher": (rock(MIDDLE_WIDTH, centre=1.1 * CM_HEIGHT), HOUSNER),
+    **{f"support: half-width {1000.0 * width:g} mm": (rock(width), HOUSNER) for width in (0.038, 0.033, 0.028)},
+}
 """Changes of the rocks, one at a time."""
 
 
@@ -58,9 +51,9 @@ def rock_scenes(replays: Replays) -> list[tuple[str, int, int]]:
     motions = table_motions(replays.runs)
     slow = np.array([run.ratio >= LONG_PERIOD for run in replays.runs])
     found = []
-    for scene in ROCKS:
-        flags = fallen([scene.block], motions, scene.law)[0]
-        found.append((scene.change, int(flags.sum()), int(flags[slow].sum())))
+    for change, (block, law) in ROCKS.items():
+        flags = fallen([block], motions, law)[0]
+        found.append((change, int(flags.sum()), int(flags[slow].sum())))
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.aliases import Array, Flags, Index
 from ...core.streams import stream
-from .scores import SURE, Threshold, best_threshold
+from .scores import SURE, best_threshold
 
 RESAMPLES, SEED = 400, 1
 """Resamples of the records of a half for the interval of what is fitted on it, and their seed."""
@@ -102,9 +102,9 @@ def _on_other(measure: Array, overturned: Flags, own: Flags, other: Flags) -> fl
     """Return the share of a half that the best threshold of the other half gets right."""
     if not other.any() or not np.isfinite(measure[other]).any():
         return float("nan")
-    threshold: Threshold = best_threshold(measure[other], overturned[other])
+    threshold, _ = best_threshold(measure[other], overturned[other])
     known = own & np.isfinite(measure)
-    return _share(((measure >= threshold.value) == overturned)[known])
+    return _share(((measure >= threshold) == overturned)[known])
 
 
 def _share(flags: Flags) -> float:

@@ -105,7 +105,7 @@ def _overturned(experiment: Experiment, measured: Measured | None = None) -> Pre
         shares += [one * not_sliding(experiment, block, measured) for one, block in zip(fallen, blocks, strict=True)]
     lower, upper = binomial_interval([one.sum() for one in shares], [one.size for one in shares], SURE)
     motions = "motions" if len(kinds_of(experiment)) == 1 else "motions of each of two kinds"
-    rests = _mean_not_sliding(experiment, blocks, measured)
+    rests = float(np.mean([not_sliding(experiment, one, measured) for one in blocks]))
     slide = f", times {rests:.2f} not to slide" if experiment.contact else ""
     how = f"{counted(len(blocks), 'specimen')}, {shares[0].size} {motions}, both ways{slide}"
     return Prediction(
@@ -116,10 +116,6 @@ def _overturned(experiment: Experiment, measured: Measured | None = None) -> Pre
         math.nan,
         how,
     )
-
-
-def _mean_not_sliding(experiment: Experiment, blocks: list[Block], measured: Measured | None) -> float:
-    return float(np.mean([not_sliding(experiment, one, measured) for one in blocks]))
 
 
 def _median(experiment: Experiment, measured: Measured | None = None) -> Prediction:
@@ -187,8 +183,7 @@ def _friction(experiment: Experiment) -> Prediction:
 
 def _replayed(experiment: Experiment, replays: Replays) -> Prediction:
     """The share of the runs of a band that overturn the block: mean and range over its half-widths."""
-    low, high = experiment.levels
-    fallen = replays.overturned_in(low, high)
+    fallen = replays.overturned[:, replays.inside(*experiment.levels)]
     shares = fallen.mean(-1)
     how = f"{fallen.shape[-1]} runs replayed with three half-widths"
     return Prediction(experiment.id, float(shares.mean()), float(shares.min()), float(shares.max()), math.nan, how)

@@ -67,19 +67,9 @@ class Replays:
             raise ExperimentError(f"no run has a PGV/PGA from {low} to {high} s")
         return np.asarray(inside)
 
-    def overturned_in(self, low: float | None, high: float | None) -> Flags:
-        """Return the outcomes (half-width, run) of the runs whose PGV/PGA lies in a band, its upper end left out."""
-        return np.asarray(self.overturned[:, self.inside(low, high)])
-
 
 def read_runs(folder: Path) -> tuple[list[Run], str]:
-    """Read the runs whose table motion is known, without their outcomes, and a hash of what was read.
-
-    Raises
-    ------
-    ExperimentError
-        One sentence: a file that is missing or cannot be read, a cell that is not allowed, no run with a motion.
-    """
+    """Read the runs whose table motion is known, without their outcomes, and a hash; ExperimentError for faults."""
     path = folder / HISTORIES
     if not path.is_file():
         raise ExperimentError(f"{path}: no such file")

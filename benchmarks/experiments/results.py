@@ -18,7 +18,6 @@ from .predictions import Prediction, capacities
 from .replays import CANDIDATES, HALF_WIDTHS, GraniteOutcomes, Replays, fallen, rock, table_motions
 from .scores import (
     Brier,
-    Threshold,
     best_threshold,
     brier,
     clustered_interval,
@@ -135,7 +134,7 @@ def scores_of(rows: list[Compared]) -> dict[str, Brier]:
 
 
 class Granite(NamedTuple):
-    """A rock beside its replays: falls, falls predicted and shares of runs that are right by half-width, a threshold.
+    """A rock beside its replays: falls; by half-width those predicted and share of runs that are right; a threshold's.
 
     fits: each half of the records predicted with the half-width that fits the other half; twins: share of the runs of
     each half in which both rocks had the same outcome.
@@ -146,7 +145,7 @@ class Granite(NamedTuple):
     overturned: int
     predicted: tuple[int, ...]
     right: tuple[float, ...]
-    pgv: Threshold
+    pgv: float
     twin: float
     fits: HalfFits
 
@@ -166,7 +165,7 @@ def granite(replays: Replays, outcomes: GraniteOutcomes) -> list[Granite]:
             int(flags.sum()),
             tuple(int(one.sum()) for one in replays.overturned),
             tuple(float((one == flags).mean()) for one in replays.overturned),
-            best_threshold(outcomes.pgv, flags),
+            best_threshold(outcomes.pgv, flags)[1],
             twin,
             fit_halves(candidates, flags, records, outcomes.pgv),
         )

@@ -115,15 +115,8 @@ def _brier(probabilities: Array, trials: Array, overturned: Array) -> Array:
     return np.asarray(squares.sum(-1) / trials.sum())
 
 
-class Threshold(NamedTuple):
-    """The threshold of a measure that tells falls from others best in the runs at hand, and the share it gets right."""
-
-    value: float
-    right: float
-
-
-def best_threshold(measure: Array, overturned: Flags) -> Threshold:
-    """Return the best threshold: all runs with the measure above it fall.  It is fitted to the runs it is scored on.
+def best_threshold(measure: Array, overturned: Flags) -> tuple[float, float]:
+    """Return the best threshold, above which all runs fall, and the share that it gets right of these same runs.
 
     Runs whose measure is not finite are left out.
     """
@@ -134,4 +127,4 @@ def best_threshold(measure: Array, overturned: Flags) -> Threshold:
     right = np.concatenate([[0], np.cumsum(1 - flags)]) + np.concatenate([np.cumsum(flags[::-1])[::-1], [0]])
     same = np.concatenate([[False], values[1:] == values[:-1], [False]])  # (no threshold lies between equal values)
     best = int(np.argmax(np.where(same, -1, right)))
-    return Threshold(float(values[min(best, values.size - 1)]), float(right[best] / values.size))
+    return float(values[min(best, values.size - 1)]), float(right[best] / values.size)

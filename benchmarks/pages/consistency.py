@@ -77,8 +77,6 @@ SITES = (
     Site("large, far", ((6.5, 25e3, 0.06), (7.5, 35e3, 0.03))),
     Site("mixed", ((5.7, 8e3, 0.08), (6.8, 15e3, 0.03), (7.5, 50e3, 0.02))),
 )
-
-
 CHOICES = ("spectra alone", "one earthquake", "all candidates")
 FURTHER = SITES[1]
 """The site at which floors and supports are compared."""
@@ -118,11 +116,6 @@ def hazard_of(site: Site) -> Hazard:
         for measures in ([*SPECTRUM, "pgv", "d5_95"], SPECTRUM)
     )
     return Hazard(tp.HazardCurve(grid.tolist(), exceeded(grid).tolist(), GIVEN), levels, wide, spectral)
-
-
-def pool() -> tp.motions.Candidates:
-    """Return all candidates."""
-    return tp.motions.Candidates([generator.sample(EACH, seed=SEED + i) for i, generator in enumerate(POOL)])
 
 
 def chosen(
@@ -210,12 +203,6 @@ def choices(candidates: tp.motions.Candidates, hazard: Hazard) -> dict[str, Rate
         "all candidates": [[tp.motions.scale_to(motions, level, GIVEN) for motions in three] for level in levels],
     }
     return {name: rates_of(sets, hazard) for name, sets in found.items()}
-
-
-def seeds(candidates: tp.motions.Candidates, hazard: Hazard, base: Rates) -> str:
-    """Return the ratios of the rates under other seeds of the selection to those of the page's, in words."""
-    sets = (at_levels(chosen(candidates, hazard, seed=seed), hazard) for seed in OTHER_SEEDS)
-    return to(np.array([rates_of(motions, hazard).over(base) for motions in sets]))
 
 
 def to(values: NDArray[np.float64]) -> str:
@@ -323,7 +310,7 @@ def main() -> None:
 
 def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
     """Return every value of the page, and the rates of each site by the choice of motions."""
-    candidates = pool()
+    candidates = tp.motions.Candidates([generator.sample(EACH, seed=SEED + i) for i, generator in enumerate(POOL)])
     by_site, agrees = {}, []
     for site in SITES:
         hazard = hazard_of(site)
@@ -332,6 +319,8 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
         by_site[site.name] = choices(candidates, hazard)
         if site is FURTHER:
             further, sets, base = hazard, at_levels(selections, hazard), by_site[site.name]["selected"]
+    # (the rates under other seeds of the selection)
+    others = (at_levels(chosen(candidates, further, seed=seed), further) for seed in OTHER_SEEDS)
     roof = on_roof(sets, further)
     tops, ways = on_supports(sets, further)
     choice = {name: [(rates[name], rates["selected"]) for rates in by_site.values()] for name in CHOICES}
@@ -351,7 +340,7 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
         "agrees": "\n".join(agrees),
         "tables": "\n\n".join(f"**{name}**\n\n{rates_table(rates, 'selected')}" for name, rates in by_site.items()),
         "alone_one": holding_one(choice["spectra alone"]),
-        "seeds": seeds(candidates, further, base),
+        "seeds": to(np.array([rates_of(motions, further).over(base) for motions in others])),
         "pieces": body(
             (one.label, f"{one.width:.3g} × {one.height:.3g}", f"{one.h / one.b:.1f}", f"{one.R:.2f}") for one in PIECES
         ),

@@ -133,24 +133,14 @@ def rocked(
     return fallen, found["airborne"].values[0, 0] if vertical else np.zeros_like(fallen)
 
 
-class Shakes(NamedTuple):
-    """The motions of the page."""
-
-    full: xr.DataArray
-    """Triples at V/H of 1."""
-    two_thirds: xr.DataArray
-    """The same at V/H of 2/3."""
-
-
-def shakes_of(number: int = NUMBER) -> Shakes:
-    """The motions of the page, or the first of them."""
+def shakes_of(number: int = NUMBER) -> tuple[xr.DataArray, xr.DataArray]:
+    """The motions of the page, or the first of them: triples at V/H of 1, and the same at V/H of 2/3."""
     full = triples(number)
-    return Shakes(full, lifted(full, RATIOS[0]))
+    return full, lifted(full, RATIOS[0])
 
 
-def of_item(item: Item, shakes: Shakes) -> dict[str, np.ndarray]:
+def of_item(item: Item, full: xr.DataArray, two_thirds: xr.DataArray) -> dict[str, np.ndarray]:
     """Falls of a piece (level, motion) under one component and with all that this page adds to it."""
-    full, two_thirds = shakes
     found = {
         "one": rocked(item.block, full, "h1")[0],
         "nudged": rocked(item.block, full, "h1", factor=NUDGE)[0],
@@ -174,13 +164,13 @@ def slid(contact: str, shaking: list[xr.DataArray] | xr.DataArray, *names: str) 
     return {name: np.nan_to_num(found[name].values[0], nan=np.inf).astype(np.float32) for name in names}
 
 
-def of_contact(contact: str, shakes: Shakes) -> dict[str, np.ndarray]:
+def of_contact(contact: str, full: xr.DataArray, two_thirds: xr.DataArray) -> dict[str, np.ndarray]:
     """Return slips on a contact under one component, to either side, too; on vinyl under both and with V/H 2/3, too."""
     one, peak = tp.motions.as_recorded, "slide_peak"
-    found = slid(contact, one(shakes.full, "h1", vertical=False), peak, "slide_forward", "slide_backward")
+    found = slid(contact, one(full, "h1", vertical=False), peak, "slide_forward", "slide_backward")
     if contact == VINYL:
-        found["both"] = slid(contact, tp.motions.both_axes(shakes.full, vertical=False), peak)[peak]
-        found["lifted"] = slid(contact, one(shakes.two_thirds, "h1", vertical=True), peak)[peak]
+        found["both"] = slid(contact, tp.motions.both_axes(full, vertical=False), peak)[peak]
+        found["lifted"] = slid(contact, one(two_thirds, "h1", vertical=True), peak)[peak]
     return found
 
 
@@ -214,7 +204,7 @@ def compute() -> Runs:
         if not path.is_file():
             part = path.with_suffix(".part")
             with part.open("wb") as file:
-                np.savez_compressed(file, **making[what](shakes()))  # type: ignore[arg-type]
+                np.savez_compressed(file, **making[what](*shakes()))  # type: ignore[arg-type]
             part.replace(path)
         with np.load(path) as stored:
             return dict(stored)

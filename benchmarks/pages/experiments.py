@@ -14,7 +14,6 @@ import os
 import shutil
 import sys
 import tempfile
-from itertools import groupby
 from pathlib import Path
 
 from ...core.wording import counted, whole_percent
@@ -79,8 +78,10 @@ def answer(found: Validation) -> str:
     """Falls predicted and observed, and rows in which the intervals overlap, by class of pieces."""
     own = [one for one in found.rows if one.prediction.made and not math.isnan(one.observed)]
     rows = []
-    for piece, members in groupby(sorted(own, key=lambda one: table.PIECES.index(one.row.test.piece)), _piece):
-        each = list(members)
+    for piece in table.PIECES:
+        each = [one for one in own if one.row.test.piece == piece]
+        if not each:
+            continue
         trials = sum(one.row.test.trials or 0 for one in each if one.counted)
         judged = [one for one in each if one.judged]
         overlap = f"{sum(one.overlap for one in judged)} of {len(judged)}" if judged else "–"
@@ -111,10 +112,6 @@ def rocks(found: Validation) -> str:
         f"({found.granite[0].twin:.2f}): rocking itself is predicted about as well as it can be, "
         f"and what is missed is the width of the support. Fitted, it is {fitted} mm.\n"
     )
-
-
-def _piece(one: Compared) -> str:
-    return one.row.test.piece
 
 
 MOST_OF_ONE = 10
@@ -161,7 +158,7 @@ def granite_text(found: Validation) -> str:
     rows = [
         (
             f"rock {one.rock}", f"{one.overturned} of {one.runs}", " / ".join(map(str, one.predicted)),
-            " / ".join(f"{share:.2f}" for share in one.right), f"{one.pgv.right:.2f}", f"{one.twin:.2f}",
+            " / ".join(f"{share:.2f}" for share in one.right), f"{one.pgv:.2f}", f"{one.twin:.2f}",
         )
         for one in found.granite
     ]  # fmt: skip
@@ -246,8 +243,8 @@ def rock_scenes(known: replays.Replays | None) -> str:
     """Changes of the rocks, one at a time."""
     if known is None:
         return "The rocks' table motions were not at hand when this page was made."
-    rows = [(change, fell, slow) for change, fell, slow in explanations.rock_scenes(known)]
-    return markdown(("change", "falls predicted in 321 runs", "of 39 of long period"), rows)
+    heads = ("change", "falls predicted in 321 runs", "of 39 of long period")
+    return markdown(heads, explanations.rock_scenes(known))
 
 
 def scenes(found: Validation) -> str:

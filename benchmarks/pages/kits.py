@@ -200,6 +200,7 @@ def page(found: Kits, fallen: np.ndarray) -> str:
     signs = decided(gains)
     more = int((signs > 0).sum())
     within_step, compared = slack_steps(found)
+    shares = found.kit[:, -1].mean(-1)  # piece, stiffness, slack, strength, site
     widths = np.quantile(transitions(found), [0.25, 0.75, 0.9])
     return template("kits").format(
         motions=NUMBER,
@@ -222,7 +223,7 @@ def page(found: Kits, fallen: np.ndarray) -> str:
         steps=span([after / before for before, after in pairwise(STRENGTHS)], ".1f", " to "),
         within_step=within_step,
         compared=compared,
-        slack_points=100 * slack_points(found),
+        slack_points=100 * np.abs(shares - shares[:, :, :1]).max(),
         ratio_step=RATIOS[1] - RATIOS[0],
         amplitude_step=100 * (AMPLITUDES[1] / AMPLITUDES[0] - 1),
         worse=WORSE,
@@ -300,12 +301,6 @@ def slack_steps(found: Kits) -> tuple[int, int]:
             near += sum(abs(place - taut) <= 1 for place in slack)
             number += len(slack)
     return near, number
-
-
-def slack_points(found: Kits) -> float:
-    """Return the largest difference that slack makes behind a gap to the share of falls, at one strength."""
-    shares = found.kit[:, -1].mean(-1)  # piece, stiffness, slack, strength, site
-    return float(np.abs(shares - shares[:, :, :1]).max())
 
 
 def least_table(found: Kits) -> str:

@@ -131,13 +131,6 @@ def total(shares: xr.Dataset) -> float:
     return float(np.sqrt(shares["total_variance"].item()))
 
 
-def parts(shares: xr.Dataset) -> dict[str, float]:
-    """Return the shares of the variance by part."""
-    named = {"motion": "motion", "law": "model", "parameters": "sample"}
-    found = {name: float(shares["share"].sel(component=component)) for name, component in named.items()}
-    return found | {"interactions": 1.0 - sum(found.values())}
-
-
 def page(
     found: xr.Dataset,
     curves: xr.Dataset,
@@ -198,7 +191,9 @@ def validity_rows(found: xr.Dataset) -> Iterator[tuple[str, ...]]:
 
 
 def share_rows(shares: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
-    """Yield the dispersion of each case and its shares."""
+    """Yield the dispersion of each case and its shares: of motion, law, parameters and interactions."""
     for case, one in shares.items():
+        parts = [float(one["share"].sel(component=name)) for name in ("motion", "model", "sample")]
+        parts.append(1.0 - sum(parts))
         known = f"{100 * one['share_known'].item():.0f} %"
-        yield case, f"{total(one):.2f}", *(f"{100 * part:.0f} %" for part in parts(one).values()), known
+        yield case, f"{total(one):.2f}", *(f"{100 * part:.0f} %" for part in parts), known

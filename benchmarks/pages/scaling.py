@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import platform
 import statistics
 import subprocess
 import sys
@@ -11,7 +10,7 @@ import tempfile
 import time
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import dask
 from distributed import Client, LocalCluster
@@ -19,6 +18,7 @@ from distributed import Client, LocalCluster
 import toppling as tp
 
 from ...studies.store.watch import Watch
+from .. import measure
 from .page import some, template, write
 from .tables import body
 
@@ -57,9 +57,8 @@ undecided = 0.0
 def main() -> None:
     """Measure, and write the page."""
     with tempfile.TemporaryDirectory() as folder:
-        workers = by_workers(Path(folder))
+        threads, processes, overhead, storing = by_workers(Path(folder))
         seconds, gigabytes = by_command(Path(folder))
-    threads, processes = workers.threads, workers.processes
     rows = (
         (n, f"{threads[n]:.2f} s", f"{threads[1] / threads[n]:.2f}", f"{processes[n]:.2f} s",
          f"{processes[1] / processes[n]:.2f}")
@@ -73,8 +72,8 @@ def main() -> None:
         machine=machine(),
         repeats=REPEATS,
         worker_table=body(rows),
-        overhead=100.0 * workers.overhead,
-        storing=100.0 * workers.storing,
+        overhead=100.0 * overhead,
+        storing=100.0 * storing,
         seconds=seconds,
         rate=LARGE / seconds,
         gigabytes=gigabytes,
@@ -98,17 +97,11 @@ def study_file(folder: Path, runs: int) -> Path:
     return path
 
 
-class Workers(NamedTuple):
-    """Seconds by the number of threads and of processes, and of two threads' time what schedules, and what stores."""
+def by_workers(folder: Path) -> tuple[dict[int, float], dict[int, float], float, float]:
+    """Return the time of 100,000 runs by more and more threads, and by worker processes of a cluster.
 
-    threads: dict[int, float]
-    processes: dict[int, float]
-    overhead: float
-    storing: float
-
-
-def by_workers(folder: Path) -> Workers:
-    """Return the time of 100,000 runs by more and more threads, and by worker processes of a cluster."""
+    And of two threads' time the shares that schedule, and that store.
+    """
     plan = tp.Study.from_toml(study_file(folder, SMALL))
     plan.run()
     counts = [n for n in WORKERS if n <= (os.cpu_count() or 1)]
@@ -137,7 +130,7 @@ def by_workers(folder: Path) -> Workers:
     by_threads, by_processes = (
         {n: statistics.median(values) for n, values in times.items()} for times in (threads, processes)
     )
-    return Workers(by_threads, by_processes, statistics.median(overhead), statistics.median(storing))
+    return by_threads, by_processes, statistics.median(overhead), statistics.median(storing)
 
 
 def timed(plan: tp.Study, out: Path, client: Any) -> tuple[float, Watch]:
@@ -165,10 +158,6 @@ def by_command(folder: Path) -> tuple[float, float]:
 
 def machine() -> str:
     """Return processor and versions."""
-    name = platform.machine()
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
-        if line.startswith("model name"):
-            name = line.split(":", 1)[1].strip()
-            break
-    versions = ", ".join(f"{package} {metadata.version(package)}" for package in ("numpy", "numba", "distributed"))
-    return f"{os.cpu_count()} cores ({name}), Python {platform.python_version()}, {versions}"
+    found = measure.machine()
+    versions = f"numpy {found['numpy']}, numba {found['numba']}, distributed {metadata.version('distributed')}"
+    return f"{os.cpu_count()} cores ({found['processor']}), Python {found['python']}, {versions}"

@@ -224,9 +224,7 @@ def _risk() -> dict[str, float]:
         attrs={"im": "pga", "form": "lognormal"},
     )
     law = tp.HazardCurve.power_law(1e-4, 2.5, "pga")
-    return {
-        "rate": 1e4 * tp.annual_rate(curve, law)["rate"].item(),
-    }
+    return {"rate": 1e4 * tp.annual_rate(curve, law)["rate"].item()}
 
 
 def _floors() -> dict[str, float]:

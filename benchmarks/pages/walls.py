@@ -174,13 +174,16 @@ def map_figure(gaps: Gaps) -> Figure:
 
 def page(gaps: Gaps, rebounds: np.ndarray) -> str:
     """Return the page: its template with every number from the results."""
+    varied = sum(total <= tp.catalogue[one].restitution ** 2 for one in PIECES for total in REBOUNDS)
+    runs = len(KINDS) * len(PIECES) * (1 + len(GAPS)) * len(LEVELS) * 2 * NUMBER
+    runs += len(VARIED) * varied * len(GAPS) * 2 * 2 * NUMBER
     signs = decided(gaps.excess)
     total = gaps.front[:, :, 1:] - gaps.either[:, :, None]
     wide = signs[NEAR, :, -1]
     strongest = gaps.front[:, :, 1, -1].mean(-1)
     return template("walls").format(
         motions=NUMBER,
-        runs=run_number(),
+        runs=runs,
         cells=signs.size,
         decidable=decidable(gaps.excess).sum(),
         fewer=(signs < 0).sum(),
@@ -199,13 +202,6 @@ def page(gaps: Gaps, rebounds: np.ndarray) -> str:
         pieces=len(PIECES),
         **answers(gaps),
     )
-
-
-def run_number() -> int:
-    """Return the number of runs of the whole page."""
-    engine = len(KINDS) * len(PIECES) * (1 + len(GAPS)) * len(LEVELS) * 2 * NUMBER
-    varied = sum(total <= tp.catalogue[one].restitution ** 2 for one in PIECES for total in REBOUNDS)
-    return engine + len(VARIED) * varied * len(GAPS) * 2 * 2 * NUMBER
 
 
 def crossings(gaps: Gaps, k: int, j: int) -> list[Interval]:

@@ -59,12 +59,8 @@ NEAR = 0.25
 CALLS = 60
 
 
-class Spent(NamedTuple):
-    """What runs took: CPU time, s, samples that were computed, and events solved."""
-
-    seconds: float
-    samples: float
-    events: float
+Spent = tuple[float, float, float]
+"""CPU time of runs, s, samples computed, and events solved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +92,7 @@ class Database:
         seconds = thread_time() - started
         count = dict(zip(TALLY, counts.tolist(), strict=True))
         left_out = count["before_uplift"] + count["after_overturning"] + count["cannot_overturn"]
-        self.spent.append(Spent(seconds, count["samples"] - left_out, count["events"]))
+        self.spent.append((seconds, count["samples"] - left_out, count["events"]))
         return np.asarray(found[:, OUTPUTS["overturned"]] > 0.0).reshape(levels.shape)
 
 
@@ -165,7 +161,7 @@ def outcome(name: str, way: Analysis, seed: int) -> tuple[Outcome, Spent]:
     else:
         asked = Until(CENTRE, way.asked, most=MOST)
         found = common_levels(one, until, seed, asked, way.near)  # type: ignore[arg-type]
-    return found, Spent(*np.sum(one.spent, axis=0).tolist())
+    return found, tuple(np.sum(one.spent, axis=0).tolist())
 
 
 def promises_kept(name: str, way: Analysis, replicates: int, processes: int = PROCESSES) -> tuple[Row, Spent]:
@@ -173,7 +169,7 @@ def promises_kept(name: str, way: Analysis, replicates: int, processes: int = PR
     with ProcessPoolExecutor(processes) as pool:
         every = list(pool.map(partial(outcome, name, way), range(replicates), chunksize=4))
     row = summary(database(name), [one for one, _ in every])  # type: ignore[arg-type]
-    return row, Spent(*np.mean([spent for _, spent in every], axis=0).tolist())
+    return row, tuple(np.mean([spent for _, spent in every], axis=0).tolist())
 
 
 HEAD = (
@@ -184,9 +180,10 @@ HEAD = (
 
 def line(way: Analysis, row: Row, spent: Spent) -> str:
     """Return a way of analysis as a line of the table, samples and events in thousands."""
+    seconds, samples, events = spent
     return (
         f"±{way.tolerance:<5.0%} {way.label:28s} {row.kept:5.3f} {row.within:4.2f} {row.motions:7,.0f} "
-        f"{row.runs:7,.0f} {1e-3 * spent.samples:7,.0f} {1e-3 * spent.events:6,.0f} {1e3 * spent.seconds:7,.1f}"
+        f"{row.runs:7,.0f} {1e-3 * samples:7,.0f} {1e-3 * events:6,.0f} {1e3 * seconds:7,.1f}"
     )
 
 
@@ -204,7 +201,7 @@ def cost(name: str) -> tuple[float, float, float]:
         for levels in (grid, *near):
             base.verdicts(levels, random)
         sizes = (levels.size for levels in (grid, *near))
-        spent.append(tuple(took.seconds / size for took, size in zip(base.spent, sizes, strict=True)))
+        spent.append(tuple(seconds / size for (seconds, *_), size in zip(base.spent, sizes, strict=True)))
     common, three, many = np.median(spent, axis=0).tolist()
     return common, three, many
 

@@ -11,7 +11,6 @@ import resource
 import sys
 from collections.abc import Callable, Sequence
 from time import perf_counter, process_time
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -95,16 +94,8 @@ def direct_medians(blocks: Sequence[Block], curves: xr.Dataset, motions: int) ->
     return found[0], found[1]
 
 
-class Pooled(NamedTuple):
-    """A surface, all runs with those of its check, and CPU seconds."""
-
-    surface: xr.Dataset
-    runs: int
-    seconds: float
-
-
-def pooled_of(columns: BlockArray, runs: int, each: int, seed: int) -> Pooled:
-    """Return a surface of so many runs, `each` a motion."""
+def pooled_of(columns: BlockArray, runs: int, each: int, seed: int) -> tuple[xr.Dataset, int, float]:
+    """Return a surface of so many runs, `each` a motion; all runs with those of its check, and CPU seconds."""
     started, number, counted = process_time(), runs // each, [0]
     surface = pooled(
         columns,
@@ -115,7 +106,7 @@ def pooled_of(columns: BlockArray, runs: int, each: int, seed: int) -> Pooled:
         seed=seed,
         progress=lambda done, _: counted.append(done),
     )
-    return Pooled(surface, counted[-1], process_time() - started)
+    return surface, counted[-1], process_time() - started
 
 
 def _inside(columns: BlockArray, tested: BlockArray) -> BlockArray:

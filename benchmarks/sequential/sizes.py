@@ -57,38 +57,28 @@ class Truth(NamedTuple):
 def truth(motions: int = TRUTH_MOTIONS) -> Truth:
     """Return the medians by runs of each tested block under many motions, near those of a surface."""
     blocks = sizes()
-    curves = surface_curves(pooled_of(blocks, POOLED[-1], EACH, 1).surface, blocks)
+    curves = surface_curves(pooled_of(blocks, POOLED[-1], EACH, 1)[0], blocks)
     near = curves.isel(block=slice(None, None, TESTED))
     medians, errors = direct_medians(blocks_of(blocks)[::TESTED], near, motions)
     rough, dispersions = (curves[name].values[:, 0] for name in ("half_level", "dispersion"))
     return Truth(np.log(rough), dispersions, medians, float(np.sqrt(np.mean(errors**2))))
 
 
-class Medians(NamedTuple):
-    """Ln medians of all blocks by one analysis, runs of its check, and its CPU time, s."""
-
-    medians: Array
-    checked: int
-    seconds: float
+Medians = tuple[Array, int, float]
+"""Ln medians of all blocks by one analysis, runs of its check, and its CPU time, s."""
 
 
 def by_surface(runs: int, seed: int) -> Medians:
     """Return the medians by a surface through so many runs."""
     blocks = sizes()
-    found = pooled_of(blocks, runs, EACH, seed)
-    medians = np.log(surface_curves(found.surface, blocks)["half_level"].values[:, 0])
-    return Medians(medians, found.runs - runs, found.seconds)
+    surface, number, seconds = pooled_of(blocks, runs, EACH, seed)
+    return np.log(surface_curves(surface, blocks)["half_level"].values[:, 0]), number - runs, seconds
 
 
 def common_grid() -> Array:
     """Return ln of the levels (block, level) that all blocks share."""
     x = np.log(np.geomspace(*COMMON, GRID) * STANDARD_GRAVITY * math.tan(ALPHA))
     return np.repeat(x[None], NUMBER, axis=0)
-
-
-def own_grid(known: Truth) -> Array:
-    """Return ln of the levels (block, level) of each block about its median, as if that were known."""
-    return np.asarray(known.rough[:, None] + OWN * known.dispersions[:, None] * np.linspace(-1.0, 1.0, GRID))
 
 
 def by_grid(x: Array, local: bool, motions: int, seed: int) -> Medians:
@@ -105,7 +95,7 @@ def by_grid(x: Array, local: bool, motions: int, seed: int) -> Medians:
         near = local_probit(own, curve.log_median, curve.dispersion, follow=True)[0] if local else None
         # (levels so far apart that hardly one is within a dispersion have the curve through all alone)
         medians.append((near or curve).log_median)
-    return Medians(np.array(medians), 0, process_time() - started)
+    return np.array(medians), 0, process_time() - started
 
 
 HEAD = f"{'97 sizes':36s} {'rms':>6s} {'most':>6s} {'motions':>8s} {'runs':>9s} {'check':>7s} {'s':>6s}"
@@ -117,10 +107,9 @@ def line(label: str, analysis: Callable[[int], Medians], motions: int, runs: int
     Root mean square and largest difference of ln medians from the truth; motions and runs of one analysis, and those of
     the check of a surface, which come on top; CPU time with motions and fits.
     """
-    every = [analysis(SEED + k) for k in range(replicates)]
-    gaps = np.stack([found.medians[::TESTED] for found in every]) - known.medians
-    checked = round(np.mean([found.checked for found in every]))
-    seconds = np.median([found.seconds for found in every])
+    medians, checks, times = zip(*(analysis(SEED + k) for k in range(replicates)), strict=True)
+    gaps = np.stack(medians)[:, ::TESTED] - known.medians
+    checked, seconds = round(np.mean(checks)), np.median(times)
     return (
         f"{label:36s} {np.sqrt(np.mean(gaps**2)):6.4f} {np.abs(gaps).max():6.4f} {motions:8,d} {runs:9,d} "
         f"{checked:7,d} {seconds:6.1f}"
@@ -134,10 +123,11 @@ def main(arguments: Sequence[str]) -> None:
     print(HEAD, flush=True)
     for runs in POOLED:
         print(line("one surface", partial(by_surface, runs), runs // EACH, runs, known, replicates), flush=True)
+    own = known.rough[:, None] + OWN * known.dispersions[:, None] * np.linspace(-1.0, 1.0, GRID)
     grids = {
         "20 common levels, curve through all": (common_grid(), False),
         "20 common levels, local fit": (common_grid(), True),
-        "20 levels near each median": (own_grid(known), False),
+        "20 levels near each median": (own, False),
     }
     for label, (x, local) in grids.items():
         for motions in GRID_MOTIONS:

@@ -30,8 +30,6 @@ LOWEST, NEAR = 40, 200
 """Numbers of lowest runs that overturned: above these, the tail of a curve is seen; and from these, it is continued."""
 LEAST_BELOW, LEAST_ABOVE = math.log(30.0), math.log(8.0)
 DEVIATIONS = 4.0
-
-
 LEAST = 1e-300
 """Annual rate, far below any that matters, that stands for rates too small for a number."""
 STEEPEST = 20.0

@@ -1,8 +1,4 @@
-"""Incremental dynamic analysis at levels that are chosen while it runs, until a result is as precise as asked.
-
-Motions come in waves; all blocks and laws share them, each at levels of its own.  Levels depend on the results of the
-waves before and on each motion's own random stream, so that a result is a function of inputs and seed alone.
-"""
+"""Incremental dynamic analysis at levels that are chosen while it runs, until a result is as precise as asked."""
 
 from __future__ import annotations
 
@@ -268,28 +264,24 @@ def _check_wave(request: Request, wave: MotionWave, plan: Plan) -> str:
     return axes
 
 
-class Start(NamedTuple):
-    """Peaks of a motion between which the search for a curve begins.
+Start = tuple[float, float]
+"""Peaks of a motion between which the search for a curve begins.
 
-    moves: acceleration at which the block first moves, m/s2; far: velocity that takes nearly all blocks to their state,
-    m/s.
-    """
-
-    moves: float
-    far: float
+The acceleration at which a block first moves (m/s2), and the velocity that takes nearly all to their state (m/s).
+"""
 
 
 def fall_start(block: Block) -> Start:
     """Return where the search for the curve of a rocking block begins: a pulse of g tan(alpha) makes it uplift."""
     static = STANDARD_GRAVITY * math.tan(block.alpha)
-    return Start(static, PGV_HIGHEST * static / block.p)
+    return static, PGV_HIGHEST * static / block.p
 
 
 def slip_start(law: SlidingLaw, block: Block, state: State) -> Start:
     """Return where the search for the curve of a slip begins: a velocity v takes a block v^2/(2 mu g) far."""
     assert isinstance(state, Slip)  # (checked with the request)
     static = STANDARD_GRAVITY * float(law.coefficients(block, np.array(0.5)))
-    return Start(static, SLIP_HIGHEST * math.sqrt(2.0 * static * state.distance))
+    return static, SLIP_HIGHEST * math.sqrt(2.0 * static * state.distance)
 
 
 def peaks_of(wave: MotionWave) -> tuple[Array, Array]:
@@ -303,9 +295,9 @@ def first_levels(start: Start, peaks: tuple[Array, Array], scaled: Scaled, measu
 
     measured (motion,): the measure of the unscaled motions.
     """
-    pga, pgv = peaks
-    low, high = (share * start.moves / pga for share in PGA_RANGE)
-    high = np.maximum(high, start.far / pgv)
+    (pga, pgv), (moves, far) = peaks, start
+    low, high = (share * moves / pga for share in PGA_RANGE)
+    high = np.maximum(high, far / pgv)
     return float(np.median(scaled.level(low, measured))), float(np.median(scaled.level(high, measured)))
 
 

@@ -129,13 +129,6 @@ def ida(
         Except at adaptive levels, coordinates of the motions on motion, such as `magnitude` and `station`, are kept.
         Bit-identical for any chunking, any scheduler and any number of workers.
 
-    Raises
-    ------
-    TypeError, ValueError
-        No or wrong blocks, laws or motions, labels used twice, levels out of order, an unknown measure or output, a
-        measure that scaling does not change, a motion whose measure is zero, a block that needs an explicit e; a
-        scheduler, a pool or a number of workers in dask's configuration that makes no sense.
-
     Notes
     -----
     The levels at which one motion overturns a block have no smallest interval, so that closer levels go on to find

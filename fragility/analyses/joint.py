@@ -1,8 +1,4 @@
-"""Blocks that fall in the same event: a sample of a region, run under common motions.
-
-Blocks that are alike fall in the same earthquakes.  The number that fall in one event therefore varies far more from
-event to event than independent falls of the same probabilities would, and does not follow from fragility curves.
-"""
+"""Blocks that fall in the same event: a sample of a region, run under common motions."""
 
 from __future__ import annotations
 
@@ -16,7 +12,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Flags, Progress
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS, provenance
+from ...core.units import described, provenance
 from ...models import Block, Law
 from ...models.columns import BlockArray
 from ...models.sliding.law import SlidingLaw
@@ -125,8 +121,8 @@ def joint_falls(
     for name, text in _LABELS.items():
         values = np.array([[getattr(one, name) for one in row] for row in table])
         more = {"share": ("motion",), "quantile": ("quantile",), "sampling_error": ("quantile",)}.get(name, ())
-        variables[f"fallen_{name}"] = ((*dims, *more), values, {"units": DIMENSIONLESS, "long_name": text})
-    shares = {"units": DIMENSIONLESS, "long_name": "share of the events in which less falls"}
+        variables[f"fallen_{name}"] = ((*dims, *more), values, described(text))
+    shares = described("share of the events in which less falls")
     kept = [name for name, one in runs.coords.items() if not {"block", "reason"} & {*one.dims}]
     return xr.Dataset(
         variables,

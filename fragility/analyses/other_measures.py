@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...motions.intensity.dataset import measure
 from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import MEASURES, Measure
@@ -64,14 +64,10 @@ class OtherMeasures:
         text = "number of times fewer motions that levels in another measure would take for the median, or more"
         interval = f"{100.0 * CONFIDENCE:g} % interval of: "
         words = ("", f"lower end of the {interval}", f"upper end of the {interval}")
-        named = {"units": DIMENSIONLESS, "long_name": "another intensity measure of the motions"}
+        named = described("another intensity measure of the motions")
         return xr.Dataset(
             {
-                f"measure_gain{end}": (
-                    (*dims, OTHER),
-                    table[..., k],
-                    {"units": DIMENSIONLESS, "long_name": start + text},
-                )
+                f"measure_gain{end}": ((*dims, OTHER), table[..., k], described(start + text))
                 for k, (end, start) in enumerate(zip(("", "_lower", "_upper"), words, strict=True))
             },
             coords={OTHER: (OTHER, np.array(self.labels, dtype=object), named)},

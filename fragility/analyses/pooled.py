@@ -1,8 +1,4 @@
-"""Pooled analysis: curves of all blocks of a region at once, from single runs of a few blocks of the analysis' own.
-
-Blocks that stand free differ in three numbers only, and the probability that they overturn is a smooth function of
-these.  One surface through a few thousand runs replaces a grid of runs for each block.
-"""
+"""Pooled analysis: curves of all blocks of a region at once, from single runs of a few blocks of the analysis' own."""
 
 from __future__ import annotations
 

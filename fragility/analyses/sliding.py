@@ -13,7 +13,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Progress
 from ...core.doubts import warn
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...models import Block
 from ...models.friction import Friction
 from ...models.runs import Specimen
@@ -53,7 +53,7 @@ TEXTS = {
 """Attributes of the results."""
 SLIDES_ON = "slides_on"
 """Setting: the numbers of the motions at whose end blocks still slide."""
-OF_DRAWS = {"units": DIMENSIONLESS, "long_name": "number of the coefficient of friction"}
+OF_DRAWS = described("number of the coefficient of friction")
 
 
 def slide_runs(
@@ -107,12 +107,6 @@ def slide_runs(
         motion, which makes its runs one trial of every interval.  Curves and probabilities of `Slip` states, of
         ``fallen_off`` and of ``trips`` are the total over friction.  The attribute ``notes`` names the motions at whose
         end blocks still slide.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Runs or motions that do not go together, a block that is held or uneven, no friction for a block, other values
-        out of range.
 
     Warns
     -----
@@ -350,19 +344,21 @@ def _labelled(
             kept[POLARITY] = polarity_coordinate(reverse)
         kept[RECORD] = xr.Variable("motion", kept.get(RECORD, kept["motion"]).values, AS_GIVEN)
         kept["motion"] = xr.Variable("motion", np.array(names, dtype=object), runs["motion"].attrs)
-    friction = {"units": DIMENSIONLESS, "long_name": "static coefficient of friction"}
-    law = {"units": DIMENSIONLESS, "long_name": "law"}
     variables = {
         **{name: (dims, on_runs(values), TEXTS[name]) for name, values in results.items()},
-        "friction": (("block", "motion"), np.tile(coefficients, (1, motions)), friction),
+        "friction": (
+            ("block", "motion"),
+            np.tile(coefficients, (1, motions)),
+            described("static coefficient of friction"),
+        ),
     }
-    described = {"friction": [one.description for one in available], **settings}
+    sliding = {"friction": [one.description for one in available], **settings}
     return xr.Dataset(
         variables,
-        coords={**kept, "model": xr.Variable("model", np.array(["sliding"], dtype=object), law)},
+        coords={**kept, "model": xr.Variable("model", np.array(["sliding"], dtype=object), described("law"))},
         attrs={
             **carried_attributes(runs.attrs),
             "title": "Runs of sliding blocks",
-            "sliding": json.dumps(described, ensure_ascii=False),
+            "sliding": json.dumps(sliding, ensure_ascii=False),
         },
     )

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array, Index
-from ...core.units import DIMENSIONLESS, PER_YEAR, provenance
+from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.dataset import measure_named, measure_variables
 from ...motions.intensity.naming import GROUND
@@ -81,7 +81,7 @@ def runs_of(
     if scaled.one is not None:
         values = measured if isinstance(scaled.one, BlockMeasure) else measured[0]
         name = scaled.name if wave.ground is None else f"{GROUND}_{scaled.name}"
-        attributes = {"units": scaled.units, "long_name": long_name}
+        attributes = described(long_name, scaled.units)
         coordinates[name] = xr.Variable(("motion",) if values.ndim == 1 else ("block", "motion"), values, attributes)
     joined = {name: np.concatenate(own) for name, own in columns.items()}
     return WaveRuns(joined, xr.Dataset(coords=coordinates), long_name, axes)
@@ -117,9 +117,9 @@ def labelled(
         elif name == "weight":
             came = "overturned" if named is None else f"reached {named}"
             text = f"annual rate that the run stands for if its block {came}, over the number of motions"
-            attributes = {"units": PER_YEAR, "long_name": text}
+            attributes = described(text, PER_YEAR)
         elif name in _RUNS:
-            attributes = {"units": DIMENSIONLESS, "long_name": _RUNS[name]}
+            attributes = described(_RUNS[name])
         else:
             attributes = dict(zip(("units", "long_name"), VARIABLES[name], strict=True))
         variables[name] = xr.Variable(RUN, values, attributes)
@@ -161,7 +161,7 @@ def labelled(
 def numbers(dim: str, n: int) -> dict[str, xr.Variable]:
     """Return the coordinate of numbers from 0 by which runs name their block, law and motion, also of a selection."""
     text = f"number from 0 by which runs name their {'law' if dim == 'model' else dim} (run_{dim})"
-    return {f"{dim}_number": xr.Variable(dim, np.arange(n), {"units": DIMENSIONLESS, "long_name": text})}
+    return {f"{dim}_number": xr.Variable(dim, np.arange(n), described(text))}
 
 
 def curve_variables(
@@ -182,7 +182,7 @@ def curve_variables(
 
     def column(name: str, values: Sequence[Any], units: str, text: str) -> None:
         array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
-        found[name] = xr.Variable(dims, array, {"units": units, "long_name": text})
+        found[name] = xr.Variable(dims, array, described(text, units))
 
     def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
         for suffix, k in (("", 0), ("_lower", 1), ("_upper", 2)):
@@ -238,10 +238,8 @@ def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) ->
     text = "half width of the 95 % interval after each wave, in the terms of until"
     motions: Index = np.array([one.motions for one in longest], dtype=np.int64)
     return {
-        "look_half_width": xr.Variable(
-            ("block", "model", "look"), widths.reshape(*shape, -1), {"units": DIMENSIONLESS, "long_name": text}
-        ),
-        "look_motions": xr.Variable("look", motions, {"units": DIMENSIONLESS, "long_name": "motions until the look"}),
+        "look_half_width": xr.Variable(("block", "model", "look"), widths.reshape(*shape, -1), described(text)),
+        "look_motions": xr.Variable("look", motions, described("motions until the look")),
     }
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Flags, Progress
 from ...core.doubts import warn
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...models import Block, Model
 from ...motions.arrays import AS_GIVEN, RECORD, Record, other_coordinates, records
 from ...motions.intensity.measure import Measure
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Selection
 CONSISTENT = "hazard_consistent"
-CONSISTENCY = {"units": DIMENSIONLESS, "long_name": "whether the motions of the stripe agree with the hazard"}
+CONSISTENCY = described("whether the motions of the stripe agree with the hazard")
 AT_LEVEL = 1e-9
 """Relative difference of the level of a selection from that of its stripe which is rounding."""
 
@@ -87,12 +87,6 @@ def stripes(
         the labels of the dimension); of selections also `hazard_consistent`.  `overturning_probability` counts the runs
         by level.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Numbers of stripes and levels that differ; selections that are not hazard-consistent, of another level or of
-        another measure; otherwise as `toppling.ida`.
-
     Notes
     -----
     Because motions differ between stripes, stripes are independent of each other, whereas the levels of an incremental
@@ -139,7 +133,7 @@ def stripes(
         {"motion": len(plain)},
         {
             "intensity": intensity,
-            "stripe": xr.Variable("motion", stripe, {"units": DIMENSIONLESS, "long_name": "stripe"}),
+            "stripe": xr.Variable("motion", stripe, described("stripe")),
             **({} if consistent is None else {CONSISTENT: xr.Variable("motion", consistent[stripe - 1], CONSISTENCY)}),
             RECORD: xr.Variable("motion", np.array(given, dtype=object), AS_GIVEN),
             **measured(scaled),

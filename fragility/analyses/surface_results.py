@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY
+from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY, described
 from ...core.wording import counted
 from ...models import Block
 from ...models.columns import BlockArray
@@ -50,11 +50,6 @@ def surface_curves(
     -------
     xarray.Dataset
         The variables of `pooled` on (block, model).
-
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset without surfaces, blocks outside the region (the first one is named), another hazard.
     """
     if not isinstance(surface, xr.Dataset) or surface.attrs.get("design") != POOLED:
         raise ValueError("surface must be a result of toppling.fragility.pooled")
@@ -225,12 +220,8 @@ def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variab
     places = np.array([[math.nan] * 3 if one is None else [one.place, one.low, one.high] for one in cuts])
     beyond = "where the surfaces jump: blocks beyond have point @ normal >= place"
     return {
-        "cut_normal": xr.Variable(
-            ("model", "region_axis"), normal, {"units": DIMENSIONLESS, "long_name": f"{beyond}: normal"}
-        ),
-        "cut_places": xr.Variable(
-            ("model", "place"), places, {"units": DIMENSIONLESS, "long_name": f"{beyond}: place, lowest, highest"}
-        ),
+        "cut_normal": xr.Variable(("model", "region_axis"), normal, described(f"{beyond}: normal")),
+        "cut_places": xr.Variable(("model", "place"), places, described(f"{beyond}: place, lowest, highest")),
     }
 
 
@@ -244,11 +235,7 @@ def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Va
         "apart": (("model",), "ln ratio by which single blocks differ from that plane beyond chance"),
     }
     return {
-        f"rate_{name}": xr.Variable(
-            dims,
-            np.array([getattr(one, name) for one in planes]),
-            {"units": DIMENSIONLESS, "long_name": text},
-        )
+        f"rate_{name}": xr.Variable(dims, np.array([getattr(one, name) for one in planes]), described(text))
         for name, (dims, text) in labels.items()
     }
 
@@ -310,7 +297,7 @@ def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable
         "run_overturned": (np.concatenate([one.fell for one in pools]), DIMENSIONLESS, "whether the block overturned"),
     }
     return {
-        name: xr.Variable("pooled_run", values, {"units": units, "long_name": text})
+        name: xr.Variable("pooled_run", values, described(text, units))
         for name, (values, units, text) in labels.items()
     }
 
@@ -385,7 +372,7 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
         values = np.empty((len(columns), len(found)))
         for i, one in enumerate(found):
             values[:, i] = np.exp(one[k]) if units == unit else one[k]
-        variables[name] = xr.Variable(("block", "model"), values, {"units": units, "long_name": text})
+        variables[name] = xr.Variable(("block", "model"), values, described(text, units))
     of_laws = {str(name): one.variable for name, one in surface.coords.items() if one.dims == ("model",)}
     return xr.Dataset(variables, coords={**_block_columns(columns), **of_laws}, attrs=surface.attrs)
 
@@ -407,6 +394,5 @@ def _block_columns(columns: BlockArray) -> dict[str, xr.Variable]:
         **{f"own_{name}": (values, DIMENSIONLESS, f"{_OWN[name]} of its own") for name, values in columns.own.items()},
     }
     return {
-        name: xr.Variable("block", values, {"units": units, "long_name": text})
-        for name, (values, units, text) in labels.items()
+        name: xr.Variable("block", values, described(text, units)) for name, (values, units, text) in labels.items()
     }

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...core.units import PER_YEAR
+from ...core.units import PER_YEAR, described
 from ..adaptive.rate import weighted_samples
 from ..fitting.bootstrap import draw_motions
 from ..fitting.states import OVERTURNED, State, flags_of, needed_output
@@ -41,5 +41,5 @@ def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, stat
         found,
         {"block": runs["block"].variable, "model": runs["model"].variable},
         ("block", "model", "replicate"),
-        attrs={"units": PER_YEAR, "long_name": text},
+        attrs=described(text, PER_YEAR),
     )

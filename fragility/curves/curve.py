@@ -14,7 +14,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ..fitting.links import LINKS, LOGNORMAL
 from ..runs.provenance import load_coordinates
 
@@ -289,7 +289,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
         {**coordinates_on(curves, dims), "level": xr.Variable("level", levels, attributes)},
         (*dims, "level"),
         "probability",
-        {"units": DIMENSIONLESS, "long_name": "probability of overturning"},
+        described("probability of overturning"),
     )
 
 

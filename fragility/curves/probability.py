@@ -39,17 +39,6 @@ def overturning_probability(
         the runs that reached the state.  Motions of several floors (`floor`, or in a study's results `motion_floor`, on
         motion) are not pooled: floor becomes a dimension, (block, model, floor, level).  Drop that coordinate to pool.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Runs without what the state needs, or of a cloud analysis, whose motions have no levels; a confidence outside
-        (0, 1); an unknown interval.
-
-    Warns
-    -----
-    ImplausibleInput
-        Results that a study calls not valid, such as those of fewer than 7 motions.
-
     Notes
     -----
     At one level every motion counts once, so the runs are independent and the interval is binomial.  Of motions that

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, provenance
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance
 from ...models import Block
 from ...models.block import MAX_SIZE
 from ...motions.intensity.measure import MEASURES
@@ -68,9 +68,7 @@ def fema_p58() -> xr.Dataset:
     median = np.array([float(row["median"]) for row in rows])
     dispersion = np.array([float(row["dispersion"]) for row in rows])
     descriptions = {
-        name: xr.Variable(
-            "block", np.array([row[name] for row in rows], dtype=object), {"units": DIMENSIONLESS, "long_name": text}
-        )
+        name: xr.Variable("block", np.array([row[name] for row in rows], dtype=object), described(text))
         for name, text in (
             ("id", "FEMA P-58 fragility id"),
             ("title", "what it is"),
@@ -81,7 +79,7 @@ def fema_p58() -> xr.Dataset:
     descriptions["directional"] = xr.Variable(
         "block",
         [int(row["directional"]) for row in rows],
-        {"units": DIMENSIONLESS, "long_name": "whether the demand is taken in the component's own direction"},
+        described("whether the demand is taken in the component's own direction"),
     )
     curves = _curves(blocks, median, dispersion, "pgv", "FEMA P-58 fragility of contents that overturn")
     return curves.assign_coords(descriptions)
@@ -99,11 +97,6 @@ def p58_regression(width: Any, height: Any) -> Array:
     -------
     numpy.ndarray
         exp(1.05) B^1.48 H^-1.07.
-
-    Warns
-    -----
-    ImplausibleInput
-        Sizes outside of what exists, which suggest another unit or an exchange of width and height.
 
     Notes
     -----
@@ -135,11 +128,6 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     xarray.Dataset
         As `fema_p58`, with extrapolated on ``block``: True where a size lies outside those of the nine rows.
 
-    Warns
-    -----
-    ImplausibleInput
-        Blocks outside of what exists, which suggest another unit or an exchange of width and height.
-
     Examples
     --------
     >>> round(p58_estimate(Block(0.40, 1.80))["median"].item(), 3)
@@ -159,11 +147,7 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
         "Fragility by the law between FEMA P-58's medians",
     )
     return curves.assign(
-        extrapolated=(
-            "block",
-            outside,
-            {"units": DIMENSIONLESS, "long_name": "whether a size lies outside those of the nine rows"},
-        )
+        extrapolated=("block", outside, described("whether a size lies outside those of the nine rows"))
     )
 
 
@@ -182,11 +166,6 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
     -------
     xarray.Dataset
         median (m s-2 or m s-1) and dispersion on ``block``; attribute im is ``pga`` or ``pgv``.
-
-    Warns
-    -----
-    ImplausibleInput
-        Blocks outside of what exists, which suggest another unit or an exchange of width and height.
 
     Notes
     -----
@@ -246,10 +225,7 @@ def _curves(blocks: Sequence[Block], median: Array, dispersion: Array, im: str, 
         "status": (np.array([OK] * len(blocks), dtype=object), DIMENSIONLESS, "ok, or why there is no estimate"),
     }
     return xr.Dataset(
-        {
-            name: ("block", values, {"units": unit, "long_name": text})
-            for name, (values, unit, text) in variables.items()
-        },
+        {name: ("block", values, described(text, unit)) for name, (values, unit, text) in variables.items()},
         coords=block_coordinates(blocks),
         attrs={
             "title": title,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ..fitting.states import OVERTURNED, State, reached
 from ..runs.provenance import IDA, carried_attributes, design_of, motions_by_floor
 
@@ -54,7 +54,7 @@ def resurrections(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
         motions_returned=found["motions_stood"] / found["motions"].where(found["motions"] > 0),
     ).drop_vars("motions_stood")
     for name, text in _LONG_NAMES.items():
-        found[name].attrs = {"units": DIMENSIONLESS, "long_name": text}
+        found[name].attrs = described(text)
     return found.assign_attrs(
         {**carried_attributes(ida.attrs), "title": "Blocks that stand above their first overturning"}
     )

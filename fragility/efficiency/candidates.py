@@ -13,7 +13,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS, METRE, SECOND
+from ...core.units import DIMENSIONLESS, METRE, SECOND, described
 from ...motions.arrays import Record, records
 from ...motions.intensity.dataset import measure
 from ...motions.intensity.measure import MEASURES, Measure
@@ -135,7 +135,7 @@ def covariates_of(runs: xr.Dataset, run_motions: RunMotions) -> list[xr.DataArra
     for name, one in MEASURES.items():
         values = _values(one, runs, run_motions) if one.power == 0.0 else None
         if values is not None:
-            found[name] = values, {"units": one.units, "long_name": one.long_name}
+            found[name] = values, described(one.long_name, one.units)
     return [_regressor(name, values, attributes) for name, (values, attributes) in found.items()]
 
 
@@ -153,4 +153,4 @@ def _regressor(name: str, values: Array, attributes: dict[str, Any]) -> xr.DataA
         if np.any(values <= 0.0):
             raise ValueError(f"{name} must be > 0 (in {units}) to enter as a logarithm, got {np.nanmin(values):g}")
         values, long_name = np.log(values), f"ln {long_name}"
-    return xr.DataArray(values, dims="motion", name=name, attrs={"units": DIMENSIONLESS, "long_name": long_name})
+    return xr.DataArray(values, dims="motion", name=name, attrs=described(long_name))

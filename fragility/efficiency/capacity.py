@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
@@ -108,11 +108,6 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
         where none does); `capacity`, their geometric mean, NaN where one end is not known; `stood_above`, True where
         some higher level does not overturn.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Runs without what the state needs or without levels (stripes and clouds), levels that are not positive.
-
     Notes
     -----
     Overturning is not monotonic in the scale of a motion: the capacity is the first overturning at the levels that were
@@ -164,10 +159,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     }
     return xr.Dataset(
         {
-            **{
-                name: (dims, values, {"units": units, "long_name": text})
-                for name, (values, units, text) in variables.items()
-            },
+            **{name: (dims, values, described(text, units)) for name, (values, units, text) in variables.items()},
             "level_shift": (dims[:-1], shifts, SHIFT),
         },
         coords=coords,

@@ -1,8 +1,4 @@
-"""Ranking of intensity measures: efficiency, sufficiency, practicality and proficiency, from one set of runs.
-
-Each motion's first overturning as a factor on the motion converts into every measure exactly, so that one analysis in
-any measure compares them all.
-"""
+"""Ranking of intensity measures: efficiency, sufficiency, practicality and proficiency, from one set of runs."""
 
 from __future__ import annotations
 
@@ -17,7 +13,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Index
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...core.wording import given_percent
 from ...motions.intensity.measure import Measure
 from ..fitting.bootstrap import draw_clusters, percentile_interval
@@ -103,12 +99,6 @@ def rank_measures(
         lengths (m) and times (s) enter as logarithms.  On (block, model): `best`; `share_below` and `share_above`, of
         capacities below the lowest and above the highest level; `stood_above`, of motions with a level above the first
         overturning at which the block stands.  Motions of several floors: a dimension `floor` after (block, model).
-
-    Raises
-    ------
-    TypeError, ValueError
-        No such dataset, or an empty one; a measure that is not known, does not grow with the motion or is zero; one
-        that the runs do not carry, without `motions`; motions without one of the runs' labels.
 
     Notes
     -----
@@ -334,7 +324,7 @@ Column = tuple[NDArray[Any], dict[str, str]]
 
 
 def _column(values: NDArray[Any], long_name: str) -> Column:
-    return values, {"units": DIMENSIONLESS, "long_name": long_name}
+    return values, described(long_name)
 
 
 def _texts(values: Iterable[Any], long_name: str) -> Column:

@@ -15,7 +15,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array, Flags, Index
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
 from ..runs.provenance import STRIPES, clusters_of, design_of, provenance_from
@@ -55,12 +55,6 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
         (block, model) `runs`, those of stripes in which some fall and some stand.  On covariate `spread`, the standard
         deviation within stripes.  NaN where fewer than ten runs of the rarer outcome to a covariate tell of it, or the
         covariates separate what fell from what stood.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Runs of another design or without factors, a covariate that they do not hold, one twice or one that does not
-        vary.
 
     Notes
     -----
@@ -105,7 +99,7 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
     dims = ("block", "model", "covariate")
 
     def variable(values: Array, text: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
-        return dims[: values.ndim], values, {"units": DIMENSIONLESS, "long_name": text}
+        return dims[: values.ndim], values, described(text)
 
     return xr.Dataset(
         {
@@ -113,11 +107,11 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
             "slope_se": variable(error, "standard error of the slope"),
             "p_value": variable(2.0 * scipy.special.ndtr(-np.abs(slope / error)), "p-value of no dependence"),
             "runs": variable(used, "runs of stripes in which some fall and some stand"),
-            "spread": ("covariate", spread, {"units": DIMENSIONLESS, "long_name": "standard deviation within stripes"}),
+            "spread": ("covariate", spread, described("standard deviation within stripes")),
         },
         coords={
             **{name: runs[name] for name in ("block", "model")},
-            "covariate": ("covariate", labels, {"units": DIMENSIONLESS, "long_name": "ln of the motions' feature"}),
+            "covariate": ("covariate", labels, described("ln of the motions' feature")),
         },
         attrs={
             "title": "Sufficiency of the measure of stripes",

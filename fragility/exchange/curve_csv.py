@@ -59,8 +59,6 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     ------
     ExchangeError
         A file that cannot be written.
-    TypeError, ValueError
-        Something other than a dataset of fragility curves; `ids` that are too few, not legal, or not unique.
 
     Notes
     -----

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS, UNITS, provenance
+from ...core.units import DIMENSIONLESS, UNITS, described, provenance
 from ...motions.arrays import floor_coordinates
 from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
@@ -156,7 +156,7 @@ def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[in
         dims = found.dims if name != "probability" else (*found.dims, "level")
         sizes = shape if found.levels is None or name != "probability" else (*shape, found.levels.size)
         array = np.array(values, dtype=dtype).reshape(sizes)
-        variables[name] = xr.Variable(dims, array, {"units": unit, "long_name": text})
+        variables[name] = xr.Variable(dims, array, described(text, unit))
 
     if found.levels is not None:
         nothing = np.full(found.levels.size, np.nan)
@@ -206,7 +206,7 @@ def _labels(dims: Sequence[str], axes: Sequence[Sequence[str]]) -> dict[str, xr.
         if dim == "floor" and all(re.fullmatch(r"0|[1-9][0-9]{0,8}", label) for label in axis):
             coords |= floor_coordinates([int(label) for label in axis])
         else:
-            attributes = {"units": DIMENSIONLESS, "long_name": dim.replace("_", " ")}
+            attributes = described(dim.replace("_", " "))
             coords[dim] = xr.Variable(dim, np.array(axis, dtype=object), attributes)
     return coords
 
@@ -224,7 +224,7 @@ def _id_variable(dims: tuple[str, ...], names: Sequence[str], shape: tuple[int, 
     if LIMIT_STATE in dims:
         table = np.asarray(np.max(table, axis=dims.index(LIMIT_STATE)), dtype=object)
     of_components = tuple(dim for dim in dims if dim != LIMIT_STATE)
-    return xr.Variable(of_components, table, {"units": DIMENSIONLESS, "long_name": "id in the exchange file"})
+    return xr.Variable(of_components, table, described("id in the exchange file"))
 
 
 def _form(curves: xr.Dataset) -> str:

@@ -130,7 +130,7 @@ class Component(NamedTuple):
 
 def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
     """Return our record of a component in the types that JSON holds."""
-    labels = found.labels_of(rows[0])
+    labels = dict(zip(found.dims, rows[0].labels, strict=True))
     labels.pop(LIMIT_STATE, None)
     reason = next((row.status for row in rows if not row.estimated), None)
     return {

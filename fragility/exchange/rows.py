@@ -187,10 +187,6 @@ class CurveSet(NamedTuple):
             found.setdefault(name, []).append(curve)
         return found
 
-    def labels_of(self, curve: CurveRow) -> dict[str, str]:
-        """Return a curve's labels by dimension."""
-        return dict(zip(self.dims, curve.labels, strict=True))
-
     def missing(self) -> dict[str, str]:
         """Return the reasons for missing curves, by the ids of components that lack at least one limit state."""
         return {

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.aliases import Array, Flags
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 
 FEWEST = 4
 """Fewest levels of which every other one still has an interval."""
@@ -61,10 +61,7 @@ def spacing_attributes(levels: Array) -> dict[str, Any]:
     return {"level_spacing": spacing, "note": text}
 
 
-SHIFT = {
-    "units": DIMENSIONLESS,
-    "long_name": "mean of ln(capacity) with every other level, less that with all",
-}
+SHIFT = described("mean of ln(capacity) with every other level, less that with all")
 """Attributes of shifts."""
 
 

@@ -119,17 +119,6 @@ def fit_fragility(
         Of both, for forms of two parameters: misfit, the median over half_level, less 1, and misfit_low, the fitted
         10 % level over the 10 % level of the runs, less 1; 0 if the fitted level lies in the interval of the runs.
 
-    Raises
-    ------
-    TypeError, ValueError
-        A dataset of no such kind, counts that are negative or above the runs, levels that are not positive, options
-        that are not offered, a combination that does not exist.
-
-    Warns
-    -----
-    ImplausibleInput
-        Results that a study calls not valid, such as those of fewer than 7 motions.
-
     Notes
     -----
     *Choice of interval.*  Where runs are independent (stripes, clouds, first overturnings, and counts, of which nothing

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Index
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ..runs.provenance import ADAPTIVE, CLOUD, carried_attributes
 from .fit import METHODS, check_method, fit_fragility, form_named
 from .form import Fit, Form
@@ -116,12 +116,8 @@ def goodness_of_fit(
     text = "largest standardised sum of residuals" if cloud else "deviance"
     return xr.Dataset(
         {
-            "statistic": (trials.dims, statistic, {"units": DIMENSIONLESS, "long_name": text}),
-            "p_value": (
-                trials.dims,
-                p_value,
-                {"units": DIMENSIONLESS, "long_name": "share of simulated studies that fit as badly or worse"},
-            ),
+            "statistic": (trials.dims, statistic, described(text)),
+            "p_value": (trials.dims, p_value, described("share of simulated studies that fit as badly or worse")),
         },
         coords=trials.coords,
         attrs={
@@ -185,10 +181,10 @@ def compare_forms(
         if "aic" not in curves:
             curves["aic"] = curves["log_likelihood"] * np.nan
         fits.append(curves[["aic", "log_likelihood"]].drop_vars("level", errors="ignore"))
-    named = xr.Variable("form", np.array(names, dtype=object), {"units": DIMENSIONLESS, "long_name": "form of curve"})
+    named = xr.Variable("form", np.array(names, dtype=object), described("form of curve"))
     found: xr.Dataset = xr.concat(fits, named, combine_attrs="drop_conflicts").assign_coords(form=named)
     found["aic_difference"] = found["aic"] - found["aic"].min("form")
-    found["aic_difference"].attrs = {"units": DIMENSIONLESS, "long_name": "criterion over the least of all forms"}
+    found["aic_difference"].attrs = described("criterion over the least of all forms")
     for name in ("aic", "log_likelihood"):
         found[name].attrs = dict(fits[0][name].attrs)
     return found.assign_attrs(title="Forms of fragility curves compared")

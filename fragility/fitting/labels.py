@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ...core.wording import given_percent
 from .trials import Trials
 
@@ -59,7 +59,7 @@ def label_curves(
     names = dict.fromkeys(name for one in columns for name in one)
     coords: dict[Any, Any] = dict(trials.coords)
     if fractiles:
-        attributes = {"units": DIMENSIONLESS, "long_name": "probability of overturning"}
+        attributes = described("probability of overturning")
         coords["fraction"] = xr.Variable("fraction", list(fractiles), attributes)
     levels = trials.samples[0].levels if trials.samples else np.empty(0)
     apart = any(not np.array_equal(sample.levels, levels) for sample in trials.samples)
@@ -73,7 +73,7 @@ def label_curves(
             )
         coords["level"] = xr.Variable("level", levels, {key: value for key, value in trials.level.items() if value})
     if any(name.endswith("_sample") for name in names):
-        attributes = {"units": DIMENSIONLESS, "long_name": "replicate of the bootstrap"}
+        attributes = described("replicate of the bootstrap")
         coords["replicate"] = xr.Variable("replicate", np.arange(replicates or 0), attributes)
     variables = {}
     for name in names:
@@ -102,7 +102,7 @@ def label_curves(
             values = values[..., : coords["level"].size]
         if units == LEVEL:
             units, long_name = trials.level["units"], f"{long_name}: {trials.level['long_name']}"
-        variables[name] = (tuple(dims), values, {"units": units, "long_name": text + long_name})
+        variables[name] = (tuple(dims), values, described(text + long_name, units))
     return xr.Dataset(variables, coords=coords)
 
 

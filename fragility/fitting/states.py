@@ -169,11 +169,6 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     xarray.DataArray
         Flags on the dimensions of the runs, with `state` as an attribute.
 
-    Raises
-    ------
-    TypeError, ValueError
-        No runs, an unknown state, runs without the output that the state needs, flags other than 0 and 1.
-
     References
     ----------
     Rotation thresholds |theta|/alpha as damage states of contents: D'Angela, D., Magliulo, G., Cosenza, E. (2021).

@@ -57,13 +57,6 @@ class HazardCurve:
     at : {"ground", "floor"}
         Place of the measure: the ground motion at the site, or the motion of the floor that blocks stand on.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Levels or rates out of order, not finite or not positive; lengths that differ; a measure that is not known, that
-        depends on the block or does not grow with the motion; weights of another sum; rates that contradict the
-        realisations.
-
     Notes
     -----
     A rate of 0 has no logarithm: end the curve at its last positive rate.

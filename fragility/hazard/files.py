@@ -1,8 +1,4 @@
-"""Hazard curves from files: a plain table, OpenQuake's CSV, and the CSV and JSON of the US Geological Survey.
-
-Every reader returns a `HazardCurve`.  No reader guesses a measure, a unit or a time that the file does not state, other
-than the units that the two programs always use.
-"""
+"""Hazard curves from files: a plain table, OpenQuake's CSV, and the CSV and JSON of the US Geological Survey."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Formats of hazard files: plain tables and the files of other programs.
-
-Plain tables that name their measure, units and times in the heading; the CSV of OpenQuake and of nshmp-haz, with a row
-for each site and a column for each level; and the JSON of the web services of the US Geological Survey.
-"""
+"""Formats of hazard files: plain tables and the files of other programs."""
 
 from __future__ import annotations
 

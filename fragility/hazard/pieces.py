@@ -1,7 +1,4 @@
-"""A hazard curve as pieces over all intensities, with its tails: on each piece ln H is a parabola of ln x.
-
-Pieces are plain arrays; the measure of the levels and their source are not known here.
-"""
+"""A hazard curve as pieces over all intensities, with its tails: on each piece ln H is a parabola of ln x."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Common parts of the readers of hazard files: their error, other programs' names of measures and units, and rates.
-
-No file format is known here.
-"""
+"""Common parts of the readers of hazard files: their error, other programs' names of measures and units, and rates."""
 
 from __future__ import annotations
 

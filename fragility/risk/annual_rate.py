@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn_of_results
-from ...core.units import DIMENSIONLESS, PER_YEAR, provenance
+from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...core.wording import given_percent
 from ...motions.intensity.naming import long_name_at
 from ..curves.curve import (
@@ -118,11 +118,6 @@ def annual_rate(
         No dataset of curves or no hazard curve; measures or units that differ; floors that the hazard is not of
         (below); rules, bins or confidence that do not exist; a tabulated curve too short for its rate with
         ``outside="refuse"``; a hazard curve that ends level and is to be extended.
-
-    Warns
-    -----
-    ImplausibleInput
-        Results that a study calls not valid, such as rates mostly from beyond the hazard curve.
 
     Notes
     -----
@@ -227,7 +222,7 @@ def annual_rate(
     }
     rates = xr.Dataset(
         {
-            name: (on, np.reshape(values, [shapes[dim] for dim in on]), {"units": unit, "long_name": long_name})
+            name: (on, np.reshape(values, [shapes[dim] for dim in on]), described(long_name, unit))
             for name, (on, values, unit, long_name) in variables.items()
         },
         coords={
@@ -409,8 +404,8 @@ def _bin_coordinates(edges: Array, hazard: HazardCurve, text: str) -> dict[str, 
 def _weights(hazard: HazardCurve) -> dict[str, xr.Variable]:
     if hazard.weights is None:
         return {}
-    number = {"units": DIMENSIONLESS, "long_name": "realisation of the hazard curve"}
-    attributes = {"units": DIMENSIONLESS, "long_name": "weight of the realisation"}
+    number = described("realisation of the hazard curve")
+    attributes = described("weight of the realisation")
     return {
         "realisation": xr.Variable("realisation", np.arange(len(hazard.weights)), number),
         "weight": xr.Variable("realisation", np.array(hazard.weights), attributes),

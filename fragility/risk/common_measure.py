@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
@@ -59,17 +59,12 @@ def per_block(curves: xr.Dataset, im: str) -> xr.DataArray:
         shape[name] = array
     alpha, p = xr.broadcast(shape["alpha"], shape["p"])
     values = [
-        BLOCK_MEASURES[im].per_block(_BlockShape(*map(float, one)))
-        for one in zip(alpha.values.flat, p.values.flat, strict=True)
+        BLOCK_MEASURES[im].per_block(SimpleNamespace(alpha=float(angle), p=float(frequency)))
+        for angle, frequency in zip(alpha.values.flat, p.values.flat, strict=True)
     ]
     if not np.all(np.isfinite(values) & (np.array(values) > 0.0)):
         raise ValueError(f"curves of {im!r} must have the coordinates alpha and p of their blocks, finite and > 0")
     return xr.DataArray(np.reshape(values, alpha.shape), dims=alpha.dims)
-
-
-class _BlockShape(NamedTuple):
-    alpha: float
-    p: float
 
 
 def check_floor(curves: xr.Dataset, hazard: HazardCurve) -> None:

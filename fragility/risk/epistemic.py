@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS, PER_YEAR, provenance
+from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
@@ -129,10 +129,7 @@ def epistemic_rates(
         "spread": ((*dims, "source"), spread.reshape(*shape, -1), DIMENSIONLESS, "share of the variance of ln(rate)"),
     }
     return xr.Dataset(
-        {
-            name: (on, values, {"units": units, "long_name": said})
-            for name, (on, values, units, said) in variables.items()
-        },
+        {name: (on, values, described(said, units)) for name, (on, values, units, said) in variables.items()},
         coords={
             **{name: one for name, one in coordinates_on(first, dims).items() if one.dims},
             "fractile": _labelled("fractile", np.array(shares), "probability that the rate is lower"),
@@ -230,4 +227,4 @@ def _sampled(one: Branch, least: int) -> CurveArrays:
 
 
 def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:
-    return xr.Variable(dim, values, {"units": DIMENSIONLESS, "long_name": long_name})
+    return xr.Variable(dim, values, described(long_name))

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array, Index
-from ...core.units import DIMENSIONLESS, provenance
+from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
@@ -57,11 +57,6 @@ def size_for_rate(
         an end of the interval may be infinite: it lies beyond the blocks that were run.  Samples in
         which a block has no rate are left out (samples_used).
 
-    Raises
-    ------
-    TypeError, ValueError
-        No rates on block, fewer than two blocks, two of one size, no coordinate `along`; no target or two.
-
     Notes
     -----
     ln(rate) is linear between neighbouring blocks, without extrapolation.  A sample that crosses the target more than
@@ -100,14 +95,14 @@ def size_for_rate(
     goal_text = f"for a rate of overturning of {goal:.4g} per year"
     variables = {
         along: (dims, values, {**attributes, "long_name": f"{text} {goal_text}"}),
-        "status": (dims, status, {"units": DIMENSIONLESS, "long_name": "ok, or why there is no size"}),
+        "status": (dims, status, described("ok, or why there is no size")),
     }
     if "rate_sample" in rates:
         rows = [str(dim) for dim in rates["rate_sample"].dims if dim not in (*dims, "block")]
         samples = rates["rate_sample"].transpose(*dims, *rows, "block").values[..., order]
         sizes_of = _crossings(sizes, samples, goal)[1].reshape(*central.shape[:-1], -1)
         ends = percentile_interval(sizes_of, level, _weights(rates, rows))
-        used = {"units": DIMENSIONLESS, "long_name": "samples with a rate of every block"}
+        used = described("samples with a rate of every block")
         variables["samples_used"] = (dims, ends[2], used)
         for name, end in zip(("lower", "upper"), ends[:2], strict=True):
             long_name = f"{name} end of the {given_percent(level)} interval of the {text} {goal_text}"

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ..curves.curve import LognormalCurves, form_name
 from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve
@@ -60,9 +60,7 @@ def with_ends(
     text = f"if all capacities are off by one factor, {low:.2f} to {high:.2f}{f': {measure}' if measure else ''}"
     pairs = ((LOWER, "lower", np.minimum(*ends)), (UPPER, "upper", np.maximum(*ends)))
     return {
-        f"{name}{end}": xr.Variable(
-            dims, values, {"units": units, "long_name": f"{side} end of the range of {name} {text}"}
-        )
+        f"{name}{end}": xr.Variable(dims, values, described(f"{side} end of the range of {name} {text}", units))
         for end, side, values in pairs
     }
 
@@ -94,11 +92,6 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
         The curves with sqrt(beta² + beta_m²) in place of beta, in ends of intervals and replicates too, and beta_m in
         the attribute ``modelling_dispersion``.  Standard errors and fractiles, which hold only for the plain curves,
         are left out.
-
-    Raises
-    ------
-    TypeError, ValueError
-        No dataset of lognormal curves; curves that hold modelling uncertainty already; a negative dispersion.
 
     Notes
     -----
@@ -137,7 +130,7 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
         if name in found:
             whole = found[name].copy(data=np.hypot(found[name].values, beta))
             long_name = text if name == "dispersion" else f"{text}: {name.rpartition('_')[2]}"
-            found[name] = whole.assign_attrs({"units": DIMENSIONLESS, "long_name": long_name})
+            found[name] = whole.assign_attrs(described(long_name))
     return found.assign_attrs({MODELLING: beta})
 
 

@@ -1,7 +1,4 @@
-"""Rates over weighted branches: their fractiles, and the shares of what spreads them.
-
-Plain arrays of sampled rates of each branch; how they are sampled is not known here.
-"""
+"""Rates over weighted branches: their fractiles, and the shares of what spreads them."""
 
 from __future__ import annotations
 

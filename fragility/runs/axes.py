@@ -1,8 +1,4 @@
-"""Runs of blocks about both horizontal axes: a planar run about each, under one factor, and the outputs of the two.
-
-A block overturns where it does so about one of its axes, under the two components of one recording; probabilities of
-the two axes are never multiplied, because both components are as strong as their earthquake.
-"""
+"""Runs of blocks about both horizontal axes: a planar run about each, under one factor, and the outputs of the two."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Scale factors of runs, computed part by part where they differ from block to block.
-
-The blocks of a region have as many factors as runs, too many to be held in memory.
-"""
+"""Scale factors of runs, computed part by part where they differ from block to block."""
 
 from __future__ import annotations
 

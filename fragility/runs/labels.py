@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array
-from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND
+from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND, described
 from ...models import Block, Model
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
@@ -69,7 +69,7 @@ def output_variables(
     for name in request.outputs:
         values = _output(name, runs, blocks, work, request.runner.array).reshape(tuple(sizes.values()))
         units, long_name = VARIABLES[name]
-        variables[name] = xr.Variable(tuple(sizes), values, {"units": units, "long_name": long_name})
+        variables[name] = xr.Variable(tuple(sizes), values, described(long_name, units))
     return variables
 
 
@@ -132,7 +132,7 @@ def measured(scaled: Scaling) -> dict[str, xr.Variable]:
     if scaled.measured is None or (carried and not scaled.ground):
         return {}
     name = f"ground_{scaled.name}" if scaled.ground else scaled.name
-    attributes = {"units": scaled.units, "long_name": scaled.long_name}
+    attributes = described(scaled.long_name, scaled.units)
     return {name: xr.Variable(scaled.measure_dims, scaled.measured, attributes)}
 
 
@@ -152,29 +152,29 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
         "inertia_factor": ([b.inertia for b in blocks], DIMENSIONLESS, "moment of inertia about the corner over m R²"),
     }
     labels = _strings([block.label for block in blocks])
-    coordinates = {"block": xr.Variable("block", labels, {"units": DIMENSIONLESS, "long_name": "block"})}
+    coordinates = {"block": xr.Variable("block", labels, described("block"))}
     scenes = [describe_scene(block) for block in blocks]
     if any(scenes):
-        attributes = {"units": DIMENSIONLESS, "long_name": "what stands around the block or holds it (JSON, SI)"}
+        attributes = described("what stands around the block or holds it (JSON, SI)")
         coordinates[SCENE] = xr.Variable("block", _strings([json.dumps(one) for one in scenes]), attributes)
     if any(block.edge is not None for block in blocks):
         edges = [json.dumps(None if block.edge is None else describe_edge(block.edge)) for block in blocks]
-        attributes = {"units": DIMENSIONLESS, "long_name": "edges over which the block may slide (JSON, SI)"}
+        attributes = described("edges over which the block may slide (JSON, SI)")
         coordinates[EDGE] = xr.Variable("block", _strings(edges), attributes)
     if any(block.bed is not None for block in blocks):
         depths = [math.nan if block.bed is None else block.bed.settlement for block in blocks]
         columns[BED] = (depths, METRE, "settlement of the block's soft bed, NaN on a rigid floor")
     for name, (values, units, long_name) in columns.items():
-        coordinates[name] = xr.Variable("block", values, {"units": units, "long_name": long_name})
+        coordinates[name] = xr.Variable("block", values, described(long_name, units))
     if any(block.round for block in blocks):
-        attributes = {"units": DIMENSIONLESS, "long_name": "whether the base is round"}
+        attributes = described("whether the base is round")
         coordinates["round"] = xr.Variable("block", [block.round for block in blocks], attributes)
     return coordinates
 
 
 def depth_coordinate(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
     """Return the depth of blocks on ``block``, NaN where it is not known."""
-    attributes = {"units": METRE, "long_name": "full size in the other horizontal direction"}
+    attributes = described("full size in the other horizontal direction", METRE)
     depths = [math.nan if block.depth is None else block.depth for block in blocks]
     return {"depth": xr.Variable("block", depths, attributes)}
 
@@ -183,7 +183,7 @@ def model_coordinates(blocks: Sequence[Block], models: Sequence[Model]) -> dict[
     """Return `law_coordinates` and the restitution of every block under every law, on (``block``, ``model``)."""
     restitution = [[model.restitution(block) for model in models] for block in blocks]
     e = np.array([[np.nan if value is None else value for value in row] for row in restitution])
-    attributes = {"units": DIMENSIONLESS, "long_name": "coefficient of restitution used"}
+    attributes = described("coefficient of restitution used")
     return {**law_coordinates(models), "e": xr.Variable(("block", "model"), e, attributes)}
 
 
@@ -203,7 +203,4 @@ def law_coordinates(models: Sequence[Model]) -> dict[str, xr.Variable]:
         ("geometry", "geometry of the impact model: exact, linear or bilinear, empty for other laws"),
     ):
         columns[name] = _strings([str(getattr(model, name, "")) for model in models]), long_name
-    return {
-        name: xr.Variable("model", values, {"units": DIMENSIONLESS, "long_name": long_name})
-        for name, (values, long_name) in columns.items()
-    }
+    return {name: xr.Variable("model", values, described(long_name)) for name, (values, long_name) in columns.items()}

@@ -351,8 +351,11 @@ def run_part(
     seconds = {dt: np.array([seconds_per_sample(one, dt) for one in oscillators]) for dt in {one.dt for one in motions}}
     total = sum(levels * float(seconds[one.dt].sum()) * one.acceleration.size for one in motions)
     # (sliding blocks go motion by motion in any case)
-    together = n * levels if isinstance(tables, Stack) else ENOUGH_OF_ONE
-    for first, stop in _mixtures(together, len(motions)):
+    # (motions of few runs each go through the engine together)
+    of_one = n * levels if isinstance(tables, Stack) else ENOUGH_OF_ONE
+    together = 1 if of_one >= ENOUGH_OF_ONE else max(1, MOST_MIXED // of_one)
+    for first in range(0, len(motions), together):
+        stop = min(first + together, len(motions))
         shakes = motions[first:stop]
         own = np.broadcast_to(factors[:, :, first:stop], (n, levels, stop - first))
         costs = np.array([seconds[shake.dt] * shake.acceleration.size for shake in shakes]).T
@@ -388,9 +391,3 @@ def _parts(costs: Array) -> list[slice]:
     """Parts of consecutive runs that take about `PART_SECONDS`, of runs that take so many seconds each."""
     ends = np.flatnonzero(np.diff(np.floor(np.cumsum(costs) / PART_SECONDS))) + 1
     return [slice(*bounds) for bounds in pairwise([0, *ends.tolist(), costs.size])]
-
-
-def _mixtures(runs: int, motions: int) -> Bounds:
-    """Bounds of consecutive motions, of so many runs each, that go through the engine together: few runs are mixed."""
-    together = 1 if runs >= ENOUGH_OF_ONE else max(1, MOST_MIXED // runs)
-    return [(first, min(first + together, motions)) for first in range(0, motions, together)]

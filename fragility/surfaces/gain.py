@@ -1,8 +1,4 @@
-"""Gain of another intensity measure: how many times fewer motions levels in it would take, from runs in the first one.
-
-Capacities that scatter less take fewer motions.  How much of their scatter another measure explains shows already in
-the runs of the first motions.
-"""
+"""Gain of another intensity measure: how many times fewer motions levels in it would take, by runs in the first one."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Surface of lognormal curves: ln median and ln dispersion are polynomials of the blocks' variables.
-
-It knows nothing of blocks and motions: a run is a point of the variables, the ln of its level, and an outcome.
-"""
+"""Surface of lognormal curves: ln median and ln dispersion are polynomials of the blocks' variables."""
 
 from __future__ import annotations
 
@@ -158,13 +155,6 @@ class Surface(NamedTuple):
         return np.asarray(np.sqrt(squares(rows, self.covariance[-n:, -n:])))
 
 
-class _Rows(NamedTuple):
-    """The polynomials' terms at the runs' points: of ln median and of ln dispersion."""
-
-    middle: Array
-    spread: Array
-
-
 def fit_surface(
     runs: Pool, degrees: tuple[int, int], start: Surface | None = None, cut: Cut | None = None
 ) -> Surface | None:
@@ -175,7 +165,7 @@ def fit_surface(
     halved until the likelihood rises. Errors are from the sums of each motion's scores, the sandwich of Liang, K.-Y.
     and Zeger, S. L. (1986). Biometrika 73, 13-22.
     """
-    rows = _Rows(*(terms_at(runs.points, degree, cut) for degree in degrees))
+    rows = terms_at(runs.points, degrees[0], cut), terms_at(runs.points, degrees[1], cut)
     found = _likeliest(_begin(runs, degrees, start, cut), runs, rows)
     return None if found is None else Surface(runs.points.shape[1], degrees, *found, cut)
 
@@ -189,46 +179,41 @@ def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surf
     """
     narrow = np.exp(-curve.log_dispersions(runs.points))
     # (in dispersions of the curve there is a single number to find)
-    rows = _Rows(narrow[:, None] * terms_at(runs.points, degree, curve.cut), np.ones((runs.x.size, 1)))
-    c = _begin(runs, (degree, 0), start, curve.cut)[: rows.middle.shape[1] + 1]
+    rows = narrow[:, None] * terms_at(runs.points, degree, curve.cut), np.ones((runs.x.size, 1))
+    c = _begin(runs, (degree, 0), start, curve.cut)[: rows[0].shape[1] + 1]
     c[-1] = 0.0
     found = _likeliest(c, runs._replace(x=narrow * runs.x), rows)
     if found is None:
         return None
+    coefficients, covariance, motions, influence = found
     n, terms = c.size - 1, sum(curve.sizes[1])
     spread = curve.coefficients[-terms:].copy()
-    spread[0] += found.coefficients[n]
+    spread[0] += coefficients[n]
     return Surface(
         curve.variables,
         (degree, curve.degrees[1]),
-        np.concatenate([found.coefficients[:n], spread]),
-        np.pad(found.covariance, (0, terms - 1)),
-        found.motions,
-        np.pad(found.influence, ((0, 0), (0, terms - 1))),
+        np.concatenate([coefficients[:n], spread]),
+        np.pad(covariance, (0, terms - 1)),
+        motions,
+        np.pad(influence, ((0, 0), (0, terms - 1))),
         curve.cut,
     )
 
 
-class _Likeliest(NamedTuple):
-    """Coefficients of the greatest likelihood, and the rest as of `Surface`."""
+def _likeliest(c: Array, runs: Pool, rows: tuple[Array, Array]) -> tuple[Array, Array, int, Array] | None:
+    """Search from coefficients c (middle, then spread) for those of the greatest likelihood; None where there are none.
 
-    coefficients: Array
-    covariance: Array
-    motions: int
-    influence: Array
-
-
-def _likeliest(c: Array, runs: Pool, rows: _Rows) -> _Likeliest | None:
-    """Search from coefficients c for those of the greatest likelihood; None where there are none."""
-    n = rows.middle.shape[1]
+    Returned as `Surface` has them: coefficients, covariance, number of motions, influence.
+    """
+    n = rows[0].shape[1]
     if runs.x.size <= c.size or runs.fell.all() or not runs.fell.any():
         return None
-    now = _sums(c, runs, rows)
-    if now.likelihood == -math.inf:
+    likelihood, scores, information = _sums(c, runs, rows)
+    if likelihood == -math.inf:
         return None
     for _ in range(STEPS):
-        gradient = now.scores.sum(axis=0)
-        step = _solved(now.information, gradient)
+        gradient = scores.sum(axis=0)
+        step = _solved(information, gradient)
         if step is None:
             return None
         step *= min(1.0, STEEPEST / max(float(np.abs(step[n:]).max()), 1e-300))
@@ -236,22 +221,22 @@ def _likeliest(c: Array, runs: Pool, rows: _Rows) -> _Likeliest | None:
             break
         for _ in range(HALVINGS):
             tried = _sums(c + step, runs, rows)
-            if tried.likelihood > now.likelihood:
+            if tried[0] > likelihood:
                 break
             step = 0.5 * step
         else:
             break
-        c, now = c + step, tried
+        c, (likelihood, scores, information) = c + step, tried
     else:
         return None
-    if now.likelihood > -SEPARATED * runs.x.size:
+    if likelihood > -SEPARATED * runs.x.size:
         return None
-    inverse: Array = np.asarray(np.linalg.inv(now.information), dtype=np.float64)
+    inverse: Array = np.asarray(np.linalg.inv(information), dtype=np.float64)
     k = np.unique(runs.motion).size
     # (each coefficient takes a motion's worth of scatter away)
-    influence = times(now.scores, inverse) * math.sqrt(k / max(k - c.size, 1))
+    influence = times(scores, inverse) * math.sqrt(k / max(k - c.size, 1))
     covariance = crossed(influence, influence)
-    return _Likeliest(c, covariance, k, influence) if np.isfinite(covariance).all() else None
+    return (c, covariance, k, influence) if np.isfinite(covariance).all() else None
 
 
 def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None, cut: Cut | None) -> Array:
@@ -270,18 +255,11 @@ def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None, cut: Cut
     return c
 
 
-class _Sums(NamedTuple):
-    """Sums over the runs: ln likelihood, its slopes in the coefficients (motion, term), and expected information."""
-
-    likelihood: float
-    scores: Array
-    information: Array
-
-
-def _sums(c: Array, runs: Pool, rows: _Rows) -> _Sums:
+def _sums(c: Array, runs: Pool, rows: tuple[Array, Array]) -> tuple[float, Array, Array]:
+    """Return sums over runs: ln likelihood, its slopes in the coefficients (motion, term), and expected information."""
     scores, information = np.zeros((int(runs.motion.max()) + 1, c.size)), np.zeros((c.size, c.size))
     likelihood = engine.add_scores(*rows, c, runs.x, runs.fell, runs.motion, scores, information)
-    return _Sums(likelihood, scores, information)
+    return likelihood, scores, information
 
 
 def _solved(information: Array, score: Array) -> Array | None:
@@ -300,10 +278,10 @@ def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
 
     0 where the runs do not determine the jump.
     """
-    rows = _Rows(*(terms_at(runs.points, degree, cut) for degree in smooth.degrees))
-    sums = _sums(_begin(runs, smooth.degrees, smooth, cut), runs, rows)
-    gradient = sums.scores.sum(axis=0)
-    step = _solved(sums.information, gradient)
+    rows = smooth._replace(cut=cut).terms(runs.points)
+    _, scores, information = _sums(_begin(runs, smooth.degrees, smooth, cut), runs, rows)
+    gradient = scores.sum(axis=0)
+    step = _solved(information, gradient)
     return 0.0 if step is None else float(step @ gradient)
 
 

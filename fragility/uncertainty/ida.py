@@ -1,11 +1,8 @@
-"""Incremental dynamic analysis of an uncertain block: every sample of its inputs is a block and a law of its own.
-
-The samples are the oscillators of one analysis: blocks and laws are paired, not combined with each other.
-"""
+"""Incremental dynamic analysis of an uncertain block: every sample of its inputs is a block and a law of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Progress
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...models import Block, Law, describe_block, describe_law
 from ...models.laws import oscillator_of
 from ...motions.arrays import BOTH_AXES
@@ -97,7 +94,11 @@ def uncertain_ida(
     blocks = [one for one, _ in pairs]
     n = drawn.sizes["sample"]
     design = incremental(levels, motions, im, blocks, ground, polarity)
-    coordinates = _on_samples(design.coordinates, n)
+    # (coordinates of the blocks are put on sample: they are the same for every model)
+    coordinates = {
+        name: xr.Variable(("sample", "motion"), one.values[:n], one.attrs) if "block" in one.dims else one
+        for name, one in design.coordinates.items()
+    }
     axes = axes_of(design.motions)
     for one, law in pairs:
         check_axes(axes, [one], [law])
@@ -123,18 +124,6 @@ def uncertain_ida(
     return analyse(request, specimens, design)
 
 
-def _on_samples(coordinates: Mapping[str, xr.Variable], samples: int) -> dict[str, xr.Variable]:
-    """Coordinates of a design, those of the blocks put on sample: they are the same for every model."""
-    return {
-        name: xr.Variable(("sample", "motion"), one.values[:samples], one.attrs) if "block" in one.dims else one
-        for name, one in coordinates.items()
-    }
-
-
-def _attributes(units: str, long_name: str) -> dict[str, str]:
-    return {"units": units, "long_name": long_name}
-
-
 def _sample_coordinates(
     drawn: xr.Dataset, pairs: Sequence[tuple[Block, Law]], models: Sequence[Law] | None, deep: bool
 ) -> dict[str, Any]:
@@ -153,7 +142,7 @@ def _sample_coordinates(
 
     def of_law(values: Iterable[Any], dtype: Any, long_name: str) -> xr.Variable:
         column: NDArray[Any] = np.array(list(values), dtype=dtype).reshape(shape)
-        return xr.Variable(dims, column, _attributes(DIMENSIONLESS, long_name))
+        return xr.Variable(dims, column, described(long_name))
 
     e = (law.restitution(block) for block, law in pairs)
     coordinates["e"] = of_law((np.nan if one is None else one for one in e), float, "coefficient of restitution used")
@@ -163,6 +152,6 @@ def _sample_coordinates(
         coordinates["law"] = of_law((law.law for _, law in pairs), object, "short name of the damping law")
     if models is not None:
         labels = np.array([law.label for law in models], dtype=object)
-        coordinates["model"] = ("model", labels, _attributes(DIMENSIONLESS, "damping law with its options"))
+        coordinates["model"] = ("model", labels, described("damping law with its options"))
     coordinates["sample"] = drawn["sample"].variable
     return coordinates

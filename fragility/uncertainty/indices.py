@@ -11,7 +11,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS, provenance
+from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
 from ..runs.provenance import configuration_of
 from .distributions import Categorical
@@ -115,7 +115,7 @@ def sobol_indices(
         ("mean", base.mean(axis=0), units, "mean of the function"),
         ("variance", base.var(axis=0), DIMENSIONLESS if units == DIMENSIONLESS else f"({units})2", "its variance"),
     ):
-        dataset[name] = (rest.dims[1:], column.reshape(rest.shape[1:]), {"units": unit, "long_name": text})
+        dataset[name] = (rest.dims[1:], column.reshape(rest.shape[1:]), described(text, unit))
     options = {"n": size, "samples": points.shape[0], "confidence": level, "replicates": times, "seed": start}
     return dataset.assign_attrs(
         title="Sobol' indices",
@@ -181,7 +181,7 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
     units = str(rest.attrs.get("units", DIMENSIONLESS))
     dataset = _dataset(inputs, variables, rest, units)
     base = values[0].reshape(rest.shape[1:])
-    dataset["base"] = (rest.dims[1:], base, {"units": units, "long_name": "at the medians of all inputs"})
+    dataset["base"] = (rest.dims[1:], base, described("at the medians of all inputs", units))
     return dataset.assign_attrs(
         title="One input at a time",
         **_provenance("tornado", inputs, rest, {"quantiles": [first, last]}),
@@ -204,10 +204,6 @@ def _with_ends(
 def _provenance(analysis: str, inputs: RandomInputs, rest: xr.DataArray, options: dict[str, Any]) -> dict[str, Any]:
     """Provenance of indices, with the configuration that the function states, as `overturning_response` does."""
     return provenance({"analysis": analysis, **options, "inputs": inputs.description, "of": configuration_of(rest)})
-
-
-def _attributes(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:
-    return {"units": units, "long_name": long_name}
 
 
 def _independent(inputs: Any) -> None:
@@ -263,6 +259,6 @@ def _dataset(
     kept = {name: one.variable for name, one in rest.coords.items() if "sample" not in one.dims}
     names = np.array(inputs.names, dtype=object)
     return xr.Dataset(
-        {name: (dims, array.reshape(shape), _attributes(text, units)) for name, (array, text) in variables.items()},
-        coords={**kept, "input": ("input", names, _attributes("input"))},
+        {name: (dims, array.reshape(shape), described(text, units)) for name, (array, text) in variables.items()},
+        coords={**kept, "input": ("input", names, described("input"))},
     )

@@ -1,7 +1,4 @@
-"""Random inputs: the uncertain properties of a block and its damping law, their correlations, and samples of them.
-
-A sample is a block and a law of its own.  This module knows nothing of motions.
-"""
+"""Random inputs: the uncertain properties of a block and its damping law, their correlations, and samples of them."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_of
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS, provenance
+from ...core.units import DIMENSIONLESS, described, provenance
 from ...models import Block, Law
 from .distributions import Categorical, Distribution, Least, Lognormal, Normal
 from .realisation import (
@@ -181,12 +178,12 @@ class RandomInputs:
         variables = {}
         for i, (name, one) in enumerate(self.distributions.items()):
             known = KNOWN.get(name, InputRange(DIMENSIONLESS, name, -math.inf, math.inf))
-            attributes = {"units": known.units, "long_name": known.long_name}
+            attributes = described(known.long_name, known.units)
             variables[name] = ("sample", one.quantile(probability[:, i]), attributes)
         index = np.arange(cube.shape[0])
         return xr.Dataset(
             variables,
-            coords={"sample": ("sample", index, {"units": DIMENSIONLESS, "long_name": "sample of the inputs"})},
+            coords={"sample": ("sample", index, described("sample of the inputs"))},
             attrs={
                 "title": "Samples of uncertain inputs",
                 **provenance({"analysis": "samples of inputs", "inputs": self.description}),

@@ -1,8 +1,4 @@
-"""Joint overturning of many blocks under the same motions, with differences between pieces of one kind.
-
-In a deterministic model pieces that are alike fall together.  Real pieces differ a little: their restitution and
-slenderness are then drawn at random, and only the motion is common to them.
-"""
+"""Joint overturning of many blocks under the same motions, with differences between pieces of one kind."""
 
 from __future__ import annotations
 
@@ -190,72 +186,35 @@ def overturning_flags(
 
     factors (1, level, motion), the same for all oscillators.  Bit-identical for any chunking and any number of workers.
     """
-    return _outputs(["overturned"], oscillators, motions, factors, client, progress)[0]
-
-
-def falling_directions(
-    oscillators: Sequence[Oscillator],
-    motions: Sequence[Record],
-    factors: Array,
-    client: Client | Runner | None = None,
-    progress: Progress | None = None,
-) -> NDArray[np.int8]:
-    """Return the side to which each run falls (oscillator, level, motion): 1 front, -1 back, 0 where it stands.
-
-    Arguments and bits as of `overturning_flags`.
-    """
-    return _outputs(["direction"], oscillators, motions, factors, client, progress)[0]
-
-
-def directions_and_ruptures(
-    oscillators: Sequence[Oscillator],
-    motions: Sequence[Record],
-    factors: Array,
-    client: Client | Runner | None = None,
-    progress: Progress | None = None,
-) -> tuple[NDArray[np.int8], Flags]:
-    """Return what `falling_directions` does, and flags of the runs in which the restraint broke.
-
-    Arguments and bits as of `overturning_flags`.
-    """
-    directions, ruptures = _outputs(["direction", "ruptured"], oscillators, motions, factors, client, progress)
-    return directions, ruptures
+    request = Request([], [], ["overturned"], True, runner_of(client), progress, screen=False)
+    return np.asarray(
+        collect(work_of(oscillators, motions, factors, request), request.runner, progress).results["overturned"]
+    )
 
 
 def falls_of_axes(
     oscillators: Sequence[Oscillator],
-    across: Sequence[Oscillator],
+    across: Sequence[Oscillator] | None,
     motions: Sequence[Record],
     factors: Array,
     client: Client | Runner | None = None,
     progress: Progress | None = None,
     held: bool = False,
-) -> tuple[NDArray[np.int8], NDArray[np.int8], Flags | None]:
+) -> tuple[NDArray[np.int8], NDArray[np.int8] | None, Flags | None]:
     """Return the side to which each run falls, the axis about which it falls first, and whether its restraint broke.
 
     All are (oscillator, level, motion): 1 to the front of its axis, -1 to its back; 1 along the width, 2 along the
     depth (the rules of `fragility.runs.axes.of_both`); 0 where it stands. `oscillators` and `across` are of the same
-    pieces along their width and depth; motions along the width have those along the depth as companions. Ruptures of
-    restraints along the width are None unless `held`.
+    pieces along their width and depth; motions along the width have those along the depth as companions. Axes are None
+    without `across`, ruptures of restraints along the width unless `held`.
     """
     runner = runner_of(client)
-    names = ["direction", AXIS, *(["ruptured"] if held else [])]
+    names = ["direction", *([] if across is None else [AXIS]), *(["ruptured"] if held else [])]
     request = Request([], [], names, True, runner, progress, screen=False)
-    both = both_works(work_of(oscillators, motions, factors, request), across)
-    results = collect_both(request.outputs, both, runner, progress).results
-    ruptures = np.asarray(results["ruptured"]) if held else None
-    return np.asarray(results["direction"]), np.asarray(results[AXIS]), ruptures
-
-
-def _outputs(
-    names: list[str],
-    oscillators: Sequence[Oscillator],
-    motions: Sequence[Record],
-    factors: Array,
-    client: Client | Runner | None,
-    progress: Progress | None,
-) -> list[NDArray[Any]]:
-    request = Request([], [], names, True, runner_of(client), progress, screen=False)
     work = work_of(oscillators, motions, factors, request)
-    results = collect(work, request.runner, progress).results
-    return [np.asarray(results[name]) for name in names]
+    if across is None:
+        results = collect(work, runner, progress).results
+    else:
+        results = collect_both(request.outputs, both_works(work, across), runner, progress).results
+    axes = None if across is None else np.asarray(results[AXIS])
+    return np.asarray(results["direction"]), axes, np.asarray(results["ruptured"]) if held else None

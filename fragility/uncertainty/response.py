@@ -1,7 +1,4 @@
-"""The response of an uncertain block as a function of samples of its inputs: probabilities and medians.
-
-Every sample is run under the same motions, so that differences between samples are due to their inputs.
-"""
+"""The response of an uncertain block as a function of samples of its inputs: probabilities and medians."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Progress
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ...models import Block, Law
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED
@@ -91,11 +88,7 @@ def overturning_response(
             counts["probability"].transpose("sample", "level").values,
             dims=("sample", "output"),
             coords={
-                "output": (
-                    "output",
-                    np.array(names, dtype=object),
-                    {"units": DIMENSIONLESS, "long_name": "what is looked at"},
-                ),
+                "output": ("output", np.array(names, dtype=object), described("what is looked at")),
                 "level": ("output", level.values, dict(level.attrs)),
             },
             attrs={"configuration": runs.attrs["configuration"]},

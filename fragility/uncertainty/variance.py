@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.units import DIMENSIONLESS, provenance
+from ...core.units import DIMENSIONLESS, described, provenance
 from ..efficiency.capacity import overturning_capacity
 from ..fitting.states import OVERTURNED, State
 from ..numerics.slabs import gathered
@@ -133,7 +133,7 @@ def variance_shares(
 
 
 def _index(name: str, labels: Sequence[str]) -> xr.DataArray:
-    attributes = {"units": DIMENSIONLESS, "long_name": f"{name} of the variance"}
+    attributes = described(f"{name} of the variance")
     return xr.DataArray(np.array(labels, dtype=object), dims=name, name=name, attrs=attributes)
 
 
@@ -181,11 +181,6 @@ def capacity_variance_shares(
         `rounding_share`, the part of the total variance that the distance of the levels could explain (the variance of
         uniform errors is width²/12).
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `overturning_capacity` and `variance_shares`; fewer than two motions with known capacities throughout.
-
     Notes
     -----
     A capacity below the lowest or above the highest level is not known, and a full factorial admits no missing values:
@@ -216,7 +211,7 @@ def capacity_variance_shares(
         )
     some = capacity.isel(motion=used)
     logs = some["capacity"].copy(data=np.log(some["capacity"].values))
-    logs.attrs = {"units": DIMENSIONLESS, "long_name": "ln capacity"}
+    logs.attrs = described("ln capacity")
     if "configuration" in runs.attrs:
         logs.attrs["configuration"] = runs.attrs["configuration"]
     here = [dim for dim in ([dims] if isinstance(dims, str) else dims) if dim in logs.dims]

@@ -180,7 +180,9 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     share = float(_shares(screened, SCALED_FAR).mean())
     if share > 0.0:
         lowest, highest = settings["factors"]
-        factors = _factors(screened)
+        whole = "scale_factor" in screened  # (else the least and the greatest of each block)
+        names = ["scale_factor"] if whole else ["scale_factor_lowest", "scale_factor_highest"]
+        factors = np.stack([near_curves(screened, name) for name in names])
         known = factors[np.isfinite(factors)]
         ends = [two_digits(float(end)) for end in (known.min(), known.max())] if known.size else []
         found.append(
@@ -211,13 +213,6 @@ def near_curves(screened: xr.Dataset, name: str) -> Array:
 def greatest_need(screened: xr.Dataset, name: str) -> float:
     """Return the greatest coefficient of friction that blocks need, of a variable of the screen; NaN for none."""
     return float(np.fmax.reduce(near_curves(screened, name).ravel(), initial=np.nan))
-
-
-def _factors(screened: xr.Dataset) -> Array:
-    """All scale factors, or where a screen does not hold them the least and the greatest of each block."""
-    if "scale_factor" in screened:
-        return np.asarray(near_curves(screened, "scale_factor"))
-    return np.stack([screened[f"scale_factor_{end}"].values for end in ("lowest", "highest")])
 
 
 def few_motions_note(n: int, half: float, widest: float) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ..numerics.slabs import Where
 
 
@@ -38,7 +38,7 @@ ANY = "any"
 
 def labelled(values: xr.DataArray | xr.Variable, long_name: str, units: str = DIMENSIONLESS) -> xr.Variable:
     """Return the values with only these two attributes."""
-    return xr.Variable(values.dims, values.data, {"units": units, "long_name": long_name})
+    return xr.Variable(values.dims, values.data, described(long_name, units))
 
 
 def verdict_of(sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable]) -> xr.Variable:
@@ -95,4 +95,4 @@ def _spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:
 def reason_names() -> xr.Variable:
     """Return the coordinate `reason` of the shares."""
     names = np.array([*(one.name for one in REASONS), ANY], dtype=object)
-    return xr.Variable("reason", names, {"units": DIMENSIONLESS, "long_name": "what speaks against the runs"})
+    return xr.Variable("reason", names, described("what speaks against the runs"))

@@ -1,8 +1,4 @@
-"""Validity screen: reasons, for every run, why rocking may not be the right model of it.
-
-Rigid rocking includes no sliding and no bouncing.  The screen changes no result: it adds variables
-(such as the friction that a run needs) and reasons, one bit each.  `notes` turns the screen into sentences.
-"""
+"""Validity screen: reasons, for every run, why rocking may not be the right model of it."""
 
 from __future__ import annotations
 
@@ -98,13 +94,6 @@ def screen(
           share of flags that change, with ``undecided_lower`` and ``undecided_upper``, its 95 % Wilson interval; at
           adaptive levels ``undecided_tested`` (block, model), their number.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Runs of another kind or of sliding blocks, no block, law, level or motion, a block under a law without runs,
-        motions that are not those of the runs, a friction that is neither number nor distribution or is missing for a
-        block, bounds out of order.
-
     Notes
     -----
     Where the motions shake vertically, too, a run in which the floor falls faster than g is ``airborne``: the block
@@ -160,7 +149,10 @@ def screen(
     asked = ScreenRequest(friction, bounds, share)
     runner = runner_of(client)
     if isinstance(runs, xr.Dataset):
-        _refuse_slides(runs)
+        # (what `slide_runs` returns has no law beside the name of its model)
+        laws = runs.coords.get("law", runs.coords.get("model"))
+        if laws is not None and bool((laws == SlidingLaw.law).any()):
+            raise ValueError("runs must be of rocking blocks, got some of sliding ones")
         checks.not_empty("runs", runs.sizes)
     if isinstance(runs, xr.Dataset) and RUN in runs.dims:
         runs = selected(runs)
@@ -182,14 +174,6 @@ def screen(
             "screen": json.dumps(settings, ensure_ascii=False),
         },
     )
-
-
-def _refuse_slides(runs: xr.Dataset) -> None:
-    """Raise ValueError for runs of blocks that slide: the screen is one of rocking."""
-    # (what `slide_runs` returns has no law beside the name of its model)
-    laws = runs.coords.get("law", runs.coords.get("model"))
-    if laws is not None and bool((laws == SlidingLaw.law).any()):
-        raise ValueError("runs must be of rocking blocks, got some of sliding ones")
 
 
 def _dense(

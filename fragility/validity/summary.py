@@ -1,8 +1,4 @@
-"""The screen of runs as shares and greatest demands, without a value for every run.
-
-It is for runs that are no dataset on (block, model, level, motion), as `screen` needs them: those of inventories, of
-samples of uncertain blocks, and of laws at many values of a parameter.
-"""
+"""The screen of runs as shares and greatest demands, without a value for every run."""
 
 from __future__ import annotations
 
@@ -12,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import DOWNWARD, OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
@@ -117,12 +113,12 @@ def summary_screen(
         found |= undecided_shares(flips, tuple(given.sizes))
     found["outside"] = shares.outside(found.get("undecided"))
     few, fewest = few_motions(given, limits)
-    described = described_friction(friction, available, labels)
-    told = settings_of(limits, fewest, described, True, 0 if flips is None else flips.tested, given.lifted)
+    of_friction = described_friction(friction, available, labels)
+    told = settings_of(limits, fewest, of_friction, True, 0 if flips is None else flips.tested, given.lifted)
     return xr.Dataset(
         {**found, **few},
         coords={
-            "block": ("block", np.array(labels, dtype=object), {"units": DIMENSIONLESS, "long_name": "block"}),
+            "block": ("block", np.array(labels, dtype=object), described("block")),
             "reason": reason_names(),
             **{name: one for name, one in given.coordinates.items() if name == BED},
         },

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from ...core import checks
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 
 CENTRE, FOOT = "centre", "foot"
 FALLS_WHEN = (CENTRE, FOOT)
 """What must pass an edge for a block to fall off: the centre of mass, or the foot."""
 FALLEN_OFF = "fallen_off"
 """Name of the flag of blocks that slide over an edge."""
-OF_FALLEN_OFF = {"units": DIMENSIONLESS, "long_name": "whether the block slid over an edge, False of blocks near none"}
+OF_FALLEN_OFF = described("whether the block slid over an edge, False of blocks near none")
 """Its attributes."""
 
 

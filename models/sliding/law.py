@@ -160,12 +160,6 @@ class RandomSliding(SlidingLaw):
     kinetic_ratio : float
         Kinetic over static friction, above 0, at most 1.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Something that is no friction, a ratio out of range.  A block that never slides under the friction is refused
-        when it is run.
-
     Notes
     -----
     Without vertical shaking, a block with friction mu under s times a motion slips mu times as far as one with friction

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
+from ...core.units import STANDARD_GRAVITY, described
 from ..block import Block
 
 
@@ -22,10 +22,7 @@ class Mode(enum.IntEnum):
     AIRBORNE = -1
 
 
-MODE = {
-    "units": DIMENSIONLESS,
-    "long_name": "what the block does first: 0 rests, 1 slides, 2 rocks, -1 loses contact with the floor",
-}
+MODE = described("what the block does first: 0 rests, 1 slides, 2 rocks, -1 loses contact with the floor")
 """Attributes of modes."""
 
 

@@ -7,15 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
+from ...core.units import STANDARD_GRAVITY, described
 from ..block import Block
 
 TRIPS = "trips"
 """Name of the flag of blocks that meet an obstacle fast enough to turn over it."""
-OF_TRIPS = {
-    "units": DIMENSIONLESS,
-    "long_name": "whether the block meets an obstacle with the energy to turn over it (a criterion)",
-}
+OF_TRIPS = described("whether the block meets an obstacle with the energy to turn over it (a criterion)")
 """Its attributes."""
 
 

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.units import ACCELERATION, DIMENSIONLESS, VELOCITY, provenance
+from ...core.units import ACCELERATION, VELOCITY, described, provenance
 from ..arrays import (
     BOTH_AXES,
     HORIZONTAL,
@@ -442,8 +442,8 @@ class Building:
         dims = ("motion", "floor")
         return xr.Dataset(
             {
-                "pfa": (dims, found[0], {"units": ACCELERATION, "long_name": "peak absolute floor acceleration"}),
-                "pfv": (dims, found[1], {"units": VELOCITY, "long_name": "peak absolute floor velocity"}),
+                "pfa": (dims, found[0], described("peak absolute floor acceleration", ACCELERATION)),
+                "pfv": (dims, found[1], described("peak absolute floor velocity", VELOCITY)),
             },
             coords={**motion_coordinates(plain), **floor_coordinates(chosen, self.heights[chosen])},
             attrs={
@@ -515,7 +515,7 @@ class Building:
         text = "relative acceleration of the highest floor in the last fundamental period, over its peak"
         return (
             floor_array(values, step, labels, sources, floors, self.heights[floors], own)
-            .assign_coords(ringing=("motion", ringing, {"units": DIMENSIONLESS, "long_name": text}))
+            .assign_coords(ringing=("motion", ringing, described(text)))
             .assign_attrs(building=json.dumps(self._described(), ensure_ascii=False))
         )
 

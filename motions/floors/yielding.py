@@ -20,7 +20,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn
 from ...core.streams import key_of, stream
-from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOCITY, provenance
+from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
 from ..plausibility import collapse_doubts, record_doubts
@@ -32,8 +32,8 @@ COLLAPSE_DRIFT = 0.1
 """Drift over the storey's height at which a storey counts as collapsed (judgement)."""
 
 
-DISPLACEMENT = {"units": METRE, "long_name": "greatest displacement of the isolators"}
-FACTOR = {"units": DIMENSIONLESS, "long_name": "factor on the strengths of the building that the motion meets"}
+DISPLACEMENT = described("greatest displacement of the isolators", METRE)
+FACTOR = described("factor on the strengths of the building that the motion meets")
 
 
 class CollapsingBuilding(UserWarning):
@@ -187,9 +187,9 @@ class YieldingBuilding:
             floor_array(values, plain[0].dt, labels, sources, chosen, self.heights[chosen], own)
             .assign_coords(
                 {
-                    "ductility": ("motion", ductility, {"units": DIMENSIONLESS, "long_name": drift}),
-                    "collapsed": ("motion", collapsed, {"units": DIMENSIONLESS, "long_name": storey}),
-                    OWN_LEVEL: ("motion", np.full(len(plain), True), {"units": DIMENSIONLESS, "long_name": level}),
+                    "ductility": ("motion", ductility, described(drift)),
+                    "collapsed": ("motion", collapsed, described(storey)),
+                    OWN_LEVEL: ("motion", np.full(len(plain), True), described(level)),
                 }
             )
             .assign_attrs(building=json.dumps(self._described() | {"factor": scale}, ensure_ascii=False))
@@ -246,24 +246,20 @@ class YieldingBuilding:
         uncertain = {"strength_factor": ("motion", strengths, FACTOR)} if self.strength_dispersion > 0.0 else {}
         return xr.Dataset(
             {
-                "pfa": (on_floor, floor[0], {"units": ACCELERATION, "long_name": "peak absolute floor acceleration"}),
-                "pfv": (on_floor, floor[1], {"units": VELOCITY, "long_name": "peak absolute floor velocity"}),
-                "drift": (on_storey, storey[0], {"units": METRE, "long_name": "greatest drift"}),
-                "ductility": (on_storey, storey[1], {"units": DIMENSIONLESS, "long_name": "drift over yield drift"}),
-                "residual": (on_storey, storey[2], {"units": METRE, "long_name": "residual plastic drift"}),
-                "collapsed": (
-                    ("factor", "motion"),
-                    collapsed,
-                    {"units": DIMENSIONLESS, "long_name": "storey that collapsed, from 1; 0 for none"},
-                ),
+                "pfa": (on_floor, floor[0], described("peak absolute floor acceleration", ACCELERATION)),
+                "pfv": (on_floor, floor[1], described("peak absolute floor velocity", VELOCITY)),
+                "drift": (on_storey, storey[0], described("greatest drift", METRE)),
+                "ductility": (on_storey, storey[1], described("drift over yield drift")),
+                "residual": (on_storey, storey[2], described("residual plastic drift", METRE)),
+                "collapsed": (("factor", "motion"), collapsed, described("storey that collapsed, from 1; 0 for none")),
                 **isolated,
             },
             coords={
                 **motion_coordinates(plain),
                 **uncertain,
                 **floor_coordinates(list(self.floors), self.heights),
-                "factor": ("factor", scales, {"units": DIMENSIONLESS, "long_name": "factor on the ground motions"}),
-                "storey": ("storey", numbers, {"units": DIMENSIONLESS, "long_name": "storey, from the lowest"}),
+                "factor": ("factor", scales, described("factor on the ground motions")),
+                "storey": ("storey", numbers, described("storey, from the lowest")),
             },
             attrs={
                 "title": "Response of a yielding building",

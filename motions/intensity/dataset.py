@@ -1,7 +1,4 @@
-"""Evaluation of intensity measures: the measure that a label names, and the values of motions, as arrays or a dataset.
-
-The measures themselves are in `measure` and `parametric_measures`.
-"""
+"""Evaluation of intensity measures: the measure that a label names, and the values of motions, plain or labelled."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import STANDARD_GRAVITY, provenance
+from ...core.units import STANDARD_GRAVITY, described, provenance
 from ..arrays import HORIZONTAL, Record, motion_coordinates, records
 from .directions import PAIR_MEASURES, PairMeasure
 from .measure import MEASURES, Measure
@@ -187,8 +184,6 @@ def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dic
     """Return measures of plain records as variables on ``motion``, by label."""
     place = place_of(record.floor for record in plain)
     return {
-        one.label: xr.Variable(
-            "motion", measure(one, plain), {"units": one.units, "long_name": long_name_at(one.long_name, place)}
-        )
+        one.label: xr.Variable("motion", measure(one, plain), described(long_name_at(one.long_name, place), one.units))
         for one in chosen
     }

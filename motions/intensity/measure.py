@@ -1,8 +1,4 @@
-"""Intensity measures: the class of all measures, and the measures without parameters, by name.
-
-Measures with parameters are in `parametric_measures`; `dataset` finds a measure by its label.  The module does not
-depend on blocks.
-"""
+"""Intensity measures: the class of all measures, and the measures without parameters, by name."""
 
 from __future__ import annotations
 

@@ -210,11 +210,6 @@ class FIV3(ParametricMeasure):
         Corner frequency of the filter times T, above 0 (default 0.85).  Davalos et al. (2020) take 1 Hz:
         ``beta=period``.
 
-    Raises
-    ------
-    ValueError
-        A parameter out of range; from `of`, a record shorter than one window.
-
     Notes
     -----
     Vs(t) is the integral of the filtered acceleration from t to t + alpha T.  FIV3 is the larger of the sum of its

@@ -17,7 +17,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, provenance
+from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance
 from ..arrays import motion_coordinates, records
 from ..kernels import oscillators as engine
 
@@ -132,18 +132,11 @@ def response_spectrum(
     }
     return xr.Dataset(
         {
-            name: (("motion", "period"), values, {"units": units, "long_name": long_name})
+            name: (("motion", "period"), values, described(long_name, units))
             for name, (values, units, long_name) in variables.items()
         },
-        coords={
-            **motion_coordinates(plain),
-            "period": ("period", axis, {"units": SECOND, "long_name": "period of the oscillator"}),
-        },
-        attrs={
-            "title": "Response spectra",
-            **provenance({"periods": axis.tolist(), "damping": zeta}),
-            "damping": zeta,
-        },
+        coords={**motion_coordinates(plain), "period": ("period", axis, described("period of the oscillator", SECOND))},
+        attrs={"title": "Response spectra", **provenance({"periods": axis.tolist(), "damping": zeta}), "damping": zeta},
     )
 
 

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import noted, warn
-from ...core.units import DIMENSIONLESS, HERTZ, SECOND, VELOCITY, provenance
+from ...core.units import HERTZ, SECOND, VELOCITY, described, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95
 from ..intensity.peaks import peak_velocity
@@ -229,16 +229,15 @@ def ac156_acceptance(
         rules["uncorrelated"] = (correlation < MOST_CORRELATION, "correlation between axes below 0.3")
     accepted = np.logical_and.reduce([verdict for verdict, _ in rules.values()])
     variables = {
-        name: xr.Variable("motion", values, {"units": DIMENSIONLESS, "long_name": text})
+        name: xr.Variable("motion", values, described(text))
         for name, (values, text) in {**numbers, **rules, "accepted": (accepted, "all rules hold")}.items()
     }
     strong = [significant_duration_5_95(one.acceleration, one.dt) for one in plain]
-    variables["strong_duration"] = xr.Variable("motion", strong, {"units": SECOND, "long_name": "D5-95"})
+    variables["strong_duration"] = xr.Variable("motion", strong, described("D5-95", SECOND))
     pfv = [peak_velocity(one.acceleration, one.dt) for one in plain]
-    variables["pfv"] = xr.Variable("motion", pfv, {"units": VELOCITY, "long_name": "peak velocity of the table"})
-    text = {"units": DIMENSIONLESS, "long_name": "response spectrum over RRS"}
-    variables["ratio"] = xr.Variable(("motion", "frequency"), ratio, text)
-    at = xr.Variable("frequency", frequency, {"units": HERTZ, "long_name": "natural frequency"})
+    variables["pfv"] = xr.Variable("motion", pfv, described("peak velocity of the table", VELOCITY))
+    variables["ratio"] = xr.Variable(("motion", "frequency"), ratio, described("response spectrum over RRS"))
+    at = xr.Variable("frequency", frequency, described("natural frequency", HERTZ))
     return xr.Dataset(
         variables,
         coords={**motion_coordinates(plain), "frequency": at},

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_of
-from ...core.units import DIMENSIONLESS, METRE, VELOCITY
+from ...core.units import DIMENSIONLESS, METRE, VELOCITY, described
 from ...core.wording import two_digit_percent
 from ..arrays import from_array
 from ..intensity.peaks import peak_displacement, peak_velocity
@@ -178,7 +178,7 @@ def labelled_matches(
     }
     return from_array(values, dt, labels, sources, own_amplitude=False).assign_coords(
         {
-            name: ("motion", np.array(numbers), {"units": units, "long_name": long_name})
+            name: ("motion", np.array(numbers), described(long_name, units))
             for name, (numbers, units, long_name) in coordinates.items()
         }
     )

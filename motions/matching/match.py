@@ -67,12 +67,6 @@ def match(
         The adjusted motions, at rest at their end (a residual displacement is removed before the references of PGV and
         PGD are taken), with the coordinates on motion that `SpectrumCompatible.sample` names.
 
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.motions.records`; a motion of zeros, a target that the step or the length cannot hold, options out
-        of range.
-
     Notes
     -----
     With the peaks of all oscillators held at their times, each step computes the smallest change of acceleration

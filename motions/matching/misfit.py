@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, provenance
+from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, described, provenance
 from ..arrays import motion_coordinates, records
 from ..intensity.peaks import displacement, peak_displacement, peak_velocity, velocity
 from ..intensity.spectra import peak_displacements
@@ -62,13 +62,13 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
         "end_displacement": (ends[:, 1], METRE, "displacement at the end"),
     }
     variables = {
-        name: xr.Variable("motion", values, {"units": units, "long_name": long_name})
+        name: xr.Variable("motion", values, described(long_name, units))
         for name, (values, units, long_name) in on_motion.items()
     }
-    text = {"units": DIMENSIONLESS, "long_name": "pseudo-acceleration over the target, less 1"}
+    text = described("pseudo-acceleration over the target, less 1")
     variables["misfit"] = xr.Variable(("motion", "period"), misfit, text)
-    period = xr.Variable("period", axis, {"units": SECOND, "long_name": "period of the oscillator"})
-    aim = xr.Variable("period", target.at(axis), {"units": ACCELERATION, "long_name": "target pseudo-acceleration"})
+    period = xr.Variable("period", axis, described("period of the oscillator", SECOND))
+    aim = xr.Variable("period", target.at(axis), described("target pseudo-acceleration", ACCELERATION))
     return xr.Dataset(
         variables,
         coords={**motion_coordinates(plain), "period": period, "target": aim},

@@ -1,7 +1,4 @@
-"""Simulated motions that each have a given response spectrum: shaped noise, of which every motion is then matched.
-
-The adjustment is in `adjustment`; given motions are matched in `match`.
-"""
+"""Simulated motions that each have a given response spectrum: shaped noise, of which every motion is then matched."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Target response spectra for motions: from numbers, from a table, and those of American codes.
-
-A target is plain values; it depends neither on motions nor on the way in which they are matched to it (`adjustment`).
-"""
+"""Target response spectra for motions: from numbers, from a table, and those of American codes."""
 
 from __future__ import annotations
 

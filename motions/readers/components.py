@@ -13,6 +13,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
+from ...core.units import described
 from ..arrays import from_array
 from .lines import RecordError, plain
 from .units import PEAK_TOLERANCE, unit_factor
@@ -105,9 +106,8 @@ def refuse_gaps(file: Path, values: Array) -> None:
     count = int((np.abs(values) == peak).sum())
     alone = float(np.abs(values[np.abs(values) < peak]).max(initial=0.0))
     if peak >= 99.0 and len(digits) > 2 and set(digits) == {"9"} and (count > 1 or peak > LONELY * alone):
-        raise RecordError(
-            f"{file}: {count:,} of its values {'is' if count == 1 else 'are'} {peak:g}, a mark of gaps: fill them, or cut them off"
-        )
+        are = "is" if count == 1 else "are"
+        raise RecordError(f"{file}: {count:,} of its values {are} {peak:g}, a mark of gaps: fill them, or cut them off")
 
 
 def without_offset(acceleration: Array) -> tuple[Array, str]:
@@ -175,11 +175,11 @@ def _coordinates(components: Sequence[Component]) -> dict[str, Any]:
     for field, long_name in _TEXTS.items():
         texts = [plain(getattr(one, field)) for one in components]
         if any(texts):
-            found[field] = ("motion", np.array(texts, dtype=object), {"units": "1", "long_name": long_name})
+            found[field] = ("motion", np.array(texts, dtype=object), described(long_name))
     for field, (name, units, long_name) in _VALUES.items():
         values = np.array([getattr(one, field) for one in components])
         if np.isfinite(values).any():
-            found[name] = ("motion", values, {"units": units, "long_name": long_name})
+            found[name] = ("motion", values, described(long_name, units))
     return found
 
 

@@ -33,11 +33,9 @@ _TEXT = re.compile(r"(?:TIMESERIES|WID[12]|XW01)[ _]")
 
 def is_obspy_text(head: Sequence[str]) -> bool:
     """Return True if text begins as one of obspy's text formats (SLIST, TSPAIR, alphanumeric SAC, GSE)."""
-    return bool(head) and (_TEXT.match(head[0]) is not None or _is_sac(head))
-
-
-def _is_sac(head: Sequence[str]) -> bool:
-    # five header values on a line, and SAC's mark for values that are not set
+    if not head or _TEXT.match(head[0]) is not None:
+        return bool(head)
+    # SAC: five header values on a line, and its mark for values that are not set
     return len(head[0].split()) == 5 and any("-12345.0" in line for line in head[:14])
 
 

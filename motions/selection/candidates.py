@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Index
+from ...core.units import described
 from ..arrays import records
 from ..intensity.dataset import measure, positive_measure
 from ..intensity.measure import Measure
@@ -78,8 +79,8 @@ class Candidates:
             own = places[(places >= first) & (places < first + one.sizes["motion"])]
             if own.size:
                 coordinates = {
-                    FACTOR: ("motion", factors[own], {"units": "1", "long_name": "factor to the level"}),
-                    CANDIDATE: ("motion", own, {"units": "1", "long_name": "number among the candidates"}),
+                    FACTOR: ("motion", factors[own], described("factor to the level")),
+                    CANDIDATE: ("motion", own, described("number among the candidates")),
                     EVENT: ("motion", self.events[own]),
                 }
                 found.append(one.isel(motion=own - first).assign_coords(coordinates))

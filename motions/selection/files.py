@@ -67,8 +67,6 @@ def read_target(
     TargetError
         A file that cannot be read, of no known format, with values that are missing or no numbers, a measure or unit
         that is not known, a negative sigma, a rupture without weight.
-    TypeError, ValueError
-        As `Target`.
 
     Notes
     -----

@@ -14,7 +14,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Index
 from ...core.streams import stream
-from ...core.units import provenance
+from ...core.units import described, provenance
 from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
 from .candidates import Candidates
@@ -169,7 +169,7 @@ def select(
         )
     problem = Problem(values[allowed], wanted.sigmas, weighted, numbered, most)
     chosen = allowed[choose(problem, wanted.covariance, n, stream(chance, SELECTION))]
-    report = _report(wanted, scaled, chosen)
+    report, taken = _report(wanted, scaled, chosen), factors[chosen]
     report.attrs |= {
         "level": wanted.level,
         "given": wanted.given.label,
@@ -177,7 +177,10 @@ def select(
         "correlation_change": target.correlation_change,
         "allowed": int(allowed.size),
         "candidates": len(pool),
-        **_factor_figures(factors[chosen], low, high),
+        "factor_median": float(np.median(taken)),
+        "factor_least": float(taken.min()),
+        "factor_greatest": float(taken.max()),
+        "factors_at_a_bound": int(((taken <= low * (1.0 + AT_BOUND)) | (taken >= high * (1.0 - AT_BOUND))).sum()),
         "events": int(np.unique(pool.groups[chosen]).size),
         "greatest_share_of_an_event": float(np.bincount(pool.groups[chosen]).max() / n),
         **provenance({"number": n, "factor": [low, high], "per_event": most, "seed": chance}),
@@ -248,7 +251,7 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
             f"whether it passes: median within {BIAS:.0%}, scatter within {LOW_RATIO:g} to {HIGH_RATIO:g}",
         ),
     }
-    data = {name: ("measure", value, {"units": "1", "long_name": text}) for name, (value, text) in variables.items()}
+    data = {name: ("measure", value, described(text)) for name, (value, text) in variables.items()}
     return xr.Dataset(
         data,
         coords={"measure": names, "unit": ("measure", units)},
@@ -259,13 +262,3 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
             "consistent": int(np.all(passes[free])),
         },
     )
-
-
-def _factor_figures(factors: Array, low: float, high: float) -> dict[str, float | int]:
-    bound = (factors <= low * (1.0 + AT_BOUND)) | (factors >= high * (1.0 - AT_BOUND))
-    return {
-        "factor_median": float(np.median(factors)),
-        "factor_least": float(factors.min()),
-        "factor_greatest": float(factors.max()),
-        "factors_at_a_bound": int(bound.sum()),
-    }

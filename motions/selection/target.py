@@ -77,12 +77,6 @@ class Target:
         The measure whose levels condition the others: one of `measures`, or an `AvgSa` of periods whose Sa are among
         them.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Unknown measures or one twice, wrong sizes, values that are not positive, sigmas above 3, correlations that
-        cannot be repaired.
-
     Notes
     -----
     x = ln measures ~ N(mu, S), S_ij = rho_ij sigma_i sigma_j.  Given aᵀx = ln y, with c = S a and v = aᵀc,

@@ -58,12 +58,9 @@ class RiseStrongDecay(Envelope):
 
     def __call__(self, time: Array) -> Array:
         growth = (np.minimum(time, self.rise) / self.rise) ** 2
-        return growth * _fading(self.decay, np.maximum(time - self.strong_end, 0.0))
-
-
-def _fading(rate: float, time: Array) -> Array:
-    """Return exp(-rate t), and 0 where it underflows, however large rate t is."""
-    return np.asarray(np.exp(-rate * np.minimum(time, GONE / rate)))
+        # (0 where it underflows, however late it is)
+        late = np.minimum(np.maximum(time - self.strong_end, 0.0), GONE / self.decay)
+        return np.asarray(growth * np.exp(-self.decay * late))
 
 
 ENVELOPES: dict[str, type[Envelope]] = {

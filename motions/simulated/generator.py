@@ -16,7 +16,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.streams import stream
-from ...core.units import DIMENSIONLESS, METRE
+from ...core.units import DIMENSIONLESS, METRE, described
 from ..arrays import from_array
 from ..pairs import join
 from .ground_motion_models import Scenario
@@ -152,7 +152,7 @@ def ensemble(
 def _scenario(generator: Generator, n: int) -> dict[str, tuple[str, Array, dict[str, str]]]:
     """Return magnitude and distance on ``motion``, for a generator that has them."""
     return {
-        name: ("motion", np.full(n, float(getattr(generator, name))), {"units": units, "long_name": long_name})
+        name: ("motion", np.full(n, float(getattr(generator, name))), described(long_name, units))
         for name, units, long_name in (
             ("magnitude", DIMENSIONLESS, "moment magnitude"),
             ("distance", METRE, "distance of the scenario, as its generator defines it"),

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.streams import stream
-from ...core.units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, provenance
+from ...core.units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import records
 from ..intensity.dataset import measure, measure_named
 from ..intensity.parametric_measures import Sa
@@ -106,14 +106,14 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
     )
     with quiet():
         computed = getattr(pygmm, name)(given)
-    period = xr.Variable("period", np.array(at), {"units": SECOND, "long_name": "period"})
+    period = xr.Variable("period", np.array(at), described("period", SECOND))
     sa = STANDARD_GRAVITY * np.asarray(computed.interp_spec_accels(at))
     spread = np.asarray(computed.interp_ln_stds(at))
     return xr.Dataset(
         {
-            "pga": ((), STANDARD_GRAVITY * float(computed.pga), {"units": ACCELERATION, "long_name": "median PGA"}),
-            "pgv": ((), 0.01 * float(computed.pgv), {"units": VELOCITY, "long_name": "median PGV"}),
-            "sa": ("period", sa, {"units": ACCELERATION, "long_name": "median Sa, 5 % damping"}),
+            "pga": ((), STANDARD_GRAVITY * float(computed.pga), described("median PGA", ACCELERATION)),
+            "pgv": ((), 0.01 * float(computed.pgv), described("median PGV", VELOCITY)),
+            "sa": ("period", sa, described("median Sa, 5 % damping", ACCELERATION)),
             "pga_dispersion": ((), float(computed.ln_std_pga), {**_SPREAD, "long_name": "dispersion of PGA"}),
             "pgv_dispersion": ((), float(computed.ln_std_pgv), {**_SPREAD, "long_name": "dispersion of PGV"}),
             "sa_dispersion": ("period", spread, {**_SPREAD, "long_name": "dispersion of Sa"}),
@@ -157,11 +157,6 @@ def over_model(
     xarray.Dataset
         On ``measure`` (pga, pgv, Sa(0.1) …): ``ratio`` of the medians, ``dispersion`` of the ensemble (standard
         deviation of the logarithm) and ``model_dispersion``.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `expected_motions` and `toppling.motions.records`; fewer than two motions, a motion of zeros.
     """
     return over_models(motions, scenario, [model], periods)[model]
 

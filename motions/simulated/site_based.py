@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Flags, Index
 from ...core.streams import stream
-from ...core.units import STANDARD_GRAVITY
+from ...core.units import STANDARD_GRAVITY, described
 from ..arrays import records
 from ..intensity.cumulative import energy_at_samples
 from ..kernels.drifting_filters import drifting_noise
@@ -216,10 +216,10 @@ class ScenarioGenerator(Generator):
         labels = np.array([f"{type(self).__name__} {seed}-{first + i}" for i in range(n)], dtype=object)
         return xr.Dataset(
             {
-                name: ("motion", values, {"units": unit, "long_name": long_name})
+                name: ("motion", values, described(long_name, unit))
                 for name, (values, unit, long_name) in columns.items()
             },
-            {"motion": ("motion", labels, {"units": "1", "long_name": "motion"})},
+            {"motion": ("motion", labels, described("motion"))},
         )
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import ACCELERATION, DIMENSIONLESS, METRE
+from ...core.units import ACCELERATION, METRE, described
 from ..arrays import HORIZONTAL, OWN_LEVEL, records, shakes_of
 
 MOST_RATIO = 0.1
@@ -76,18 +76,18 @@ def chained(
     sources = np.array([f"{name} on {one.source}{of}" for one in plain], dtype=object).reshape(shape)
     text = "greatest displacement of the support relative to its floor"
     coordinates |= {
-        "time": ("time", np.arange(n) * dt, {"units": "s", "long_name": "time"}),
-        "dt": ("motion", np.full(shape[0], dt), {"units": "s", "long_name": "time step"}),
-        "source": ("motion", sources.reshape(shape[0], -1)[:, 0], {"units": "1", "long_name": "source of the motion"}),
-        "support_displacement": (dims, displacements, {"units": METRE, "long_name": text}),
+        "time": ("time", np.arange(n) * dt, described("time", "s")),
+        "dt": ("motion", np.full(shape[0], dt), described("time step", "s")),
+        "source": ("motion", sources.reshape(shape[0], -1)[:, 0], described("source of the motion")),
+        "support_displacement": (dims, displacements, described(text, METRE)),
     }
     if stops:
         times, force = "times that the platform strikes a stop", "greatest acceleration of the platform at a stop"
-        coordinates["strikes"] = (dims, strikes, {"units": DIMENSIONLESS, "long_name": times})
-        coordinates["strike_acceleration"] = (dims, hardest, {"units": ACCELERATION, "long_name": force})
+        coordinates["strikes"] = (dims, strikes, described(times))
+        coordinates["strike_acceleration"] = (dims, hardest, described(force, ACCELERATION))
     if level or any(one.own_level for one in plain):
         text = "belongs to the strength of its ground motion, and must not be scaled"
-        coordinates[OWN_LEVEL] = ("motion", np.full(shape[0], True), {"units": DIMENSIONLESS, "long_name": text})
+        coordinates[OWN_LEVEL] = ("motion", np.full(shape[0], True), described(text))
     return xr.DataArray(
         values,
         dims=(*dims, "time"),

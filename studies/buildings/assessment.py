@@ -29,8 +29,6 @@ from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (
     Variability,
-    directions_and_ruptures,
-    falling_directions,
     falls_of_axes,
     oscillators_of_pieces,
     overturning_flags,
@@ -451,16 +449,13 @@ def _run(
             assert shaken is not None  # (there are runs)
             report = part_of(progress, done, total)
             motions, factors = shaken.motions[:: one.stands_for], shaken.factors[:, :, :: one.stands_for]
-            of_runs = one.oscillators, motions, factors, runner, report
+            of_runs = motions, factors, runner, report
             found: NDArray[Any]
             axes = ruptured = None
-            if one.across is not None:
-                of_axes = one.oscillators, one.across, motions, factors, runner, report
-                found, axes, ruptured = falls_of_axes(*of_axes, held=broken is not None)
-            elif broken is None:
-                found, ruptured = (falling_directions if sides else overturning_flags)(*of_runs), None
+            if sides or one.across is not None:
+                found, axes, ruptured = falls_of_axes(one.oscillators, one.across, *of_runs, held=broken is not None)
             else:
-                found, ruptured = directions_and_ruptures(*of_runs)
+                found = overturning_flags(one.oscillators, *of_runs)
             for i, start in one.rows.items():
                 rows = slice(start, start + len(laws) * variants)
                 own = found[rows].reshape(len(laws), variants, shape[0], -1, 1)

@@ -82,9 +82,6 @@ def write_nrml(
     ExchangeError
         Measures that OpenQuake does not know, floors other than the ground where the measure is the floor's own, no
         estimate at all, a file that cannot be written.
-    TypeError, ValueError
-        Something other than a dataset of fragility curves; `tail` out of range; `ids` that are too few, not legal, or
-        not unique.
 
     Notes
     -----

@@ -82,7 +82,8 @@ def write_consequences(
         write_text(table.with_suffix(".json"), _metadata(found, title, about)),
     ]
     if valued and unit != KNOWN_CURRENCY:
-        paths.append(write_text(folder / UNITS, _units(unit)))
+        measures = {f"measure {si}": units for si, units in UNITS_OF_MEASURES.items()}
+        paths.append(write_text(folder / UNITS, json_of({**measures, **_OTHER_UNITS, "currency": {unit: 1.0}})))
     return paths
 
 
@@ -100,13 +101,19 @@ def _cells(one: Amount) -> list[str]:
     return [one.family, repr(one.median), repr(one.dispersion) if one.family else ""]
 
 
+def _of_time(one: Consequence) -> str:
+    if one.downtime is None:
+        return ""
+    return f" and downtime of {f'{one.pieces} that fall together' if one.pieces > 1 else 'one'}"
+
+
 def _metadata(found: Mapping[str, Consequence], title: str, description: str) -> str:
     return json_of(
         {
             "_GeneralInformation": general_information(title, description, found),
             **{
                 name: {
-                    "Description": f"{one.label}: {' and '.join(_what(one))}",
+                    "Description": f"{one.label}: cost of one{_of_time(one)}",
                     **({"Comments": one.note} if one.note else {}),
                     "SuggestedComponentBlockSize": "1 EA",
                     "RoundUpToIntegerQuantity": "True",
@@ -117,14 +124,3 @@ def _metadata(found: Mapping[str, Consequence], title: str, description: str) ->
             },
         }
     )
-
-
-def _what(one: Consequence) -> list[str]:
-    """Return in words what a component's consequences are of."""
-    of_time = f"downtime of {one.pieces} that fall together" if one.pieces > 1 else "downtime of one"
-    return ["cost of one", *([of_time] if one.downtime is not None else [])]
-
-
-def _units(currency: str) -> str:
-    measures = {f"measure {si}": units for si, units in UNITS_OF_MEASURES.items()}
-    return json_of({**measures, **_OTHER_UNITS, "currency": {currency: 1.0}})

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..files import ExchangeError, read_text
 from ..ids import Component, component_of, component_record
@@ -27,13 +27,6 @@ ADVICE = (
     "size: give the component direction 1 or 2. In direction 0, or with Demand-Directional 0, pelicun takes 1.2 times "
     "the larger of both directions."
 )
-
-
-class Metadata(NamedTuple):
-    """Title of the table, and our records of its components, by id."""
-
-    title: str = ""
-    components: Mapping[str, Component] = MappingProxyType({})
 
 
 def general_information(title: str, description: str, ids: Iterable[str]) -> dict[str, Any]:
@@ -104,10 +97,13 @@ def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
     return [parts] if all(row.lognormal for row in rows) else [FINE, parts]
 
 
-def read_metadata(file: Path) -> Metadata:
-    """Read the JSON beside a table; empty metadata without such a file, ExchangeError for any other JSON."""
+def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:
+    """Return the title of a table and our records of its components, by id, from the JSON beside it.
+
+    Both are empty without such a file; ExchangeError for any other JSON.
+    """
     if not file.is_file():
-        return Metadata()
+        return "", {}
     _, text = read_text(file)
     try:
         found = json.loads(text)
@@ -118,9 +114,8 @@ def read_metadata(file: Path) -> Metadata:
     general = found.get(GENERAL)
     title = general.get("ShortName") if isinstance(general, dict) else None
     entries = {name: component_of(_record(entry)) for name, entry in found.items() if isinstance(entry, dict)}
-    return Metadata(
-        title if isinstance(title, str) else "", {name: one for name, one in entries.items() if one is not None}
-    )
+    known = {name: one for name, one in entries.items() if one is not None}
+    return title if isinstance(title, str) else "", known
 
 
 def _record(entry: Mapping[str, Any]) -> Any:

@@ -75,12 +75,12 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
         demand, name = next(iter(unknown.items()))
         raise ExchangeError(f"{file}: component {name!r:.80} is in {demand!r:.60}, which no measure here is")
     (label, ground), found = select_measure(file, by_measure, im)
-    metadata = read_metadata(file.with_suffix(".json"))
+    stated, components = read_metadata(file.with_suffix(".json"))
     states = _limit_states(file, heading)
     levels, rows_of = _at_common_levels(
         file, [(row["ID"], *curve) for row in found for curve in _curves(file, row, states, label)]
     )
-    dims, named = labelled_curves(file, rows_of, metadata.components, [f"LS{i}" for i in states], units_of(label)[0])
+    dims, named = labelled_curves(file, rows_of, components, [f"LS{i}" for i in states], units_of(label)[0])
     made = CurveSet(
         label,
         units_of(label)[0],
@@ -90,8 +90,8 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
         named,
         LOGNORMAL if levels is None else ISOTONIC,
         levels,
-        title=metadata.title or f"Fragility curves of {file.name}",
-        state=common_limit_state(rows_of, metadata.components, "LS1"),
+        title=stated or f"Fragility curves of {file.name}",
+        state=common_limit_state(rows_of, components, "LS1"),
     )
     return curve_dataset(made, file.name)
 

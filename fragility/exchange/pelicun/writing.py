@@ -53,8 +53,6 @@ def write_pelicun(
     ExchangeError
         Curves that pelicun cannot hold: of a measure that it has no demand for, with levels closer than six digits
         tell apart, two with like ids; a file that cannot be written.
-    TypeError, ValueError
-        Something other than a dataset of fragility curves; `ids` that are too few, not legal, or not unique.
 
     Notes
     -----

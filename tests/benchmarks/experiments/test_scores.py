@@ -34,7 +34,7 @@ class TestByHand:
             flags = random.random(20) < measure / 10.0
             found = best_threshold(measure, flags)
             tried = [((measure >= one) == flags).mean() for one in [*measure, math.inf]]
-            assert found.right == pytest.approx(max(tried))
+            assert found[1] == pytest.approx(max(tried))
         assert best_threshold(np.array([1.0, np.nan, 3.0]), np.array([False, True, True])) == (3.0, 1.0)
 
 

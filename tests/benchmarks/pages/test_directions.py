@@ -124,7 +124,7 @@ class TestPaired:
 class TestControls:
     @pytest.mark.slow
     def test_the_same_motions_twice_change_nothing(self, shelf, shakes):
-        part = shakes.full.isel(motion=slice(10))
+        part = shakes[0].isel(motion=slice(10))
         one, again = (directions.rocked(shelf.block, part, "h1")[0] for _ in range(2))
         np.testing.assert_array_equal(one, again)
         found = tables.Case(one[6], again[6])
@@ -132,7 +132,7 @@ class TestControls:
         assert found.p == 1.0
 
     def test_a_second_component_of_zero_changes_nothing(self, shelf, shakes):
-        part = shakes.full.isel(motion=slice(10))
+        part = shakes[0].isel(motion=slice(10))
         still = part.copy(data=part.values * np.array([1.0, 0.0, 1.0])[None, :, None])
         found = tp.ida(
             shelf.block, directions.LAW, motions.both_axes(still), list(directions.LEVELS), im="scale",
@@ -142,14 +142,14 @@ class TestControls:
         assert not (found["axis"].values == 2).any()
 
     def test_a_vertical_component_of_zero_changes_nothing(self, shelf, shakes):
-        part = directions.lifted(shakes.full.isel(motion=slice(10)), 0.0)
+        part = directions.lifted(shakes[0].isel(motion=slice(10)), 0.0)
         fallen, airborne = directions.rocked(shelf.block, part, "h1", vertical=True)
         np.testing.assert_array_equal(fallen, directions.rocked(shelf.block, part, "h1")[0])
         assert not airborne.any()
 
     def test_the_union_is_the_engine_s(self, shelf, shakes):
         """Falls along the width or the depth, as the page joins them, and as the runs about both axes have them."""
-        part = shakes.two_thirds.isel(motion=slice(10))
+        part = shakes[1].isel(motion=slice(10))
         square = tp.Block(shelf.block.width, shelf.block.height, depth=1.2 * shelf.block.width, name="square")
         one, two = (directions.rocked(own, part, h)[0] for own, h in ((square, "h1"), (square.across, "h2")))
         both = tp.ida(
@@ -162,15 +162,13 @@ class TestControls:
 
 class TestMotions:
     def test_the_components(self, shakes):
-        found = shakes.full
+        found = shakes[0]
         names = ["RotD50(pga)", "RotD50(pgv)"]
         measured = motions.measures(motions.as_recorded(found), names)
         np.testing.assert_allclose(measured["RotD50(pgv)"], 1.0, rtol=1e-12)
         up = found.sel(component="v").values
         np.testing.assert_allclose(np.abs(up).max(1), measured["RotD50(pga)"], rtol=1e-12)
-        np.testing.assert_allclose(
-            shakes.two_thirds.sel(component="v").values, up * directions.RATIOS[0], rtol=1e-14, atol=0.0
-        )
+        np.testing.assert_allclose(shakes[1].sel(component="v").values, up * directions.RATIOS[0], rtol=1e-14, atol=0.0)
         h1, h2 = (found.sel(component=name).values for name in ("h1", "h2"))
         for one, two in ((h1, h2), (h1, up), (h2, up)):
             correlations = (one * two).sum(1) / np.sqrt((one**2).sum(1) * (two**2).sum(1))
@@ -185,11 +183,11 @@ class TestMotions:
             part = values[first:last]
             return (np.diff(np.sign(part)) != 0).sum() / part.size
 
-        ratios = [frequency(up) / frequency(h1) for h1, _, up in shakes.full.values]
+        ratios = [frequency(up) / frequency(h1) for h1, _, up in shakes[0].values]
         assert 1.6 < np.median(ratios) < 2.2
 
     def test_any_part_of_the_motions_is_the_same(self, shakes):
-        np.testing.assert_array_equal(directions.triples(2).values, shakes.full.values[:2])
+        np.testing.assert_array_equal(directions.triples(2).values, shakes[0].values[:2])
 
 
 @pytest.mark.slow
@@ -204,8 +202,8 @@ class TestPlainLoops:
         than 15.  Independent outcomes of the same shares would differ in half of the runs.
         """
         level = directions.LEVELS.index(0.4)
-        h1, up = (shakes.two_thirds.sel(component=name).values * 0.4 for name in ("h1", "v"))
-        ours = directions.rocked(shelf.block, shakes.two_thirds, "h1", vertical=vertical)[0][level]
+        h1, up = (shakes[1].sel(component=name).values * 0.4 for name in ("h1", "v"))
+        ours = directions.rocked(shelf.block, shakes[1], "h1", vertical=vertical)[0][level]
         plain = falls_by_a_plain_loop(shelf.block, shelf.block.restitution, h1, up if vertical else 0.0 * up, 0.01)
         assert 0.25 < ours.mean() < 0.75
         assert (ours != plain).mean() < 0.35
@@ -213,7 +211,7 @@ class TestPlainLoops:
 
     def test_slips(self, shakes):
         """Each slip on vinyl, which is not chaotic (steps of 1 ms are off by millimetres), and the chance of 10 cm."""
-        part = shakes.full.isel(motion=slice(30))
+        part = shakes[0].isel(motion=slice(30))
         level = directions.LEVELS.index(1.0)
         coefficients = directions.coefficients("vinyl")
         ours = directions.slid("vinyl", motions.as_recorded(part, "h1", vertical=False), "slide_peak")["slide_peak"][
@@ -242,7 +240,7 @@ class TestPage:
         """A piece at all levels and in all cases under the first motions (other processors flip some outcomes)."""
         header = (DOCS / "directions/falls.csv").read_text("utf-8").splitlines()[0]
         assert header.endswith(f"falls_of_first_{NUMBER}")
-        found = directions.of_item(shelf, shakes)
+        found = directions.of_item(shelf, *shakes)
         stated = {(case, float(level)): int(first) for name, case, level, _, _, first in FALLS if name == shelf.name}
         ours = {
             (case, level): int(row.sum())
