@@ -73,7 +73,7 @@ def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options
     fell, runs = sample.level_counts
     if not runs.any():
         return np.full((len(shares), 3), np.nan)
-    if not _common(runs, sample.ways):
+    if not (sample.by_interval or _common(runs, sample.ways)):
         return _near(sample, shares, options)
     motions = runs / sample.ways
     if sample.patterns is not None:

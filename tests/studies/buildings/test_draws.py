@@ -18,6 +18,9 @@ SEEDS = 250
 MOTIONS, VARIANTS, COUNTS = 40, 16, (1, 2, 3, 1, 2, 5, 1, 1)
 
 
+pytestmark = pytest.mark.slow
+
+
 def flags_of_lines():
     """Flags (line, variant, motion), whose variants fall as their capacities do."""
     random = stream(60)

@@ -136,6 +136,7 @@ def test_no_backend_of_figures_is_needed(tmp_path):
     assert list((tmp_path / "out").glob("*.png"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "more"), [(400_000, []), (650_000, ["--dry-run"]), (800_000, []), (1_150_000, [])])
 def test_a_limit_on_memory_is_named(size, more, tmp_path):
     """Above 600,000 kB all that is needed to refuse a limit is there: no library of C++ aborts or hangs."""
