@@ -74,10 +74,14 @@ _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d"
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
 _CLOCK = re.compile(r'"?(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]', re.IGNORECASE)
 _RESULTANT = re.compile(
-    r"resultant|magnitude|vector.?sum|\bnorm\b|\bsrss\b|(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b",
+    r"resultant|magnitude|mean\b|average|avg\b|geo\w*.?mean|rotd|vector.?sum|\bnorm\b|\bsrss\b|"
+    r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b",
     re.IGNORECASE,
 )
-_STAGES = re.compile(r"raw\b|measured|filtered|corrected|baseline|error|noise|residual", re.IGNORECASE)
+_STAGES = re.compile(
+    r"raw\b|measured|filtered|corrected|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference",
+    re.IGNORECASE,
+)
 _NO_MOTION = re.compile(
     r"(?:jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat",
     re.IGNORECASE,

@@ -261,6 +261,8 @@ def columns(heading, *factors):
         "time,ax (m/s2),ay (m/s2),total (m/s2)",
         "# acceleration in m/s2\ntime,ax,ay,aT",
         "# acceleration in m/s2\ntime,ax,ay,a_total",
+        "time,H1 (m/s2),H2 (m/s2),mean (m/s2)",
+        "time,NS (m/s2),EW (m/s2),RotD50 (m/s2)",
     ],
 )
 def test_resultants_are_left_out(tmp_path, heading):
@@ -289,6 +291,9 @@ def test_a_total_acceleration_alone_is_one(tmp_path):
         ("time,acc (g),error (g)", True),
         ("time,acc (g),baseline (g)", True),
         ("time,NS raw (g),NS corrected (g)", True),
+        ("time,table command (g),table feedback (g)", True),
+        ("time,target (g),achieved (g)", True),
+        ("time,sensor 1 (g),reference (g)", True),
     ],
 )
 def test_one_signal_twice_is_refused(tmp_path, heading, apart):
