@@ -113,7 +113,6 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
     """
     import xarray as xr  # noqa: PLC0415 - most commands read no such file
     from xarray.backends import NetCDF4DataStore  # noqa: PLC0415
-    from xarray.backends.file_manager import DummyFileManager  # noqa: PLC0415
     from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK  # noqa: PLC0415 - the library takes one thread at a time
 
     content = small_netcdf(path)
@@ -132,10 +131,12 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
         release()
         file.close()
 
+    store = NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
     # (arrays that are still to be read hold the manager: without them it is collected, and then the file)
-    manager = DummyFileManager(file, close=close, lock=NETCDF4_PYTHON_LOCK)  # type: ignore[type-var]
-    weakref.finalize(manager, release)
-    return xr.open_dataset(NetCDF4DataStore(manager))  # type: ignore[no-untyped-call]
+    weakref.finalize(store._manager, release)
+    found = xr.open_dataset(store)
+    found.set_close(close)
+    return found
 
 
 _HELD: dict[tuple[int, int], list[set[int]]] = {}
