@@ -46,7 +46,7 @@ class Block:
     cm_offset : float
         How far the centre of mass lies in front of the middle (behind it: negative), m, less than half the width.
     lean : float
-        Lean of the block or slope of the floor towards the front (to the back: negative), rad.
+        Lean of the block or slope of the floor to the front (back: negative), rad, below the angle at which it falls.
     wall : Wall, optional
         A wall behind the block.
     restraint : Restraint, optional

@@ -118,7 +118,7 @@ def lowpass(motions: xr.DataArray, high: float, order: int = 4, zero_phase: bool
 
 
 def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
-    """Taper each motion at both ends with a half cosine of `duration` seconds."""
+    """Taper each motion at both ends with a half cosine of `duration` s, > 0 and at most half of the motion."""
     values, dt = _values(motions)
     n = values.shape[1]
     length = checks.number("duration", duration, above=0.0, at_most=0.5 * (n - 1) * dt, unit="s")
@@ -127,7 +127,7 @@ def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
 
 
 def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
-    """Pad each motion with zeros: `before` and `after` seconds of them (rounded up to whole steps)."""
+    """Pad each motion with zeros of `before` and `after` s, >= 0, in whole steps; at most 50 million samples."""
     values, dt = _values(motions)
     steps = [
         int(np.ceil(checks.number(name, value, at_least=0.0, at_most=1e6, unit="s") / dt - 1e-6))
@@ -142,6 +142,7 @@ def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> 
 
     Motions in one array are taken as the components of one record: all keep the same window, from the earliest start to
     the latest stop, so that they stay simultaneous.  An offset counts as shaking: subtract it first (`baseline`).
+    0 <= low < high <= 1; ValueError for a motion of zeros.
 
     References
     ----------

@@ -18,7 +18,7 @@ from ..sequential.truths import DISPERSION, MEDIAN, Truth
 from .drawn import LOGNORMAL, SHAPES, Row, cloud, ida, level_of, row_of, stripes
 
 COARSE = MEDIAN * np.exp(np.linspace(-1.8, 1.8, 10))
-MOTIONS = (20, 40, 100, 400)
+MOTIONS = (10, 20, 40, 100, 400)
 SHARES = (0.1, 0.25, 0.75)
 SEED = 52
 

@@ -339,7 +339,7 @@ def read_openquake(
 
 
 def _fractile(lines: Lines, name: str) -> float | None:
-    """Return the fractile of OpenQuake's kind of a curve, None for a mean or a realisation; HazardError for others."""
+    """Return the fractile that a curve's kind names, None for a mean or a realisation; HazardError for others."""
     quantile = re.fullmatch(r"quantile-(0?\.\d{1,9})", name)
     if not (quantile or re.fullmatch(r"|mean|rlz-\d{1,9}", name)):
         what = "standard deviations of a hazard curve" if name.startswith("std") else "no mean, quantile or realisation"

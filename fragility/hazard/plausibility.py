@@ -33,7 +33,7 @@ SLIPS = (
 
 
 class _Bounds(NamedTuple):
-    """Levels in SI: the weakest that damages, the highest of any ground in 475 years, the highest that can be meant.
+    """Levels in SI: the weakest that damages, the highest of any ground in 475 years (judgement), the highest meant.
 
     weakest: a curve that ends below it says nothing of damage.
     """
@@ -57,7 +57,7 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     if UNNAMED in hazard.source:
         found.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
     if hazard.fractile is not None:
-        what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: so are all rates and chances"
+        what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: all rates are of this fractile"
         found.append(Doubt(KIND, what, settled=True))
     bounds = _BOUNDS.get(hazard.units)
     base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)

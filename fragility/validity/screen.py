@@ -65,8 +65,8 @@ def screen(
     half_width : float
         Greatest half width of the 95 % interval of a probability of 1/2 that passes.
     undecided : bool or float
-        True, or the share of the motions, for which flags are tested under perturbations of a millionth: up to
-        four more runs for each run.  At adaptive levels these motions are evenly spaced, from the first one on.
+        True, or the share of the motions, for which flags are tested: up to four more runs for each, with scale
+        factors, and e, times 1 ± 1e-6.  At adaptive levels these motions are evenly spaced, from the first one on.
     client, progress
         For these additional runs, as for `toppling.ida`.
 

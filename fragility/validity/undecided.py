@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -30,9 +30,6 @@ from ..runs.progress import part_of
 from ..runs.provenance import Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
 from ..runs.request import collect
 from ..runs.runners import Runner
-
-if TYPE_CHECKING:
-    pass
 
 Row = TypeVar("Row")
 

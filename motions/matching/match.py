@@ -49,7 +49,7 @@ def match(
     Parameters
     ----------
     motions : xarray.DataArray
-        One labelled array (motion, time), m s-2.
+        One labelled array (motion, time), m s-2; ValueError for a motion of zeros.
     target : TargetSpectrum
         Target, matched at eight periods per octave; the shortest at least 2 dt, the longest at most the duration.
     pgv_bound, pgd_bound : float or None

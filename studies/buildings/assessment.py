@@ -171,7 +171,8 @@ def assess(
         along the depth, ``broken…`` ruptures of restraints, NaN of pieces without them.  Where any line has an edge,
         all that is said of what overturns is of ``fallen``, what overturned as if none could slide, or slid off;
         ``gated…`` is of overturning where pieces slide instead, which lowers no other value, and a trip counts as no
-        fall.  ``level_weight`` (level) is the annual rate that each level stands for.  docs/study.md explains all.
+        fall.  ``level_weight`` (level) is the annual rate of each level, ``number_exceedance`` the probability of at
+        least ``number_threshold`` falls.  The documentation's page of every variable lists all with units.
 
         ``…_lower`` and ``…_upper`` are ends of intervals.  Where motions are run both ways, each is followed by its
         reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).

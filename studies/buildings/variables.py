@@ -317,7 +317,10 @@ def _rates_of(outcomes: Array, one: Quantity, year: Year, precision: Precision) 
 
 @dataclass(frozen=True)
 class Year:
-    """Sums over levels with weights (level,): annual rates, or 1 for one level; polarities count as one motion."""
+    """Sums over levels with weights (level,): annual rates, or 1 for one level; polarities count as one motion.
+
+    own_motions: each level has its own, so that a sum has no value for one motion: levels are strata.
+    """
 
     weights: Array
     own_motions: bool = False

@@ -96,7 +96,7 @@ class Numeric(str):
         if _MULTIPLE.fullmatch(shown):
             rest = "" if _SCALED.search(bare) else shown
         marked = bare.strip().startswith("-") or re.search(r"""['′″]["\s)]*$""", code)  # (below zero; feet and inches)
-        made.unit = shown or "-" if rest or marked else ""
+        made.unit = (shown or "-") if rest or marked else ""
         return made
 
     def is_in(self, heading: str) -> bool:

@@ -163,7 +163,7 @@ def read_inventory(
         currency = currency or stated
         for column, cell in line.cells.items():
             sign, wanted = cell.money if isinstance(cell, Numeric) else "", currency or sign_above
-            if sign and wanted and not _meant(sign) & _meant(wanted):
+            if sign and wanted and not _currencies(sign) & _currencies(wanted):
                 line.refuse(column, f"must be in {wanted} as the others are, got {cell} shown in {sign}")
             sign_above = sign or sign_above
     if not found:
@@ -177,7 +177,7 @@ def read_inventory(
     return inventory
 
 
-def _meant(money: str) -> set[str]:
+def _currencies(money: str) -> set[str]:
     """Return the currencies that a sign or a code may stand for, with itself."""
     return {money, *CURRENCIES.get(money, ())}
 

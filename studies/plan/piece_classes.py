@@ -1,4 +1,4 @@
-"""Classes of pieces by name: tests of each (docs/experiments.md), and the spread of true over computed capacities."""
+"""Classes of pieces: tests of each, and the spread of true over computed capacities (`make validate-experiments`)."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class PieceClass(NamedTuple):
 
     @property
     def beta_m(self) -> float:
-        """The default modelling uncertainty: root mean square of ln(true/computed), with its bias, to two digits."""
+        """The default modelling uncertainty: root mean square of ln(true/computed); NaN of too few tests."""
         return round(math.hypot(self.beta, math.log(self.ratio)), 2) if self.ratio > 0.0 else math.nan
 
     @property

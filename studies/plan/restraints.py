@@ -71,7 +71,10 @@ def needed_strengths(
     targets: Sequence[float],
     chances: Callable[[Sequence[Block], Law], Array],
 ) -> xr.Dataset:
-    """Return the weakest tested strengths above the strongest that misses the target: inf if that is the strongest."""
+    """Return the weakest tested strengths above the strongest that misses the target: inf if that is the strongest.
+
+    A stronger restraint may raise the chance, so all tested strengths above must meet the target.
+    """
     asked = np.flatnonzero(np.isfinite(targets)).tolist()
     needed = np.full((len(blocks), len(laws)), np.nan)
     tried = np.full((2, *needed.shape, STEPS), np.nan)

@@ -269,7 +269,7 @@ def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, 
 
 def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:
     """Return the rate of either fall, and chances of both in years: ends are of two quantities that grow together."""
-    never = (falls["probability"] == 0.0).all("level")
+    never = (falls["probability"] == 0.0).all("level")  # (then the rate of overturning counts as 0)
     more: dict[str, xr.DataArray] = {}
     for end in ENDS:
         if f"{MORE_RATE}{end}" not in found or f"rate{end}" not in falls:

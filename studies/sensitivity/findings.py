@@ -102,7 +102,7 @@ def excess(
 
 
 def swing(curves: Curves, block: int, laws: Index, confidence: float) -> Array:
-    """Return largest over smallest median with its basic interval (of ln), which corrects the bias of the largest."""
+    """Return largest over smallest median with its basic interval (of ln), which corrects its bias; ends at least 1."""
     with np.errstate(invalid="ignore"):
         middle = float(np.ptp(curves.log_median[block, laws]))
         samples = np.ptp(curves.log_samples[block, laws], axis=0)

@@ -92,7 +92,7 @@ class Shards(Runner):
             return super().array(shape, dtype)
         try:
             with tempfile.TemporaryFile(dir=self._folder) as file:
-                if hasattr(os, "posix_fallocate"):
+                if hasattr(os, "posix_fallocate"):  # (a disk that fills up later would end the process by a signal)
                     os.posix_fallocate(file.fileno(), 0, size)
                 else:
                     file.truncate(size)

@@ -255,7 +255,11 @@ def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
-    """Return least and greatest over given rate: P H to H from above, with P and the rate H at the highest run."""
+    """Return the least and the greatest possible rate over the given one.
+
+    Above the highest level that was run a curve neither falls nor exceeds 1: that part is P H to H, of its probability
+    P there and the annual rate H of such shaking.
+    """
     if not {BEYOND, AT_HIGHEST, EXCEEDED} <= {*results}:
         return None
     run, share = 1.0 - results[BEYOND], results[EXCEEDED] / results["rate"].where(results["rate"] > 0.0)
