@@ -119,10 +119,7 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
 
 
 def multiple(samples: Array, other: Array) -> float:
-    """Return the factor by which samples are those of another motion within rounding, NaN where they are not.
-
-    Their peaks are laid on each other, so that another lead-in or zeros at the end change nothing.
-    """
+    """Return the factor by which samples are those of another motion, peak upon peak, NaN where they are not."""
     first, second = (int(np.abs(values).argmax()) for values in (samples, other))
     before, after = min(first, second), min(samples.size - first, other.size - second)
     samples, other = samples[first - before : first + after], other[second - before : second + after]
@@ -160,7 +157,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     peaks: dict[str, list[float]] = {floor: [] for floor in floors}
     for (_, _, floor, _), history in histories.histories.items():
         peaks[floor].append(math.log(np.abs(history.acceleration).max()))
-    for lower, upper in pairwise(floor for floor in floors if floor.isdecimal() and int(floor) > 0):
+    for lower, upper in pairwise(floor for floor in floors if floor.isdecimal()):
         ratio = float(np.exp(np.mean(peaks[upper]) - np.mean(peaks[lower])))
         if not 1.0 / UNLIKE < ratio < UNLIKE:
             what = f"the PGA of floor {upper} is {two_digits(ratio)} times that of floor {lower}"

@@ -526,7 +526,10 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     for entry in entries:
         imt = _member(file, _member(file, entry, "metadata") if old else entry, "imt")
         text = imt.get("value") if isinstance(imt, dict) else imt
-        found[program_measure(lines, text if isinstance(text, str) else _shown(text))] = entry
+        label = program_measure(lines, text if isinstance(text, str) else _shown(text))
+        if label in found:
+            raise HazardError(f"{file}: holds several curves of {label}: keep the one of the site")
+        found[label] = entry
     if im is None and len(found) > 1:
         raise HazardError(f"{file}: holds curves of {', '.join(found)}: give im")
     label = im or next(iter(found))
@@ -536,6 +539,8 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     if not isinstance(curves, list):
         raise HazardError(f"{file}: data must be a list, got {_shown(curves)}")
     named = {str(_member(file, one, "component")): one for one in curves}
+    if len(named) < len(curves):
+        raise HazardError(f"{file}: holds several curves of one component: keep the one of the site")
     if component not in named:
         raise HazardError(f"{file}: holds no component {component!r:.40}, only {plain(', '.join(named)) or 'none'}")
     if old:

@@ -33,15 +33,12 @@ SLIPS = (
 
 
 class _Bounds(NamedTuple):
-    """Levels in SI: the weakest that damages, the highest of any ground in 475 years (judgement), the highest meant.
-
-    weakest: a curve that ends below it says nothing of damage.
-    """
+    """Levels in SI: the weakest that damages, the highest of any ground in 475 years (judgement), the highest meant."""
 
     damaging: float
     highest: float
     beyond: float
-    weakest: float
+    weakest: float  # (a curve that ends below it says nothing of damage)
 
 
 _BOUNDS = {

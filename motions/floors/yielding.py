@@ -127,10 +127,8 @@ class YieldingBuilding:
 
         Parameters
         ----------
-        motions : xarray.DataArray
-            Ground motions (motion, time), m s-2, from rest.
-        floors : sequence of int, optional
-            Floors, 0 (ground) to the number of storeys (roof); all if not given.
+        motions, floors
+            As for `Building.floor_motions`, but of one array without pairs.
         factor : float
             Factor on the ground motions, > 0: the floors are of ground motions of that strength.
 
@@ -147,8 +145,7 @@ class YieldingBuilding:
         Raises
         ------
         TypeError, ValueError
-            As `toppling.motions.records`; floor motions or pairs of components, vertical shaking, a floor that the
-            building has not, a factor <= 0.
+            As `Building.floor_motions`; pairs of components, vertical shaking, a factor <= 0.
 
         Examples
         --------

@@ -72,7 +72,7 @@ _STATED = re.compile(
     re.IGNORECASE,
 )
 _NOT_THEIRS = re.compile(
-    r"original|scaled|raw|uncorrected|before|target|event|hazard|sensor|range|full|limit|bedrock", re.IGNORECASE
+    r"original|scaled(?! to)|raw|uncorrected|before|target|event|hazard|sensor|range|full|limit|bedrock", re.IGNORECASE
 )
 UNIT_APART, SCALED = 5.0, 1.5
 """Ratios of the samples' peak to the peak that words state, from which it is another unit, and is doubted."""

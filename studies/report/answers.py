@@ -41,7 +41,7 @@ from ..tables.sensitivity import PARAMETERS
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
 from ..text.precision import FITTED_RATE
-from ..text.reached import EDGE, highest_level, within_levels
+from ..text.reached import EDGE, NO_LEVEL, highest_level, within_levels
 from ..text.rows import Rows
 from ..text.spread import (
     and_model,
@@ -180,7 +180,7 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
         least = f"{three_digits(float(axis.min()) / scale)}{unit}"
         text = f"{verb} in half of the runs or more at every level {law}, down to the weakest shaking ({least})."
     elif np.isnan(half):
-        text = f"has no such level {law}: {one['status'].item()}."
+        text = f"has no such level {law}: {NO_LEVEL.get(one['status'].item(), one['status'].item())}."
     else:
         lower, upper = (float(one[f"half_level_{end}"]) / scale for end in ("lower", "upper"))
         percent = confidence_text(here)

@@ -22,7 +22,7 @@ from ...core.wording import (
     with_article,
     years_text,
 )
-from ...fragility.fitting.states import ALL, OVERTURNED, state_name
+from ...fragility.fitting.states import ALL, OK, OVERTURNED, state_name
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
 from ..plan.piece_classes import TESTS
@@ -37,7 +37,7 @@ from ..text.block_order import HALF, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
 from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
-from ..text.reached import within_levels
+from ..text.reached import NO_LEVEL, within_levels
 from ..text.spread import (
     amount_range,
     amount_sentence,
@@ -121,6 +121,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     curved = not np.isnan(cases.values).all()
     by = RATE if curved and "rate" in small and np.isfinite(small["rate"].values).any() else HALF
     if by == HALF and not np.isfinite(cases.values).any():
+        status = np.where(status == OK, NO_LEVEL[OK], status)
         status = np.where(cases.values.ravel() == np.inf, NEVER_HALF, status)
         yield f"The runs do not show how strong the shaking must be: {_missing_curves(status)}."
         yield from _at_the_strongest(results, small, cases, verb_of(state))

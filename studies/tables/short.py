@@ -22,7 +22,7 @@ from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.one_side import FORCED
 from ..text.precision import FITTED_RATE
-from ..text.reached import BELOW, dispersion_texts, level_texts
+from ..text.reached import BELOW, NO_LEVEL, dispersion_texts, level_texts
 from ..text.rows import Rows
 from ..text.spread import (
     MODEL_RANGE,
@@ -67,7 +67,8 @@ def _blocks(results: xr.Dataset) -> Rows:
         text = f"{level} ({interval})" if level not in (NOT_REACHED, BELOW) else level
         found = others[np.isfinite(others)]
         ends = [three_digits(float(end)) for end in (found.min(), found.max())] if found.size else []
-        cells: list[str] = [text, beta] if not np.isnan(float(own["half_level"])) else [str(own["status"].item()), "–"]
+        status = str(own["status"].item())
+        cells = [NO_LEVEL.get(status, status), "–"] if np.isnan(float(own["half_level"])) else [text, beta]
         cells += [" to ".join(dict.fromkeys(ends)) or "–"] if others.size else []
         if yearly:
             rate, *limits = (float(own[f"rate{end}"]) for end in ("", "_upper", "_lower"))

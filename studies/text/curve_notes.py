@@ -257,8 +257,7 @@ def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
 def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
     """Return the least and the greatest possible rate over the given one.
 
-    Above the highest level that was run a curve neither falls nor exceeds 1: that part is P H to H, of its probability
-    P there and the annual rate H of such shaking.
+    Above the highest level run it is P H to H: P its probability there, H the annual rate of such shaking.
     """
     if not {BEYOND, AT_HIGHEST, EXCEEDED} <= {*results}:
         return None

@@ -11,6 +11,7 @@ import xarray as xr
 
 from ...core.units import UNITS
 from ...core.wording import interval_text, three_digits
+from ...fragility.fitting.states import OK
 from .words import NOT_REACHED, axis_of
 
 EVERY = 0.0, math.inf
@@ -47,6 +48,8 @@ def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float
 BELOW = "below all levels"
 """In place of a level below the lowest one that was run."""
 ENDS = "", "_lower", "_upper"
+NO_LEVEL = {OK: "too few runs fell or stood near it"}
+"""Why there is no level of half where a curve was fitted, by its status."""
 FLAT = 10.0
 """Dispersion beyond which a curve is flat: one standard deviation is a factor of 22,000 in the level."""
 EDGE = 1.0 + 1e-9

@@ -350,7 +350,12 @@ class TestFloorHistories:
                 "table",
                 "the PGA of floor 2 is 0.14 times that of floor 1",
             ),
-            ({"factors": {(1, "y"): 15.0, (2, "y"): 20.0}}, "table", "12 pairs cannot be components of one recording"),
+            (
+                {"factors": {key: share / G for key, share in FACTORS.items() if key[0]}},
+                "table",
+                "the PGA of floor 1 is 0.15 times that of floor 0",
+            ),
+            ({"factors": {(1, "y"): 10.0, (2, "y"): 14.0}}, "table", "12 pairs cannot be components of one recording"),
         ],
     )
     def test_slips(self, options, kind, said):

@@ -256,6 +256,14 @@ class TestFiles:
         assert read_hazard(old, "pga", component="Fault").rates[0] == pytest.approx(0.02, rel=1e-15)
         new = read_hazard(saved(tmp_path, services(old=False)))
         assert (new.im, new.levels[0]) == ("pgv", 1e-4)
+        twice = json.loads(services(old=False))
+        twice["response"]["hazardCurves"] *= 2
+        with pytest.raises(HazardError, match="holds several curves of pgv: keep the one of the site"):
+            read_hazard(saved(tmp_path, json.dumps(twice)))
+        twice = json.loads(services(old=True))
+        twice["response"][0]["data"] *= 2
+        with pytest.raises(HazardError, match="holds several curves of one component"):
+            read_hazard(saved(tmp_path, json.dumps(twice)), "pga")
 
     def test_plain(self, tmp_path):
         hazard = read_hazard(saved(tmp_path, PLAIN))

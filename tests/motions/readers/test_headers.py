@@ -478,6 +478,11 @@ def test_a_peak_of_another_scale_is_doubted(tmp_path, stated, doubted):
     assert [sentence in str(one.message) for one in told] == [True] * doubted
 
 
+def test_a_peak_that_samples_were_scaled_to(tmp_path):
+    with pytest.warns(ImplausibleInput, match="says 'PGA = 0.6 g', its samples reach"):
+        read(tmp_path, f"# scaled to PGA = 0.6 g\ntime,a (g)\n{ROWS}")
+
+
 def test_times_in_milliseconds(tmp_path):
     rows = "".join(f"{10 * i},{one}\n" for i, one in enumerate(SAMPLES))
     assert float(read(tmp_path, f"time (ms),a (g)\n{rows}")["dt"][0]) == pytest.approx(0.01, rel=1e-12)
