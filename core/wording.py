@@ -242,7 +242,7 @@ def years_between(often: float, seldom: float) -> str:
     """The ends of a rate's interval, the higher first, as years between two events.
 
     >>> years_between(0.1, 0.05), years_between(math.inf, 0.05), years_between(math.inf, 0.0)
-    ('10–20', 'below 20', 'not known')
+    ('10.0–20.0', 'below 20.0', 'not known')
     """
     if not often > 0.0:
         return "no interval"

@@ -22,7 +22,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     if path.exists() and not path.is_symlink() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))
     # (a name of its own: two processes may write one file, and the last of them wins)
-    temporary = path.with_name(f"{path.name}.{os.getpid()}-{threading.current_thread().ident}.part")
+    temporary = path.with_name(f"{path.name}.toppling-{os.getpid()}-{threading.current_thread().ident}.part")
     temporary.unlink(missing_ok=True)
     remove_leftovers(path.parent)
     os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666))
@@ -40,7 +40,7 @@ def whole_file(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
-LEFTOVER = re.compile(r".+\.([0-9]+)-([0-9]+)\.part")
+LEFTOVER = re.compile(r".+\.toppling-([0-9]+)-([0-9]+)\.part")
 
 
 def remove_leftovers(folder: Path) -> None:

@@ -60,7 +60,7 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
         # (in a folder that is there, which a rename cannot replace everywhere, or else beside the new one)
         place = folder if there else folder.parent
         remove_leftovers(folder.parent)
-        staged = place / f".toppling-new.{os.getpid()}-{threading.current_thread().ident}.part"
+        staged = place / f".new.toppling-{os.getpid()}-{threading.current_thread().ident}.part"
         staged.mkdir()
         try:
             _fill(kind, staged)

@@ -25,7 +25,7 @@ REFUSED = "refused"
 MOST = 10**18
 """Most runs that a manifest can count."""
 NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
-PART = re.compile(rf"({NAME.pattern}|{re.escape(MANIFEST)})\.[0-9]+-[0-9]+\.part")
+PART = re.compile(rf"({NAME.pattern}|{re.escape(MANIFEST)})\.toppling-[0-9]+-[0-9]+\.part")
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:

@@ -53,20 +53,21 @@ class TestWholeFile:
         killed = subprocess.Popen([sys.executable, "-c", code, str(path)])
         assert killed.wait() == -signal.SIGKILL
         (left,) = os.listdir(tmp_path)
-        assert left.startswith(f"one.png.{killed.pid}-")
+        assert left.startswith(f"one.png.toppling-{killed.pid}-")
         others = [
-            f"one.png.{os.getppid()}-7.part",  # of a process that runs
-            f"one.png.{os.getpid()}-{threading.get_ident()}.part",
+            f"one.png.toppling-{os.getppid()}-7.part",  # of a process that runs
+            f"one.png.toppling-{os.getpid()}-{threading.get_ident()}.part",
             "one.png.part",
+            "shelf.4194400-2024.part",  # of a person
             "one.png.7.part",
             f"{left}.bak",
         ]
         for name in others:
             (tmp_path / name).touch()
         # (of a file that is not written again, of a folder of files, and of a process that had this one's number)
-        for name in ("two.png.999999-7.part", f"one.png.{os.getpid()}-7.part"):
+        for name in ("two.png.toppling-999999-7.part", f"one.png.toppling-{os.getpid()}-7.part"):
             (tmp_path / name).touch()
-        (tmp_path / ".toppling-new.999999-7.part/records").mkdir(parents=True)
+        (tmp_path / ".new.toppling-999999-7.part/records").mkdir(parents=True)
         write_bytes(tmp_path / "three.png", b"new")
         assert sorted(os.listdir(tmp_path)) == sorted([*others, "three.png"])
 
