@@ -19,24 +19,25 @@ def main() -> int:
     """Load the command, run it and return its exit code."""
     # Packages and figures are many objects and no garbage: collecting after every 700 takes a tenth of a short study.
     gc.set_threshold(50_000, 20)
-    # An interrupt that is ignored, as in the background of a shell, stays ignored.
-    interruptible = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if interruptible:
-        signal.signal(signal.SIGINT, _leave)
-        sys.unraisablehook = interrupt_again
+    # A signal that is ignored, as in the background of a shell, stays ignored.
+    numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    caught = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
+    for number in caught:
+        signal.signal(number, _leave)
+    sys.unraisablehook = interrupt_again
     # Figures are drawn into files: no backend of a notebook or a desktop is needed, nor need it be there.
     os.environ["MPLBACKEND"] = "agg"
     try:
         from .studies.command.cli import main as command, prepare_streams  # noqa: PLC0415
 
-        if interruptible:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number in caught:
+            signal.signal(number, _interrupt)
         prepare_streams()
         code = command()
     except (KeyboardInterrupt, RuntimeError, ImportError, MemoryError, SystemError) as error:
         if is_interrupt(error):
             print("toppling: interrupted", file=sys.stderr)
-            code = INTERRUPTED
+            code = 128 + getattr(error, "number", signal.SIGINT)
         elif (limit := memory_limit()) and (not isinstance(error, RuntimeError) or "thread" in str(error)):
             print(f"toppling: {limit} kB of memory (ulimit -v) are not enough, allow more ({error})", file=sys.stderr)
             code = FAILED
@@ -57,7 +58,14 @@ def main() -> int:
 def _leave(number: int, frame: object) -> None:
     """End at once while the packages load: some of them swallow an exception, or replace it by one of their own."""
     os.write(2, b"toppling: interrupted\n")
-    os._exit(INTERRUPTED)
+    os._exit(128 + number)
+
+
+def _interrupt(number: int, frame: object) -> None:
+    """Interrupt: what is half written goes, and the exit code is the signal's."""
+    error = KeyboardInterrupt()
+    error.number = number  # type: ignore[attr-defined]
+    raise error
 
 
 def interrupt_again(swallowed: Any) -> None:

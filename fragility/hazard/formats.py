@@ -67,10 +67,9 @@ _FRACTILES = re.compile(
     re.IGNORECASE,
 )
 _SPREAD = re.compile(r"standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ)", re.IGNORECASE)
-_OTHER_SHAKING = re.compile(
+_OTHER_SHAKING = re.compile(  # (curves are of horizontal shaking with a damping of 5 %)
     r"vertical (?:component|motion|pga|hazard)|(?<![\d.])(?![05]?5(?:\.0+)? ?%)\d+(?:\.\d+)? ?% damp", re.IGNORECASE
 )
-"""What a curve of horizontal shaking with a damping of 5 % is not."""
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """What comments on probabilities say where the numbers are rates all the same."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")

@@ -95,8 +95,7 @@ def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerati
                 warn([Doubt("table", f"{what}: scaled, or the peak of another component?")])
 
 
-LONELY = 3.0
-"""Ratio of a value of nines to the next one above which it marks a gap even if it stands once."""
+LONELY = 3.0  # ratio of a value of nines to the next one above which it marks a gap even if it stands once
 
 
 def refuse_gaps(file: Path, values: Array) -> None:

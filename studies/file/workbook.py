@@ -46,12 +46,9 @@ CURRENCIES = {
     "euros": {"EUR"},
 }
 """Currencies that a sign or a word in a number format may stand for."""
-_CODE = re.compile(r"(?<![A-Za-z])[A-Z]{3}(?![A-Za-z])")
-"""A currency by its code in a number format."""
-_COUNTED = ("pc", "pcs", "ea", "x", "stk", "stück", "pieces", "items", "persons", "people")
-"""Words in number formats that are no units."""
-_SPELLED = {"m": ("metre", "metres", "meter", "meters"), "days": ("d", "day"), "deg": ("°",)}
-"""Other spellings of units at the end of headings."""
+_CODE = re.compile(r"(?<![A-Za-z])[A-Z]{3}(?![A-Za-z])")  # (of a currency)
+_COUNTED = ("pc", "pcs", "ea", "x", "stk", "stück", "pieces", "items", "persons", "people")  # no units
+_SPELLED = {"m": ("metre", "metres", "meter", "meters"), "days": ("d", "day"), "deg": ("°",)}  # of units
 _LITERAL = re.compile(r'"([^"]*)"|\\(.)|\[\$([^\]-]*)[^\]]*\]')
 _OLD = b"\xd0\xcf\x11\xe0"
 

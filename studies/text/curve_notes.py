@@ -47,15 +47,13 @@ HELD = {
 """Measured coverage of 95 % intervals of annual rates by form of curve or design (docs/coverage.md)."""
 ENOUGH_MOTIONS = 20
 """Motions from which such intervals of other curves hold at least 93 %."""
-MEASURED = 0.95
-"""Confidence of the intervals whose coverage is measured."""
+MEASURED = 0.95  # the confidence of the intervals whose coverage is measured
 FEW_HELD = {
     quantity: f"{held} hold the true value with {ENOUGH_MOTIONS} motions or fewer"
     for quantity, held in {"dispersion": "84 to 98 %", "measure": "76 to 90 %", "ratio": "90 %"}.items()
 }
 """Measured coverage of 95 % intervals of dispersions, of those by measure, and of ratios of medians."""
-MOST_NAMED = 3
-"""Most curves that a note names."""
+MOST_NAMED = 3  # curves that a note names
 REACHED = {
     state_name("overturned"): "overturned",
     state_name("uplifted"): "uplifted",

@@ -48,8 +48,7 @@ def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float
 BELOW = "below all levels"
 """In place of a level below the lowest one that was run."""
 ENDS = "", "_lower", "_upper"
-NO_LEVEL = {OK: "too few runs fell or stood near it"}
-"""Why there is no level of half where a curve was fitted, by its status."""
+NO_LEVEL = {OK: "too few runs fell or stood near it"}  # why no level of half has been found, by status
 FLAT = 10.0
 """Dispersion beyond which a curve is flat: one standard deviation is a factor of 22,000 in the level."""
 EDGE = 1.0 + 1e-9

@@ -136,6 +136,24 @@ def test_no_backend_of_figures_is_needed(tmp_path):
     assert list((tmp_path / "out").glob("*.png"))
 
 
+@pytest.mark.skipif(os.name != "posix", reason="no signals of POSIX")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_signal_leaves_nothing_half_written(tmp_path, number):
+    """In any command: one sentence, the signal's exit code, and no new file beside the report."""
+    code = (
+        "import os, sys, time\nfrom pathlib import Path\n"
+        "from toppling.__main__ import main\nfrom toppling.core.writing import whole_file\n"
+        "from toppling.studies.report import page\n"
+        "def write(*_, **__):\n"
+        "    with whole_file(Path('report.html')):\n"
+        f"        os.kill(os.getpid(), {int(number)})\n        time.sleep(30)\n"
+        "page.write_report = write\nsys.argv = ['toppling', 'report', 'results.nc']\nsys.exit(main())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (128 + number, "toppling: interrupted, no results written\n")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("size", "more"), [(400_000, []), (650_000, ["--dry-run"]), (800_000, []), (1_150_000, [])])
 def test_a_limit_on_memory_is_named(size, more, tmp_path):
