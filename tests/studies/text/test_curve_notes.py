@@ -578,7 +578,7 @@ class TestOneSide:
     [
         ("isotonic", "ida", 400, "in 76 to 98 % of simulated studies with isotonic curves"),
         ("lognormal", "stripes", 400, "in 61 to 98 % of simulated studies with stripes"),
-        ("lognormal", "cloud", 10, "intervals of the level of 10 % the true level in 83 to 98 %"),
+        ("lognormal", "cloud", 10, "intervals of the level of 10 % the true level in 78 to 98 %"),
         ("lognormal", "ida", 19, "with few motions (19 here)"),
     ],
 )
