@@ -17,7 +17,7 @@ from .problems import CASES, DT, record
 
 CASE = "B"
 TARGET = 1.5
-"""Largest cost of a run with a wall or a strap over that of the free block."""
+"""Largest cost of a run with a wall or a strap over a run of the free block."""
 SCENE_LAWS: tuple[Law, ...] = (
     HousnerImpact(e=0.9, geometry="linear"),
     HousnerImpact(e=0.9),

@@ -2,7 +2,7 @@
 
 pyslammer's rigid analysis steps with the samples: velocities by the trapezoidal rule, beginnings and ends of a slide at
 a sample.  The engine finds both between the samples.  A record with straight lines between its samples can be sampled
-more finely without a change of the motion: pyslammer's results then come to those of the engine, which stay.  What
+more finely without a change of the motion: pyslammer's results then approach the engine's, which stay.  What
 remains is that pyslammer has no friction at speeds below 1e-5 m/s: a block that gets there goes on at that speed.
 """
 
@@ -47,7 +47,7 @@ def sliding_cost(runs: int = 512, repeats: int = 7) -> list[Row]:
     """Measure ns per sample and run of each case, every sample computed (`whole`) and with skips; and its slips."""
     static = MEDIAN * np.exp(DISPERSION * stats.norm.ppf((np.arange(runs) + 0.5) / runs))
     friction = friction_table([Slider(mu, mu, KINETIC * mu, KINETIC * mu) for mu in static.tolist()])
-    across, upward = (one.acceleration / np.abs(one.acceleration).max() for one in motions(2))
+    across, upward = (motion.acceleration / np.abs(motion.acceleration).max() for motion in motions(2))
     dt, factors = motions(1)[0].dt, np.ones((runs, 1))
     tasks = []
     slips = []
@@ -73,7 +73,7 @@ def newmark(number: int = 10, refined: tuple[int, ...] = REFINED) -> Row:
         package = import_module("pyslammer")
     except ImportError as error:
         return {"missing": f"pyslammer: {error}", "rows": [], "motions": number}
-    shaking = [np.append(one.acceleration, np.zeros(round(QUIET / one.dt))) for one in motions(number)]
+    shaking = [np.append(motion.acceleration, np.zeros(round(QUIET / motion.dt))) for motion in motions(number)]
     dt = motions(1)[0].dt
     rows = []
     for ratio in RATIOS:

@@ -73,7 +73,7 @@ def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
         for scene in dict.fromkeys(row["scene"] for row in rows)
     ]
     headings = ("scene", *(f"{short(law)}: {heading}" for law in laws for heading in ("µs", "ratio")))
-    yield Rows("Cost of a run in a scene, and over that of the free block", headings, lines)
+    yield Rows("Cost of a run in a scene, and over a run of the free block", headings, lines)
 
 
 def _sliding(found: Row) -> Iterator[Rows]:

@@ -58,7 +58,7 @@ GENERATORS = {
     "Clough–Penzien motion of 20 s": CLOUGH_PENZIEN,
 }
 NUMBER = 32
-"""Motions made at a time: those of a study share vectors."""
+"""Motions made at a time: motions of a study share vectors."""
 MOTION_TARGET, MEASURE_TARGET = 2.0, 1.0
 """CPU time of a simulated motion and of the measures of a motion, ms."""
 

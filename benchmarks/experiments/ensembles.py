@@ -27,8 +27,8 @@ CLASSES = {
     "6-upper": (6.0, 6.5),
     "7": (6.5, 7.0),
 }
-"""Classes of JMA's scale with the instrumental intensities between which they lie; that of 7 has no upper end on the
-scale, and ends here at 7.0, which few records reach (judgement)."""
+"""Classes of JMA's scale with the instrumental intensities between which they lie; 7 has no upper end on the
+scale and ends here at 7.0, which few records reach (judgement)."""
 
 
 def jma_intensity(acceleration: Array, dt: float) -> float:

@@ -47,7 +47,7 @@ ROCKS = {
 
 
 def rock_scenes(replays: Replays) -> list[tuple[str, int, int]]:
-    """Return each change of the rocks with the falls predicted, in all runs and in those of long period."""
+    """Return each change of the rocks with the predicted falls, in all runs and in runs of long period."""
     motions = table_motions(replays.runs)
     slow = np.array([run.ratio >= LONG_PERIOD for run in replays.runs])
     found = []

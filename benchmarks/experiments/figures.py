@@ -21,7 +21,7 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
 
     Blind predictions are filled markers, predictions with measured or fitted inputs are open ones.
     """
-    own = [one for one in rows if one.counted]
+    own = [row for row in rows if row.counted]
     if not own:
         return None
     figure = axes.figure(6.4, 5.8)

@@ -105,7 +105,7 @@ def _overturned(experiment: Experiment, measured: Measured | None = None) -> Pre
         shares += [one * not_sliding(experiment, block, measured) for one, block in zip(fallen, blocks, strict=True)]
     lower, upper = binomial_interval([one.sum() for one in shares], [one.size for one in shares], SURE)
     motions = "motions" if len(kinds_of(experiment)) == 1 else "motions of each of two kinds"
-    rests = float(np.mean([not_sliding(experiment, one, measured) for one in blocks]))
+    rests = float(np.mean([not_sliding(experiment, block, measured) for block in blocks]))
     slide = f", times {rests:.2f} not to slide" if experiment.contact else ""
     how = f"{counted(len(blocks), 'specimen')}, {shares[0].size} {motions}, both ways{slide}"
     return Prediction(

@@ -153,7 +153,7 @@ class Granite(NamedTuple):
 def granite(replays: Replays, outcomes: GraniteOutcomes) -> list[Granite]:
     """Score both rocks run by run: blind half-widths, half-widths fitted on the other half of the records, thresholds.
 
-    The plain threshold is fitted to the runs that it is scored on, those of the halves are not.
+    The plain threshold is fitted to the runs that score it; thresholds of halves are not.
     """
     twin = float((outcomes.overturned[0] == outcomes.overturned[1]).mean())
     records = [one.record for one in replays.runs]

@@ -1,6 +1,6 @@
 """The validation from end to end: predictions first and from tests alone, then outcomes, scores and files.
 
-Blind predictions are kept in a file and never made again; predictions with measured inputs stand beside them.
+A file keeps the blind predictions, which are never made again; predictions with measured inputs stand beside them.
 """
 
 from __future__ import annotations

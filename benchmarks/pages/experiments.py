@@ -49,7 +49,7 @@ def page(found: Validation, known: replays.Replays | None) -> str:
     numbers = {
         "rows": len(found.rows),
         "sources": len({one.row.source.source for one in found.rows}),
-        "predicted": sum(one.prediction.made for one in found.rows),
+        "predicted": sum(row.prediction.made for row in found.rows),
         "answer": answer(found),
         "rocks": rocks(found),
         "gap": f"{1000.0 * specimens.WALL_GAP:g}",
@@ -79,7 +79,7 @@ def answer(found: Validation) -> str:
     own = [one for one in found.rows if one.prediction.made and not math.isnan(one.observed)]
     rows = []
     for piece in table.PIECES:
-        each = [one for one in own if one.row.test.piece == piece]
+        each = [test for test in own if test.row.test.piece == piece]
         if not each:
             continue
         trials = sum(one.row.test.trials or 0 for one in each if one.counted)
@@ -120,7 +120,7 @@ MOST_OF_ONE = 10
 
 def verdict(rows: list[Compared]) -> str:
     """The direction of a class in words: counts by the falls predicted of all trials, values by their mean ratio."""
-    counts = [one for one in rows if one.counted]
+    counts = [row for row in rows if row.counted]
     if counts:
         trials = sum(one.row.test.trials or 0 for one in counts)
         fallen = sum(one.row.outcome.overturned or 0 for one in counts)

@@ -303,7 +303,7 @@ def elastic_mode(number: int = 400) -> Mode:
 
 
 def mode_table(mode: Mode) -> str:
-    """Return shares of overturnings at every delta, with those of the prototypes and the difference."""
+    """Return shares of overturnings at every delta, with the shares of the prototypes and the difference."""
 
     def cell(count: int, stated: float) -> str:
         share = count / mode.number

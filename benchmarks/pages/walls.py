@@ -174,7 +174,7 @@ def map_figure(gaps: Gaps) -> Figure:
 
 def page(gaps: Gaps, rebounds: np.ndarray) -> str:
     """Return the page: its template with every number from the results."""
-    varied = sum(total <= tp.catalogue[one].restitution ** 2 for one in PIECES for total in REBOUNDS)
+    varied = sum(total <= tp.catalogue[piece].restitution ** 2 for piece in PIECES for total in REBOUNDS)
     runs = len(KINDS) * len(PIECES) * (1 + len(GAPS)) * len(LEVELS) * 2 * NUMBER
     runs += len(VARIED) * varied * len(GAPS) * 2 * 2 * NUMBER
     signs = decided(gaps.excess)

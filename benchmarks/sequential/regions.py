@@ -95,7 +95,7 @@ def direct_medians(blocks: Sequence[Block], curves: xr.Dataset, motions: int) ->
 
 
 def pooled_of(columns: BlockArray, runs: int, each: int, seed: int) -> tuple[xr.Dataset, int, float]:
-    """Return a surface of so many runs, `each` a motion; all runs with those of its check, and CPU seconds."""
+    """Return a surface of so many runs, `each` a motion; all runs, its check included, and CPU seconds."""
     started, number, counted = process_time(), runs // each, [0]
     surface = pooled(
         columns,
@@ -141,7 +141,7 @@ def band(replicates: int = 40, tolerance: float = 0.05, motions: int = 20_000) -
 
 
 def rates(slopes: Sequence[float] = (2.0, 3.0), motions: int = 4000) -> None:
-    """Print rates of eight blocks by surfaces over those of direct runs, under a power-law hazard of each slope.
+    """Print rates of eight blocks by surfaces over rates of direct runs, under a power-law hazard of each slope.
 
     Intervals are wider where single checked blocks are off the plane of ratios of a surface.
     """

@@ -104,8 +104,8 @@ HEAD = f"{'97 sizes':36s} {'rms':>6s} {'most':>6s} {'motions':>8s} {'runs':>9s} 
 def line(label: str, analysis: Callable[[int], Medians], motions: int, runs: int, known: Truth, replicates: int) -> str:
     """Return a line of the table: an analysis by its seed, as often as asked.
 
-    Root mean square and largest difference of ln medians from the truth; motions and runs of one analysis, and those of
-    the check of a surface, which come on top; CPU time with motions and fits.
+    Root mean square and largest difference of ln medians from the truth; motions and runs of one analysis, and on
+    top of them what a surface's check takes; CPU time with motions and fits.
     """
     medians, checks, times = zip(*(analysis(SEED + k) for k in range(replicates)), strict=True)
     gaps = np.stack(medians)[:, ::TESTED] - known.medians

@@ -352,7 +352,7 @@ def _labelled(
             described("static coefficient of friction"),
         ),
     }
-    sliding = {"friction": [one.description for one in available], **settings}
+    sliding = {"friction": [friction.description for friction in available], **settings}
     return xr.Dataset(
         variables,
         coords={**kept, "model": xr.Variable("model", np.array(["sliding"], dtype=object), described("law"))},

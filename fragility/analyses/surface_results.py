@@ -235,7 +235,7 @@ def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Va
         "apart": (("model",), "ln ratio by which single blocks differ from that plane beyond chance"),
     }
     return {
-        f"rate_{name}": xr.Variable(dims, np.array([getattr(one, name) for one in planes]), described(text))
+        f"rate_{name}": xr.Variable(dims, np.array([getattr(plane, name) for plane in planes]), described(text))
         for name, (dims, text) in labels.items()
     }
 

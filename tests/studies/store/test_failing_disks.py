@@ -79,6 +79,15 @@ def test_a_disk_that_fails_from_some_call_on(disk, quiet, tmp_path, call, number
     assert (out / "results.nc").read_bytes() == quiet
 
 
+def refused_or_done(disk, path, command):
+    """Run Python while each of the first closes of a file fails: done, or refused in one sentence."""
+    for number in range(1, 7):
+        environment = failing(disk, path, "close", number, "EIO")
+        done = subprocess.run([sys.executable, *command], env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode in (0, 2), (number, done.returncode, done.stderr)
+        assert len(done.stderr.splitlines()) == (done.returncode == 2)
+
+
 class TestReading:
     """What the system refuses is said, and that a result file is none is not."""
 
@@ -90,32 +99,15 @@ class TestReading:
         (out / "results.nc").write_bytes(quiet)
         laws = ["--laws", "discrete", "housner", "--out", str(tmp_path / "compared")]
         options = {"export": ["--format", "csv"], "compare": [str(out), *laws], "status": ["--verify"]}
-        for number in range(1, 7):
-            done = subprocess.run(
-                [sys.executable, "-m", "toppling", kind, str(out), *options.get(kind, [])],
-                env=failing(disk, out / "results.nc", "close", number, "EIO"),
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            assert done.returncode in (0, 2), (number, done.returncode, done.stderr)
-            assert len(done.stderr.splitlines()) == (done.returncode == 2)
+        command = ["-m", "toppling", kind, str(out), *options.get(kind, [])]
+        refused_or_done(disk, out / "results.nc", command)
 
     @pytest.mark.slow
     @pytest.mark.parametrize("kind", ["status", "export"])
     def test_no_file_that_is_too_large_for_memory_is_closed_by_the_library(self, disk, quiet, tmp_path, kind):
         (tmp_path / "results.nc").write_bytes(quiet)
         options = {"export": ["--format", "csv"], "status": ["--verify"]}
-        for number in range(1, 6):
-            done = subprocess.run(
-                [sys.executable, "-c", ALL_ARE_LARGE, kind, str(tmp_path), *options[kind]],
-                env=failing(disk, tmp_path / "results.nc", "close", number, "EIO"),
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            assert done.returncode in (0, 2), (number, done.returncode, done.stderr)
-            assert len(done.stderr.splitlines()) == (done.returncode == 2)
+        refused_or_done(disk, tmp_path / "results.nc", ["-c", ALL_ARE_LARGE, kind, str(tmp_path), *options[kind]])
 
     @pytest.mark.skipif(sys.platform != "linux", reason="descriptors are not replaced")
     def test_a_large_file_is_let_go_with_its_last_dataset(self, quiet, tmp_path, monkeypatch):
