@@ -26,6 +26,8 @@ the correlation between the normal scores of two runs under one motion; it is 1 
 - *Coverage* is the least and the greatest over the truths, in per cent, after the number of motions.
 - *Least* names the truth and the number of motions of the least coverage, with the shares of its intervals that lie \
 above and below the true value (nominal 2.5 %).
+- *Length* is the greatest mean length over the truths, as a multiple of a normal interval that knows the deviation of \
+the values, after the number of motions.
 - For goodness of fit, intervals *below* are the correct curves that the test rejects at 5 %.
 
 {table}
@@ -42,24 +44,28 @@ def main() -> None:
         print(f"{part.__name__}: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
     studies = min(row.studies for row in found)
     error = 196.0 * math.sqrt(0.95 * 0.05 / studies)
-    heads = ("interval", "coverage (%)", "least")
+    heads = ("interval", "coverage (%)", "least", "length")
     kind = "in full" if full else "the short run"
     print(PAGE.format(kind=kind, studies=studies, error=error, table=table(heads, summary(found))), end="")
 
 
-def summary(found: Iterable[Row]) -> Iterator[tuple[str, str, str]]:
-    """Yield the extreme coverages of each interval by number of motions, and its worst truth."""
+def summary(found: Iterable[Row]) -> Iterator[tuple[str, str, str, str]]:
+    """Yield the extreme coverages of each interval by number of motions, its worst truth, and its lengths."""
     by_interval: dict[str, dict[int, list[Row]]] = {}
     for row in found:
         by_interval.setdefault(row.interval, {}).setdefault(row.motions, []).append(row)
     for interval, by_motions in by_interval.items():
         covered = {motions: sorted(100.0 * row.coverage for row in rows) for motions, rows in by_motions.items()}
         worst = min((row for rows in by_motions.values() for row in rows), key=lambda row: row.coverage)
+        lengths = {
+            motions: [row.length for row in rows if not math.isnan(row.length)] for motions, rows in by_motions.items()
+        }
         missed = f"{100.0 * worst.high:.1f} above, {100.0 * worst.low:.1f} below"
         yield (
             interval[:1].upper() + interval[1:],
             "; ".join(f"{motions}: {shares[0]:.1f}–{shares[-1]:.1f}" for motions, shares in covered.items()),
             f"{worst.truth}, {worst.motions}: {missed}",
+            "; ".join(f"{motions}: {max(known):.2f}" for motions, known in lengths.items() if known),
         )
 
 

@@ -25,7 +25,11 @@ ATTRIBUTES = {"units": "m s-2", "im": "pga", "long_name": "peak ground accelerat
 
 
 class Row(NamedTuple):
-    """One kind of interval under one truth; low, high: shares of the studies whose interval lies below and above it."""
+    """One kind of interval under one truth.
+
+    low, high: shares of the studies whose interval lies below and above the truth.  length: mean length over the length
+    of a normal interval with the true deviation; NaN if unknown.
+    """
 
     interval: str
     truth: str
@@ -33,6 +37,7 @@ class Row(NamedTuple):
     studies: int
     low: float
     high: float
+    length: float = math.nan
 
     @property
     def coverage(self) -> float:
@@ -40,11 +45,13 @@ class Row(NamedTuple):
         return 1.0 - self.low - self.high
 
 
-def row_of(interval: str, truth: str, motions: int, ends: tuple[Array, Array], true: float) -> Row:
+def row_of(
+    interval: str, truth: str, motions: int, ends: tuple[Array, Array], true: float, length: float = math.nan
+) -> Row:
     """Return the row of intervals (study,); an end that is NaN misses on its side."""
     lower, upper = ends
     low, high = ~(upper >= true), ~(lower <= true)
-    return Row(interval, truth, motions, lower.size, float(low.mean()), float((high & ~low).mean()))
+    return Row(interval, truth, motions, lower.size, float(low.mean()), float((high & ~low).mean()), length)
 
 
 def ida(truth: Truth, studies: int, motions: int, seed: int, levels: Array = LEVELS) -> xr.Dataset:

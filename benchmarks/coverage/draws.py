@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -63,7 +64,8 @@ def loss_quantile(flags: Flags) -> float:
 def rows(full: bool) -> Iterator[Row]:
     """Yield the rows of drawn values; the true value follows from the flags, which are the same for all draws.
 
-    low, high: shares of the seeds whose value ± 1.96 errors lies below and above the true value.
+    low, high: shares of the seeds whose value ± 1.96 errors lies below and above the true value; length: the mean error
+    over the deviation of the values.
     """
     seeds, realisations = (5 * SEEDS, (5, 20, 100)) if full else (SEEDS, (20,))
     for motions, number, pieces in itertools.product((20, 60), realisations, PIECES):
@@ -74,14 +76,14 @@ def rows(full: bool) -> Iterator[Row]:
         text = f"{pieces}, {number} realisations"
         for n in (1, 4):
             at_least = total >= n
-            value, error = at_least.mean(axis=(1, 2)), share_error(at_least)
-            yield row_of(f"number, {n} or more", text, motions, around(value, error), truth[n - 1])
+            of = at_least.mean(axis=(1, 2)), share_error(at_least)
+            yield _row(f"number, {n} or more", text, motions, *of, truth[n - 1])
         if pieces != INDEPENDENT:  # (whose quantile is found by counting all that may fall)
             loss = quantiles(np.einsum("simr,i->smr", every, VALUES), WANTED, np.inf)
-            ends = around(loss.value[:, 0], loss.error[:, 0])
-            yield row_of("loss, quantile", text, motions, ends, loss_quantile(flags))
+            yield _row("loss, quantile", text, motions, loss.value[:, 0], loss.error[:, 0], loss_quantile(flags))
 
 
-def around(value: Array, error: Array) -> tuple[Array, Array]:
-    """Return the ends of normal intervals."""
-    return value - WIDE * error, value + WIDE * error
+def _row(interval: str, text: str, motions: int, value: Array, error: Array, true: float) -> Row:
+    spread = float(value.std())
+    ends = value - WIDE * error, value + WIDE * error
+    return row_of(interval, text, motions, ends, true, float(error.mean()) / spread if spread > 0.0 else math.nan)

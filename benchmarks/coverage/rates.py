@@ -19,6 +19,7 @@ from ..sequential.truths import MEDIAN, Truth
 from .drawn import LEVELS, LOGNORMAL, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
 
 CONFIDENCE = 0.95
+NORMAL = 1.959964
 SLOPES = (1.5, 2.5, 4.0)
 TABULATED = "curved hazard"
 DESIGNS: dict[str, Callable[[Truth, int, int, int], xr.Dataset]] = {
@@ -79,8 +80,11 @@ def of_runs(
         if truth.probability is SKEWED_LEFT.probability and name == "slope 4":
             continue  # (its rate has no bound)
         found = [annual_rate(curves, hazard, outside="most") for curves in each]
-        lower, upper = (np.concatenate([rates[f"rate_{end}"].values for rates in found]) for end in ("lower", "upper"))
-        yield row_of(f"{what}, {name}", truth.name, motions, (lower, upper), true_rate(truth, hazard))
+        rate, lower, upper = (
+            np.concatenate([rates[f"rate{end}"].values for rates in found]) for end in ("", "_lower", "_upper")
+        )
+        length = _length(rate, lower, upper)
+        yield row_of(f"{what}, {name}", truth.name, motions, (lower, upper), true_rate(truth, hazard), length)
 
 
 def true_rate(truth: Truth, hazard: HazardCurve) -> float:
@@ -89,6 +93,13 @@ def true_rate(truth: Truth, hazard: HazardCurve) -> float:
     events = hazard.rate_at(np.exp(x))
     seen = truth.probability(x)
     return float(-np.sum(0.5 * (seen[1:] + seen[:-1]) * np.diff(events)) + events[-1])
+
+
+def _length(values: Array, lower: Array, upper: Array) -> float:
+    """Return the mean length of intervals of logarithms over a normal interval with the deviation of the values."""
+    with np.errstate(divide="ignore"):  # (isotonic curves may have rates of 0)
+        logs, lengths = np.log(values), np.log(upper) - np.log(lower)
+    return float(np.nanmean(np.where(np.isfinite(lengths), lengths, np.nan)) / (2.0 * NORMAL * np.nanstd(logs)))
 
 
 def contributions(motions: int, studies: int) -> Iterator[tuple[str, Array, float]]:
@@ -111,7 +122,9 @@ def contributions(motions: int, studies: int) -> Iterator[tuple[str, Array, floa
 def _of_means(motions: int, studies: int) -> Iterator[Row]:
     for name, drawn, true in contributions(motions, studies):
         values = drawn[np.ptp(drawn, axis=1) > 0.0]
-        yield row_of("total of an inventory", name, motions, mean_interval(values, CONFIDENCE)[:2], true)
+        lower, upper = mean_interval(values, CONFIDENCE)[:2]
+        length = float(np.mean(upper - lower) / (2.0 * NORMAL * values.mean(axis=1).std()))
+        yield row_of("total of an inventory", name, motions, (lower, upper), true, length)
         # (anchoring saves the falls of half as many pieces, and may cause others)
         saved = values - 0.5 * values[::-1]
         ends = mean_interval(saved, CONFIDENCE, signed=True)[:2]
@@ -123,15 +136,15 @@ def _stronger(truth: Truth, x: Array) -> Array:
     return truth.probability(middle + (x - middle - 0.3) / 1.2)
 
 
-def _ratios(values: Array, samples: Array, runs: Array | None = None) -> tuple[Array, Array]:
-    """Return the ends of the intervals of ratios of two blocks (block, study), study by study."""
+def _ratios(values: Array, samples: Array, runs: Array | None = None) -> tuple[tuple[Array, Array], float]:
+    """Return the ends of the intervals of ratios of two blocks (block, study), study by study, and their length."""
     of_runs = np.full(values.shape, np.nan) if runs is None else runs
     found = [
         ratio_of(values[0, i], values[1, i], samples[0, i], samples[1, i], CONFIDENCE, of_runs[:, i])
         for i in range(values.shape[1])
     ]
-    _, lower, upper = np.array(found).T
-    return lower, upper
+    ratio, lower, upper = np.array(found).T
+    return (lower, upper), _length(ratio, lower, upper)
 
 
 def _of_ratios(motions: int, studies: int) -> Iterator[Row]:
@@ -145,14 +158,14 @@ def _of_ratios(motions: int, studies: int) -> Iterator[Row]:
         curves = fit_fragility(drawn, keep_replicates=True).transpose("block", "study", ...)
         rates = annual_rate(curves, hazard).transpose("block", "study", ...)
         if shape is LOGNORMAL:
-            ends = _ratios(curves["median"].values, curves["median_sample"].values)
-            yield row_of("ratio of fitted medians", shape.name, motions, ends, math.exp(0.3))
-        ends = _ratios(*(rates[name].values for name in ("rate", "rate_sample", "rate_of_runs")))
+            ends, length = _ratios(curves["median"].values, curves["median_sample"].values)
+            yield row_of("ratio of fitted medians", shape.name, motions, ends, math.exp(0.3), length)
+        ends, length = _ratios(*(rates[name].values for name in ("rate", "rate_sample", "rate_of_runs")))
         true = true_rate(strong, hazard) / true_rate(weak, hazard)
-        yield row_of(f"ratio of annual rates, {TABULATED}", shape.name, motions, ends, true)
+        yield row_of(f"ratio of annual rates, {TABULATED}", shape.name, motions, ends, true, length)
         # totals of falls at the levels, as inventories are compared
         weights = -np.diff(hazard.rate_at(LEVELS), append=0.0)
         falls = drawn["overturned"].transpose("block", "study", "motion", "level").values @ weights
-        ends = _ratios(falls.mean(axis=-1), resampled_means(falls))
+        ends, length = _ratios(falls.mean(axis=-1), resampled_means(falls))
         a, b = (float(truth.probability(np.log(LEVELS)) @ weights) for truth in (weak, strong))
-        yield row_of("ratio of totals of inventories", shape.name, motions, ends, b / a)
+        yield row_of("ratio of totals of inventories", shape.name, motions, ends, b / a, length)

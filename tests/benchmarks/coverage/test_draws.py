@@ -20,3 +20,4 @@ def test_rows_hold():
     assert [one.motions for one in found] == [20] * 5 + [60] * 5
     for one in found:
         assert one.coverage > (0.87 if one.motions == 20 else 0.91), one
+        assert not abs(one.length - 1.0) > (0.5 if one.motions == 20 else 0.25), one

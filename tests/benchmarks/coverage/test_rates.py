@@ -19,6 +19,7 @@ def test_annual_rates(shape, correlation):
     for row in of_design("20 common levels", replace(shape, correlation=correlation), 20, 200):
         assert row.coverage >= 0.91, row
         assert row.low <= 0.07, row
+        assert row.length < 2.0, row
 
 
 def test_the_true_rate():

@@ -6,12 +6,12 @@ from toppling.benchmarks.coverage.drawn import Row
 
 def test_extremes_and_the_worst_truth():
     found = [
-        Row("rate", "lognormal", 20, 200, 0.02, 0.03),
-        Row("rate", "Weibull", 20, 200, 0.10, 0.01),
+        Row("rate", "lognormal", 20, 200, 0.02, 0.03, 1.2),
+        Row("rate", "Weibull", 20, 200, 0.10, 0.01, 1.4),
         Row("rate", "lognormal", 80, 200, 0.0, 0.0),
         Row("total", "shares", 20, 200, 0.025, 0.025),
     ]
     assert list(summary(found)) == [
-        ("Rate", "20: 89.0–95.0; 80: 100.0–100.0", "Weibull, 20: 1.0 above, 10.0 below"),
-        ("Total", "20: 95.0–95.0", "shares, 20: 2.5 above, 2.5 below"),
+        ("Rate", "20: 89.0–95.0; 80: 100.0–100.0", "Weibull, 20: 1.0 above, 10.0 below", "20: 1.40"),
+        ("Total", "20: 95.0–95.0", "shares, 20: 2.5 above, 2.5 below", ""),
     ]
