@@ -10,8 +10,8 @@ from ...fragility.runs.runners import thread_count
 from ..kinds.study import Expected, Study
 from ..store.resources import free_bytes
 
-MANY_CURVES = 1000
-"""Number of curves from which the time of their fits is worth telling."""
+LONG_FITS = 1.0
+"""Seconds from which the time of fits is worth telling."""
 
 
 class Forecast(NamedTuple):
@@ -56,9 +56,9 @@ class Forecast(NamedTuple):
     @property
     def fits(self) -> str:
         """The phrase for the work that follows the runs."""
-        if self.curves < MANY_CURVES:
+        if self.fits_seconds < LONG_FITS:
             return "fits"
-        return f"fits of {self.curves:,} curves (about {time_text(self.fits_seconds)})"
+        return f"fits of {counted(self.curves, 'curve')} (about {time_text(self.fits_seconds)})"
 
 
 def forecast(study: Study, folder: Path | None = None) -> Forecast:

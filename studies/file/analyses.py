@@ -616,7 +616,7 @@ class PerformanceTable(Table):
         KeyInfo("no set is chosen"),
         Field(description="What the cheapest set of kits is to achieve, in a year or at the level of the table."),
     ] = None
-    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
+    replicates: Annotated[int, Field(ge=100, le=100_000, description="Resamples of the motions.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Seed of the resamples, and of drawn consequences.")] = 0
 
     @model_validator(mode="before")
@@ -657,7 +657,7 @@ class FitTable(Table):
     penalty: Annotated[
         str, one_of(PENALTIES), Field(description="Penalised likelihood: never, of separated data, or always.")
     ] = "auto"
-    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
+    replicates: Annotated[int, Field(ge=100, le=100_000, description="Bootstrap replicates.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     state: Annotated[
         str | float,

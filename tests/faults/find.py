@@ -2,7 +2,8 @@
 
     python tests/faults/find.py [PATTERN] [--record] [--jobs 2] [--slow] [--budget SECONDS]
 
-Tests are chosen by the recorded coverage of the changed lines (record.py), then come all tests of the same folder.
+The tests that found it last time come first, then those chosen by the recorded coverage of the changed lines
+(record.py), then all tests of the same folder.
 Without a recording the latter are followed by tests with names of the changed module in their text.
 """
 
@@ -154,8 +155,9 @@ def batches(root: Path, fault: Fault, slow: bool) -> list[list[str]]:
     """Return the arguments of pytest for each batch of tests, the most promising first."""
     recorded: dict[int, list[str]] = {}
     total = 0.0
+    before = [test for test in fault.header["Found by"] if "::" in test and _exists(root, test)]
     for test, seconds in covered().get(fault.name, []):
-        if _exists(root, test):
+        if _exists(root, test) and test not in before:
             recorded.setdefault(int(total / BATCH_SECONDS), []).append(test)
             total += seconds
     names, rooms = [], []
@@ -171,7 +173,11 @@ def batches(root: Path, fault: Fault, slow: bool) -> list[list[str]]:
     far = [str(path.relative_to(tests)) for path in order if path.parent not in rooms and mentions[path]]
     groups = [group for group in (near, [] if recorded else far[:FILES_ELSEWHERE]) if group]
     marks = ("not slow", "slow") if slow else ("not slow",)
-    return [*recorded.values(), *(["-m", mark, *group] for mark in marks for group in groups)]
+    return [
+        *([before] if before else []),
+        *recorded.values(),
+        *(["-m", mark, *group] for mark in marks for group in groups),
+    ]
 
 
 def _exists(root: Path, test: str) -> bool:
