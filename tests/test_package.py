@@ -262,6 +262,20 @@ def test_docstring_examples(name):
     assert found.failed == 0
 
 
+def examples_of_functions():
+    """Return the module, the name and the text of each example of a function that is not public."""
+    texts = (ROOT / "tests/data/examples.txt").read_text(encoding="utf-8").split("\n\n")
+    return [(*text.split("\n", 1)[0].split(" "), text.split("\n", 1)[1]) for text in texts if text.strip()]
+
+
+@pytest.mark.parametrize(("module", "name", "text"), examples_of_functions(), ids=lambda value: value if "\n" not in value else "")
+def test_examples_of_functions(module, name, text):
+    names = dict(vars(importlib.import_module(module)))
+    found = doctest.DocTestParser().get_doctest(text, names, name, "examples.txt", 0)
+    assert found.examples
+    assert doctest.DocTestRunner(verbose=False).run(found).failed == 0
+
+
 def test_public_names():
     """The contract's names and signatures."""
     names = {
