@@ -268,7 +268,9 @@ def examples_of_functions():
     return [(*text.split("\n", 1)[0].split(" "), text.split("\n", 1)[1]) for text in texts if text.strip()]
 
 
-@pytest.mark.parametrize(("module", "name", "text"), examples_of_functions(), ids=lambda value: value if "\n" not in value else "")
+@pytest.mark.parametrize(
+    ("module", "name", "text"), examples_of_functions(), ids=lambda value: value if "\n" not in value else ""
+)
 def test_examples_of_functions(module, name, text):
     names = dict(vars(importlib.import_module(module)))
     found = doctest.DocTestParser().get_doctest(text, names, name, "examples.txt", 0)
