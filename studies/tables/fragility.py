@@ -31,7 +31,7 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
-from ..text.curve_notes import FEW_HELD, few_motions, infinitive_of, reached_of, verb_of
+from ..text.curve_notes import FEW_HELD, few_motions, held_apart, infinitive_of, reached_of, verb_of
 from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, other_levels, within_levels
 from ..text.rows import Rows
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
@@ -82,7 +82,7 @@ def fragility_table(results: xr.Dataset) -> Table:
     percent = confidence_text(results)
     state = str(results.attrs.get("state", OVERTURNING))
     fall = infinitive_of(verb_of(state))
-    less = f" (of β {FEW_HELD['dispersion']})" if few_motions(results) else ""
+    less = f" (of β {FEW_HELD['dispersion']})" if few_motions(results) else held_apart(results)
     fractions = results["fraction"].values.tolist() if "fraction_level" in results else []
     table = _table(
         f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half of the runs {fall}, and "

@@ -14,7 +14,7 @@ from ...core.aliases import Flags
 from ...core.wording import given_percent, listed_name, whole_percent
 from ...fragility.fitting.states import SEPARATED, state_name
 from ...fragility.runs.provenance import number_of_motions
-from .words import floor_name, level_text
+from .words import axis_of, floor_name, level_text
 
 FEWEST = 5
 """With fewer runs that reached the state, or that did not, a curve depends on chance."""
@@ -53,6 +53,8 @@ FEW_HELD = {
     for quantity, held in {"dispersion": "83 to 98 %", "measure": "76 to 90 %", "ratio": "90 %"}.items()
 }
 """Measured coverage of 95 % intervals of dispersions, of those by measure, and of ratios of medians."""
+FAR_APART, MANY_MOTIONS = 1.5, 100
+"""Dispersions between levels, and motions, from which on intervals between levels hold less than they say."""
 MOST_NAMED = 3  # curves that a note names
 REACHED = {
     state_name("overturned"): "overturned",
@@ -74,6 +76,16 @@ def few_motions(results: xr.Dataset) -> bool:
     """True if results are of so few motions that intervals hold less than they say (`FEW_HELD`)."""
     usual = results.attrs.get("confidence", MEASURED) == MEASURED
     return usual and "motion" in results.dims and number_of_motions(results) <= ENOUGH_MOTIONS
+
+
+def held_apart(results: xr.Dataset) -> str:
+    """What intervals of levels hold that lie between levels far apart, with many motions; nothing elsewhere."""
+    cloud, levels = results.attrs.get("design") == "cloud", np.unique(axis_of(results).values)
+    if cloud or levels.size < 2 or "motion" not in results.dims or number_of_motions(results) <= MANY_MOTIONS:
+        return ""
+    far = "dispersion" in results and np.diff(np.log(levels)).max() > FAR_APART * float(results["dispersion"].min())
+    usual = results.attrs.get("confidence", MEASURED) == MEASURED
+    return f" (85 to 98 % of those between levels over {FAR_APART} β apart hold the true level)" if far and usual else ""
 
 
 def verb_of(state: str) -> str:
