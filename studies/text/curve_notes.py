@@ -84,8 +84,9 @@ def held_apart(results: xr.Dataset) -> str:
     if cloud or levels.size < 2 or "motion" not in results.dims or number_of_motions(results) <= MANY_MOTIONS:
         return ""
     far = "dispersion" in results and np.diff(np.log(levels)).max() > FAR_APART * float(results["dispersion"].min())
-    usual = results.attrs.get("confidence", MEASURED) == MEASURED
-    return f" (85 to 98 % of those between levels over {FAR_APART} β apart hold the true level)" if far and usual else ""
+    if not far or results.attrs.get("confidence", MEASURED) != MEASURED:
+        return ""
+    return f" (85 to 98 % of those between levels over {FAR_APART} β apart hold the true level)"
 
 
 def verb_of(state: str) -> str:
