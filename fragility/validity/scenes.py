@@ -33,7 +33,7 @@ def scene_notes(blocks: Iterable[Block]) -> list[str]:
 
     def say(named: list[Block], sentence: str) -> None:
         if named:
-            found.append(f"{_listed(named)}: {sentence}")
+            found.append(f"{_named([block.label for block in named])}: {sentence}")
 
     if rounded:
         found.append(round_note([block.label for block in rounded]))
@@ -106,10 +106,6 @@ def round_note(labels: Sequence[str]) -> str:
         f"{_named(labels)}: possibly unconservative, wobbling not modelled: on a round base every direction is the "
         "weak one, and a piece that rolls along its edge may fall where its planar motion does not"
     )
-
-
-def _listed(blocks: list[Block]) -> str:
-    return _named([block.label for block in blocks])
 
 
 def _named(labels: Sequence[str]) -> str:

@@ -45,16 +45,13 @@ KEPT = {
 def answer(lines: Sequence[Line], quantity: Quantity) -> str:
     """Return in a sentence how many of a quantity differ by more than the choice of motions explains, law by law."""
     own = [line for line in lines if line.quantity == quantity.name]
-    each = {law: _counts([line for line in own if law_text(line.laws) == law]) for law in _laws(own)}
+    laws = dict.fromkeys(law_text(line.laws) for line in own)
+    each = {law: _counts([line for line in own if law_text(line.laws) == law]) for law in laws}
     different = set(each.values())
     if len(different) == 1:
         under = f" under each of the {len(each)} laws" if len(each) > 1 else ""
         return f"{quantity.title}{under}: {different.pop()}"
     return f"{quantity.title}: {'; '.join(f'under {law}, {said}' for law, said in each.items())}"
-
-
-def _laws(lines: Sequence[Line]) -> list[str]:
-    return list(dict.fromkeys(law_text(line.laws) for line in lines))
 
 
 def _counts(own: Sequence[Line]) -> str:

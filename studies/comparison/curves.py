@@ -59,7 +59,8 @@ class Curves(NamedTuple):
     def value(self, name: str, at: Place) -> Range:
         """Return a number of the results with its interval."""
         ends = [f"{name}{end}" for end in ("", "_lower", "_upper")]
-        return Range(*(_at(self.side.results[one], at) if one in self.side.results else math.nan for one in ends))
+        held = self.side.results
+        return Range(*(float(_spread(held[one]).values[at]) if one in held else math.nan for one in ends))
 
     def samples(self, name: str, at: Place) -> Array | None:
         """Return the replicates of a parameter of a curve or of its rate, None where there are none."""
@@ -281,7 +282,3 @@ def _spread(values: xr.DataArray, *last: str) -> xr.DataArray:
     """Return values on (block, model, floor, *last), with one floor where they have none."""
     whole = values if "floor" in values.dims else values.expand_dims("floor")
     return whole.transpose("block", "model", "floor", *last)
-
-
-def _at(values: xr.DataArray, at: Place) -> float:
-    return float(_spread(values).values[at])

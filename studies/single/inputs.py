@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from ... import motions as shaking
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
+from ...core.wording import counted
 from ...models import Block, Law
 from ...models.scenes.restraint import KINDS
 from ...motions.arrays import from_array, records
@@ -135,7 +136,7 @@ def motion_of(
     plain = records(found)
     if at >= len(plain):
         last = f"0 to {len(plain) - 1}" if len(plain) > 1 else "0 only"
-        raise StudyError(f"--index {index}: {name} holds {_count(len(plain), 'motion')} ({last})")
+        raise StudyError(f"--index {index}: {name} holds {counted(len(plain), 'motion')} ({last})")
     one = plain[at]
     alone = from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude, one.recorded)
     reached = {key: found[0][key].variable for key in REACHED if made and key in found[0].coords}
@@ -196,10 +197,6 @@ def _setting(text: str) -> tuple[str, Any]:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
     except (tomllib.TOMLDecodeError, RecursionError):
         return key.strip(), value.strip()
-
-
-def _count(n: int, what: str) -> str:
-    return f"{n} {what}{'' if n == 1 else 's'}"
 
 
 def scene_of(options: Mapping[str, str | None], restitution: float | None, restraint: str | None) -> dict[str, Any]:
