@@ -78,6 +78,7 @@ STORED_BYTES = 1.2e3
 # and of each replicate's levels and motions, in all threads.
 SECONDS_A_CURVE = 2e-3
 SECONDS_A_MOTION = 2e-6
+SECONDS_A_REPLICATE = 2e-5
 SECONDS_A_LEVEL = 2e-7
 SECONDS_A_WEIGHT = 2e-9
 # Curves without parameters are probabilities, as the observed ones are, so they have other names in the results.
@@ -353,8 +354,8 @@ class FragilityStudy(BlockStudy, Study):
         seconds = 0.0
         for design in (self.design, *self.further.values()):
             alone = SECONDS_A_CURVE + SECONDS_A_MOTION * design.shakes
-            levels = max(1, design.levels.size)
-            each = SECONDS_A_LEVEL * levels + SECONDS_A_WEIGHT * design.shakes / max(1, len(design.floors))
+            motions = design.shakes / max(1, len(design.floors))
+            each = SECONDS_A_REPLICATE + design.levels.size * (SECONDS_A_LEVEL + SECONDS_A_WEIGHT * motions)
             seconds += self._curves_of(design) * (alone + drawn * each / threads)
         return seconds
 

@@ -266,6 +266,11 @@ period_s = 0.5
         assert many_.room.left - few.room.left >= 1000 * 1e3
         assert forecast(few).fits == "fits"
         assert forecast(many_).fits.startswith("fits of 1,020 curves (")
+        path = written(tmp_path, many(10))
+        path.write_text(path.read_text() + "[fit]\nreplicates = 100_000\n")
+        one = forecast(tp.Study.from_toml(path))
+        assert one.fits_seconds > 50.0 * forecast(few).fits_seconds
+        assert one.fits.startswith("fits of 20 curves (about ")
 
 
 class TestManyBlocks:
