@@ -230,11 +230,7 @@ def same_motions(a: Side, b: Side) -> bool:
 
 
 def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
-    """Match labels of two sides; where none is common and each side has one, these two are compared.
-
-    >>> matched(["shelf", "rack"], ["rack", "crate"])
-    Matched(pairs=[(1, 0)], only_a=['shelf'], only_b=['crate'])
-    """
+    """Match labels of two sides; where none is common and each side has one, these two are compared."""
     where = {label: j for j, label in enumerate(of_b)}
     pairs = [(i, where[label]) for i, label in enumerate(of_a) if label in where]
     if not pairs and len(of_a) == len(of_b) == 1:

@@ -155,17 +155,6 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
 
     `here` has curves on the dimension model alone, `axis` the levels with the attributes of their measure; `verb` is
     what the block does.
-
-    >>> curves = xr.Dataset(
-    ...     {"half_level": ("model", [4.0, 2.0]), "half_level_lower": ("model", [3.6, 1.9]),
-    ...      "half_level_upper": ("model", [4.4, 2.2]), "status": ("model", ["ok", "ok"])},
-    ...     {"model": ["rigid", "soft"], "law": ("model", ["housner", "discrete"])},
-    ...     {"confidence": 0.95},
-    ... )
-    >>> level = xr.DataArray([0.5, 8.0], attrs={"units": "m s-1", "long_name": "peak ground velocity"})
-    >>> curve_sentence(curves, "overturns", level)  # doctest: +NORMALIZE_WHITESPACE
-    'overturns with a probability of 50 % at a peak ground velocity of 4.00 m/s (95 % interval 3.60–4.40) under rigid,
-    the reference law. The other law gives 2.00 m/s: a factor of 2 between laws.'
     """
     at, known = reference_law(here)
     law = f"under {here['model'].values[at]}" + (", the reference law" if known else "")

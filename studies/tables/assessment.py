@@ -171,11 +171,7 @@ def common_modelling(ranking: xr.Dataset) -> str:
 
 
 def span(annual: xr.DataArray) -> tuple[float, str]:
-    """Return the years for which an annual amount is written, so that it is no small fraction, and those in words.
-
-    >>> span(xr.DataArray([2.5, 0.01])), span(xr.DataArray([0.0075]))
-    ((1.0, 'a year'), (1000.0, 'in 1,000 years'))
-    """
+    """Return the years for which an annual amount is written, so that it is no small fraction, and those in words."""
     return (1000.0, "in 1,000 years") if float(annual.max()) < SELDOM else (1.0, "a year")
 
 

@@ -329,9 +329,6 @@ def payback_text(years: float, best: float = math.nan) -> str:
 
     `best`: the payback of the upper end of the saving's interval, where that decides; it stands beside a payback that
     the saving itself never reaches.
-
-    >>> payback_text(12.3), payback_text(math.inf), payback_text(math.inf, 61.0), payback_text(math.nan)
-    ('12', 'never', 'never; 61 at best', '–')
     """
     if math.isinf(years) and math.isfinite(best):
         return f"never; {two_digits(best)} at best"

@@ -89,11 +89,7 @@ def has_model_range(here: xr.Dataset, name: str) -> bool:
 
 
 def of_what(results: xr.Dataset) -> str:
-    """Return what a model range is, for a caption; '' for results without.
-
-    >>> of_what(xr.Dataset(attrs={"modelling_range": 0.3}))
-    'model range: if all capacities are off by one factor, 0.68 to 1.5'
-    """
+    """Return what a model range is, for a caption; '' for results without."""
     if RANGE not in results.attrs:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))
