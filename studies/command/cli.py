@@ -71,8 +71,7 @@ def run(
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
     fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
     accept_other_machine: Annotated[
-        bool,
-        Parameter(negative="", help="Go on with parts from another kind of processor, whose last digits differ."),
+        bool, Parameter(negative="", help="Go on with parts from another kind of processor, whose last digits differ.")
     ] = False,
     target: Annotated[
         float | None,

@@ -67,10 +67,7 @@ def _table(
     about: list[list[Cell]] = [
         ["study", str(results.attrs.get("title", ""))],
         ["intensity measure", str(axis_of(results).attrs.get("long_name", results.attrs.get("im", "")))],
-        [
-            "intervals",
-            f"{confidence_text(results)} for the number of motions; hazard curves as given",
-        ],
+        ["intervals", f"{confidence_text(results)} for the number of motions; hazard curves as given"],
     ]
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     held = f"β_m = {beta:g}" if beta else "none in rates and chances"

@@ -43,11 +43,7 @@ from ..text.curve_notes import reached_of, verb_of
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, NO_LEVEL, highest_level, within_levels
 from ..text.rows import Rows
-from ..text.spread import (
-    and_model,
-    sample_range,
-    years_range,
-)
+from ..text.spread import and_model, sample_range, years_range
 from ..text.words import INPUTS, axis_of, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .extrapolation import part_sentence
 from .results_file import without_motions
@@ -370,9 +366,8 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
         common = common_modelling(ranking)
         sure += f"; for the ranks, {common}" if common else ""
         yield (
-            f"{before}{'a' if before else 'A'}nchoring “{found['item']}” ({floor_name(found['floor'])}) "
-            "saves the most of the "
-            f"{ranking.attrs['objective_text']}: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
+            f"{before}{'a' if before else 'A'}nchoring “{found['item']}” ({floor_name(found['floor'])}) saves the most "
+            f"of the {ranking.attrs['objective_text']}: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
         )
 
 

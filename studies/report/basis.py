@@ -177,10 +177,8 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         values, symbol = results["value"].values, {"e": "e", "delta": "δ"}[str(results.attrs["parameter"])]
         yield (
             f"{counted(results.sizes['model'], 'damping law')} are compared with each other and with a rigid block "
-            "with "
-            f"impacts, each with {counted(values.size, 'value')} of {symbol} from {values.min():g} to "
-            f"{values.max():g}, "
-            "under the same motions."
+            f"with impacts, each with {counted(values.size, 'value')} of {symbol} from {values.min():g} to "
+            f"{values.max():g}, under the same motions."
         )
     elif law is not None and law.dims in (("model",), ("model", "sample")):
         at, _ = reference_law(results)
@@ -212,9 +210,8 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield (
             "The chance of such a fall at each level of shaking is the share of the motions that cause it; where that "
             "share is lower at a stronger level, the two are averaged, so that it never decreases. No smooth curve is "
-            "fitted. Compared with a study that counts falls in both "
-            "directions, for which a smooth (lognormal) curve is fitted, small differences between the two can come "
-            "from that alone."
+            "fitted. Compared with a study that counts falls in both directions, for which a smooth (lognormal) curve "
+            "is fitted, small differences between the two can come from that alone."
         )
     if "branch" in results.dims:
         branches = counted(results.sizes["branch"], "weighted combination")
@@ -252,8 +249,7 @@ def _on_the_roof(results: xr.Dataset, roof: str) -> Iterator[str]:
         stand = "stands" if above.size == 1 else "stand"
         yield (
             f"{first_of([f'“{one}”' for one in above])} {stand} on floor {roof}, which is the roof. If the highest "
-            "storey "
-            f"is meant, that is floor {int(roof) - 1}."
+            f"storey is meant, that is floor {int(roof) - 1}."
         )
 
 

@@ -126,8 +126,7 @@ STOPS_ASSUMPTION = (
 
 SLIDING_ASSUMPTION = (
     "A block whose coefficient of friction is below b/h slides as a rigid body with Coulomb friction and does not "
-    "rock; "
-    "with more friction it rocks and does not slide."
+    "rock; with more friction it rocks and does not slide."
 )
 HISTORIES_ASSUMPTION = (
     "Floor motions are taken for absolute accelerations of a building model of another program; what that model "

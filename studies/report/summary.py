@@ -264,9 +264,8 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
             held = "" if sampled else f" ({and_model(f'{least} to {most}', end, 'probability', whole_range, 100.0)})"
             level = f"{two_digits(float(results['level'][at]) / scale)}{unit}"
             yield (
-                "Of 100 earthquakes with "
-                f"{with_article(measure)} of {level}, the {which} shaking that was run, about {few}{held} would "
-                f"{action_of(verb, name)}. "
+                f"Of 100 earthquakes with {with_article(measure)} of {level}, the {which} shaking that was run, about "
+                f"{few}{held} would {action_of(verb, name)}. "
             ) + (
                 f"Because the properties of the piece are uncertain, this number may lie between {least} and {most} "
                 "(90 % range)."
@@ -291,9 +290,8 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     rare = _rare(first, results["level"].values, half * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         yield (
-            "Of 100 earthquakes with "
-            f"{with_article(measure)} of {at_half}, about 50 would {action_of(verb, name)}. {which} in "
-            f"brackets is a {sure} interval for the limited number of motions."
+            f"Of 100 earthquakes with {with_article(measure)} of {at_half}, about 50 would {action_of(verb, name)}. "
+            f"{which} in brackets is a {sure} interval for the limited number of motions."
         )
         return
     few, least, most = (round(100.0 * float(first[end][rare])) for end in ("probability", "lower", "upper"))

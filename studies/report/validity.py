@@ -76,8 +76,7 @@ SLIDING = "Does the block rock rather than slide?"
 UNKNOWN_FRICTION = (
     "Find the coefficient of friction between the base and the floor (the horizontal force that just makes the piece "
     "slide, divided by its weight), and give it in [friction]. Where pieces slide, the chances of falling do not "
-    "apply: "
-    "prevent sliding, or look at how far they slide."
+    "apply: prevent sliding, or look at how far they slide."
 )
 KNOWN_FRICTION = (
     "Where pieces slide, the chances of falling do not apply: prevent sliding, or evaluate it with [friction], which "
@@ -369,9 +368,8 @@ def _zone(results: xr.Dataset) -> Check:
         return Check(question, CARE, f"{largest}, {bound}.", cure, clause)
     names = [str(one) for one in results["model"].values[resonant]]
     reason = (
-        f"{largest}, {bound}; but the elastic mode lies inside the band of the motion in "
-        f"up to {most} of the runs for {_names_text(names)}: at rest the blocks resonate and uplift where a rigid "
-        f"block stands still.{rest}"
+        f"{largest}, {bound}; but the elastic mode lies inside the band of the motion in up to {most} of the runs for "
+        f"{_names_text(names)}: at rest the blocks resonate and uplift where a rigid block stands still.{rest}"
     )
     clause = f"the law’s elastic mode resonates in up to {most} of the runs"
     return Check(question, INVALID if mostly(share) else CARE, reason, cure, clause)

@@ -38,16 +38,7 @@ from ..text.spread import (
     range_text,
     sample_range,
 )
-from ..text.words import (
-    NOT_REACHED,
-    axis_of,
-    block_title,
-    display_unit,
-    floor_cell,
-    level_name,
-    reference_law,
-    roof_of,
-)
+from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, floor_cell, level_name, reference_law, roof_of
 from .pieces import piece_rows
 from .sensitivity import level_rows
 

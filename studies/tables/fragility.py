@@ -114,9 +114,8 @@ def risk_table(results: xr.Dataset) -> Table:
     both = "fraction_level" in results and LOW_SHARE in results["fraction"].values
     shares = f"{100.0 * LOW_SHARE:g} / 50 %" if both else "50 %"
     table = _table(
-        f"How often each {_verb(results)}, and with what probability in {years_text(years)} "
-        f"({percent} intervals, "
-        f"for the given hazard curve){_chosen(results)}",
+        f"How often each {_verb(results)}, and with what probability in {years_text(years)} ({percent} intervals, for "
+        f"the given hazard curve){_chosen(results)}",
         ("law", "once in, years", "in a year", f"in {years_text(years)}", f"{shares} at {measure}"),
     )
     for label, place in by_place(results, results["rate"].dims):

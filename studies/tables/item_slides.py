@@ -16,15 +16,7 @@ from ...models import Edge
 from ...models.friction import LOCKED, ROLLING
 from ...models.scenes.edge import FOOT
 from ..buildings.recommendations import YEARS
-from ..buildings.sliding import (
-    GATED_RATE,
-    ITEM_TRIP_RATE,
-    OFF,
-    OFF_RATE,
-    OVERTURNING,
-    OVERTURNING_RATE,
-    SLIP_RATE,
-)
+from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE, SLIP_RATE
 from ..plan.slides import ENDS, GATED, INSTEAD, SLIP, TRIP, TRIP_DISTANCE
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text

@@ -26,13 +26,7 @@ from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERT
 from ..buildings.variables import RUPTURE
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
 from ..text.rows import Rows
-from ..text.spread import (
-    MODEL_RANGE,
-    NOT_GIVEN,
-    OUTER,
-    model_range,
-    of_what,
-)
+from ..text.spread import MODEL_RANGE, NOT_GIVEN, OUTER, model_range, of_what
 from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_name, level_text, roof_of
 from .assessment import drawn_heading, span
 from .unseen import at_most, most_rate

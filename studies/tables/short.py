@@ -7,14 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...core.wording import (
-    about_percent,
-    chances_between,
-    confidence_text,
-    in_years,
-    three_digits,
-    years_between,
-)
+from ...core.wording import about_percent, chances_between, confidence_text, in_years, three_digits, years_between
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS

@@ -153,9 +153,8 @@ def trip_sentences(results: xr.Dataset) -> list[str]:
             name = f"“{block}”" if floor is None else f"“{block}” ({floor_name(floor)})"
             distance = 1000.0 * float(results[TRIP_DISTANCE][i])
             found.append(
-                f"{name} slides into an obstacle {distance:.4g} mm away fast enough to "
-                f"trip over it with a chance of {_text(values, _ever(results[TRIP].isel(where)))} "
-                f"{_when(results)} ({NO_SIMULATION})."
+                f"{name} slides into an obstacle {distance:.4g} mm away fast enough to trip over it with a chance of "
+                f"{_text(values, _ever(results[TRIP].isel(where)))} {_when(results)} ({NO_SIMULATION})."
             )
     return found[:MOST_SAID]
 

@@ -130,8 +130,7 @@ def measure_name(label: str, power: float = 1.0) -> str:
         return known
     named = _PERIOD.sub(lambda found: f"{found[1]}({float(found[2]):g} s{_damping(found[3])})", label)
     return _PERIODS.sub(
-        lambda found: f"AvgSa({float(found[1]):g}–{float(found[2]):g} s, {found[3]} periods{_damping(found[4])})",
-        named,
+        lambda found: f"AvgSa({float(found[1]):g}–{float(found[2]):g} s, {found[3]} periods{_damping(found[4])})", named
     )
 
 
