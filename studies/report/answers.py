@@ -22,7 +22,7 @@ from ...core.wording import (
     years_between,
     years_text,
 )
-from ...fragility.fitting.states import ALL, OVERTURNED, state_name
+from ...fragility.fitting.states import ALL
 from ..plan.estimates import middle_level
 from ..region.rows import event_sentences
 from ..tables.assessment import (
@@ -39,7 +39,7 @@ from ..tables.assessment import (
 )
 from ..tables.sensitivity import PARAMETERS
 from ..text.block_order import places, shown
-from ..text.curve_notes import reached_of, verb_of
+from ..text.curve_notes import reached_of, state_in, verb_in
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, NO_LEVEL, highest_level, within_levels
 from ..text.rows import Rows
@@ -73,7 +73,7 @@ def answer(results: xr.Dataset) -> Answer:
 
 
 def _fragility(results: xr.Dataset) -> Answer:
-    verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
+    verb = verb_in(results)
     cases = list(product(range(results.sizes["block"]), _floors(results)))
     question = f"How strong must the shaking be before {_each_block(results)} {verb}"
     question += ", and how often does that happen?" if "rate" in results else "?"
@@ -142,8 +142,7 @@ def _always(results: xr.Dataset, cases: Sequence[tuple[int, tuple[int, str | Non
     more = f" and {len(cases) - MOST_NAMED:,} more" if len(cases) > MOST_NAMED else ""
     number = f"{len(cases):,} of {every:,} ({'; '.join(names)}{more})"
     unknown = "neither that level nor a rate is known" if "rate" in results else "that level is not known"
-    state = str(results.attrs.get("state", state_name(OVERTURNED)))
-    return f"In every run {number} {reached_of(state)}, even in the weakest shaking: {unknown}."
+    return f"In every run {number} {reached_of(state_in(results))}, even in the weakest shaking: {unknown}."
 
 
 def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:

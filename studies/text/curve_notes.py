@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...core.aliases import Flags
 from ...core.wording import given_percent, listed_name, whole_percent
-from ...fragility.fitting.states import SEPARATED, state_name
+from ...fragility.fitting.states import OVERTURNED, SEPARATED, state_name
 from ...fragility.runs.provenance import number_of_motions
 from .words import axis_of, floor_name, level_text
 
@@ -56,20 +56,14 @@ FEW_HELD = {
 FAR_APART, MANY_MOTIONS = 1.5, 100
 """Dispersions between levels, and motions, from which on intervals between levels hold less than they say."""
 MOST_NAMED = 3  # curves that a note names
-REACHED = {
-    state_name("overturned"): "overturned",
-    state_name("uplifted"): "uplifted",
-    state_name("front"): "fell forward",
-    state_name("back"): "fell backward",
-    state_name("fallen_off"): "fell over an edge",
+STATES = {
+    state_name(OVERTURNED): ("overturns", "overturned"),
+    state_name("uplifted"): ("uplifts", "uplifted"),
+    state_name("front"): ("falls forward", "fell forward"),
+    state_name("back"): ("falls backward", "fell backward"),
+    state_name("fallen_off"): ("falls over an edge", "fell over an edge"),
 }
-VERBS = {
-    state_name("overturned"): "overturns",
-    state_name("uplifted"): "uplifts",
-    state_name("front"): "falls forward",
-    state_name("back"): "falls backward",
-    state_name("fallen_off"): "falls over an edge",
-}
+"""The verb for a block that reaches a state, and for runs that reached it."""
 
 
 def few_motions(results: xr.Dataset) -> bool:
@@ -89,14 +83,24 @@ def held_apart(results: xr.Dataset) -> str:
     return f" (85 to 98 % of those between levels over {FAR_APART} β apart hold the true level)"
 
 
+def state_in(results: xr.Dataset) -> str:
+    """The name of the state that the curves of results are of."""
+    return str(results.attrs.get("state", state_name(OVERTURNED)))
+
+
+def verb_in(results: xr.Dataset) -> str:
+    """The verb for a block that reaches the state that the curves of results are of."""
+    return verb_of(state_in(results))
+
+
 def verb_of(state: str) -> str:
     """The verb for a block that reaches a state, by the state's name: overturns, uplifts."""
-    return VERBS.get(state, f"reaches {state}")
+    return STATES[state][0] if state in STATES else f"reaches {state}"
 
 
 def reached_of(state: str) -> str:
     """The past verb for a run that reached a state, by the state's name: overturned, uplifted."""
-    return REACHED.get(state, f"reached {state}")
+    return STATES[state][1] if state in STATES else f"reached {state}"
 
 
 def action_of(verb: str, name: str) -> str:
