@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ..core.wording import system_reason
 from ..core.writing import whole_file
 from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
-from .text.error import StudyError
+from .text.error import writing
 from .text.names import drawable
 from .text.reached import within_levels
 from .text.rows import Rows, plain_table
@@ -91,11 +90,8 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
     for name, figure in named:
         path = folder / f"{name}.png"
         settle(figure)
-        try:
-            with whole_file(path) as temporary:
-                figure.savefig(temporary, format="png", dpi=150)
-        except OSError as error:
-            raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
+        with writing(path), whole_file(path) as temporary:
+            figure.savefig(temporary, format="png", dpi=150)
         written.append(path)
     return written
 

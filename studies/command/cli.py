@@ -71,8 +71,7 @@ def run(
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
     fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
     accept_other_machine: Annotated[
-        bool,
-        Parameter(negative="", help="Go on with parts from another kind of processor, whose last digits differ."),
+        bool, Parameter(negative="", help="Go on with parts from another kind of processor, whose last digits differ.")
     ] = False,
     target: Annotated[
         float | None,
@@ -439,17 +438,14 @@ def compare(
 def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
     """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
     from ...core.writing import write_bytes
+    from ..text.error import writing
 
     stored = SCHEMA.read_bytes()
     if out is None:
         sys.stdout.write(json_text(loads(stored), indent=2) + "\n")
         return
-    try:
+    with writing(out):
         write_bytes(out, stored)
-    except OSError as error:
-        from ..text.error import StudyError
-
-        raise StudyError(f"{out}: cannot be written ({system_reason(error)})") from None
 
 
 def _result_file(path: Path) -> Path:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ...core.wording import confidence_text, system_reason
+from ...core.wording import confidence_text
 from ...core.writing import write_bytes
 from ..report.results_file import read_results
 from ..store.content import check_content
@@ -19,7 +19,7 @@ from ..tables.fragility import rate_values
 from ..tables.kits import kit_table
 from ..tables.pieces import piece_table
 from ..tables.values import Cell, ValueTable, csv_bytes
-from ..text.error import StudyError
+from ..text.error import StudyError, writing
 from ..text.names import clean
 from ..text.spread import MODEL_RANGE, of_what
 from ..text.words import axis_of, level_name, level_text, reference_law
@@ -51,12 +51,9 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
         if kits is not None and format_ == "csv":
             files["kits.csv"] = csv_bytes(kits)
     path = folder / f"{name}.{format_}"
-    try:
-        with own_files(folder, f"export {format_} {name}", [*files]):
-            for own, written in files.items():
-                write_bytes(folder / own, written)
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
+    with writing(path), own_files(folder, f"export {format_} {name}", [*files]):
+        for own, written in files.items():
+            write_bytes(folder / own, written)
     return path
 
 
@@ -67,10 +64,7 @@ def _table(
     about: list[list[Cell]] = [
         ["study", str(results.attrs.get("title", ""))],
         ["intensity measure", str(axis_of(results).attrs.get("long_name", results.attrs.get("im", "")))],
-        [
-            "intervals",
-            f"{confidence_text(results)} for the number of motions; hazard curves as given",
-        ],
+        ["intervals", f"{confidence_text(results)} for the number of motions; hazard curves as given"],
     ]
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     held = f"β_m = {beta:g}" if beta else "none in rates and chances"

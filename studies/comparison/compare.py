@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from markupsafe import Markup
 
-from ...core.wording import confidence_text, counted, system_reason
+from ...core.wording import confidence_text, counted
 from ...core.writing import write_bytes
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN
 from ..report.cells import page_table
@@ -18,7 +18,7 @@ from ..report.page import environment, texts
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import csv_bytes
-from ..text.error import StudyError
+from ..text.error import StudyError, writing
 from ..text.glossary import used
 from ..text.rows import Rows, plain_table
 from .curves import compare_curves
@@ -80,9 +80,8 @@ def _counts(own: Sequence[Line]) -> str:
         counts = f" ({', '.join(which)})" if which else ""
         of = f"the other {total:,}" if other else f"{total:,}"
         said.append(f"{decided} of {of} differ by more than the choice of motions explains{counts}")
-        said += (
-            [f"{numbers[OPEN]} not resolved: the choice of motions may explain the difference"] if numbers[OPEN] else []
-        )
+        few = numbers[OPEN]
+        said += [f"{few} not resolved: the choice of motions may explain the difference"] if few else []
         said += [f"{numbers[SAME]} exactly the same"] if numbers[SAME] else []
         few = numbers[UNKNOWN]
         said += [f"{few} without a verdict, because their ratios have no interval"] if few else []
@@ -216,8 +215,6 @@ def _as_sentences(said: Sequence[str]) -> list[str]:
 
 
 def _write(path: Path, content: bytes) -> Path:
-    try:
+    with writing(path):
         write_bytes(path, content)
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
     return path

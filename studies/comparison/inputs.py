@@ -21,27 +21,13 @@ ROUNDING = 1e-9
 UNCOMPARED = (*APART, "blocks", "blocks_file", "models")
 """Keys that do not change results, or that are compared by the labels and numbers in the results."""
 DRAWN = (
-    "cost_median",
-    "cost_dispersion",
-    "cost_distribution",
-    "downtime_median",
-    "downtime_dispersion",
-    "downtime_distribution",
-    "persons_exposed",
-    "injury_probability",
+    *(f"{of}_{part}" for of in ("cost", "downtime") for part in ("median", "dispersion", "distribution")),
+    *("persons_exposed", "injury_probability"),
 )
 OF_BLOCKS = ("width", "height", "cm_height", "inertia_factor", "e")
 OF_PIECES = (
-    "anchored",
-    "count",
-    "floor",
-    "room",
-    "direction",
-    *OF_BLOCKS,
-    "value",
-    "anchoring_cost",
-    "consequences",
-    *DRAWN,
+    *("anchored", "count", "floor", "room", "direction", *OF_BLOCKS),
+    *("value", "anchoring_cost", "consequences", *DRAWN),
 )
 """Numbers that are compared of each block, and of each piece of an inventory."""
 
@@ -56,9 +42,8 @@ def differences_in_words(a: Side, b: Side, of_names: Matched, of_laws: Matched) 
     if len(grids) == 2 and not (
         grids[0].shape == grids[1].shape and np.allclose(grids[0], grids[1], rtol=ROUNDING, atol=0.0)
     ):
-        said.append(
-            "levels: not the same, so that a part of each difference may come from the interpolation between them"
-        )
+        between = "so that a part of each difference may come from the interpolation between them"
+        said.append(f"levels: not the same, {between}")
     said += list(_surroundings(a, b))
     if not said and a.path.resolve() != b.path.resolve():
         said.append("the files that the studies read (records or inventory) have changed between them")
@@ -106,16 +91,13 @@ def _numbers(a: Side, b: Side, found: Matched, laws: Matched, dim: str) -> Itera
         one, other = (values.values[[pair[k] for pair in found.pairs]] for k, values in enumerate(both))
         labels = [str(a.results[dim].values[i]) for i, _ in found.pairs]
         if name == "anchored":
-            for side, more in (
-                ("A", one.astype(bool) & ~other.astype(bool)),
-                ("B", other.astype(bool) & ~one.astype(bool)),
-            ):
+            here, there = one.astype(bool), other.astype(bool)
+            for side, more in (("A", here & ~there), ("B", there & ~here)):
                 if more.any():
                     yield f"anchored only in {side}: {_listed([labels[i] for i in np.flatnonzero(more)])}"
             continue
-        units = [
-            str(side.results[name].attrs.get("units", "1")) for side in (a, b)
-        ]  # (money has that of its inventory)
+        # (money has the unit of its inventory)
+        units = [str(side.results[name].attrs.get("units", "1")) for side in (a, b)]
         other_units = units[0] != units[1]
         # (equal numbers of two currencies are apart, unless they are not known: NaN)
         apart = [i for i in range(len(labels)) if not _equal(one[i], other[i]) or (other_units and one[i] == one[i])]

@@ -33,20 +33,9 @@ CHANCE, NUMBER, LOSS, ANY = "chance", "number", "loss", "any"
 DOWNTIME, INJURIES = "downtime", "injuries"
 """Quantities: the chance of one piece; expected pieces and value that overturn, the longest downtime of them and the
 persons whom they injure; the chance that anything overturns."""
-YEARLY = {
-    NUMBER: "annual_number",
-    LOSS: "annual_loss",
-    DOWNTIME: "annual_downtime",
-    INJURIES: "annual_injuries",
-    ANY: "any_rate",
-}
-AT_LEVEL = {
-    NUMBER: "number_mean",
-    LOSS: "loss_mean",
-    DOWNTIME: "downtime_mean",
-    INJURIES: "injuries_mean",
-    ANY: "any_probability",
-}
+AMOUNTS = (NUMBER, LOSS, DOWNTIME, INJURIES)
+YEARLY = {**{one: f"annual_{one}" for one in AMOUNTS}, ANY: "any_rate"}
+AT_LEVEL = {**{one: f"{one}_mean" for one in AMOUNTS}, ANY: "any_probability"}
 """Names of the totals in the results, with a hazard and without."""
 WHOLE = "the building"
 NEVER = "none seen to fall"
@@ -120,10 +109,8 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
         lines += _totals(a, b, (j, k), shaken, drawn, names, yearly)
         for i, m in items.pairs:
             rates = [one.chance[at] @ weights.T for one, at, weights in zip(shaken, (i, m), drawn, strict=True)]
-            both = [
-                found[str(side.results["item"].values[at])]
-                for found, side, at in zip(pieces, (a, b), (i, m), strict=True)
-            ]
+            sides = zip(pieces, (a, b), (i, m), strict=True)
+            both = [found[str(side.results["item"].values[at])] for found, side, at in sides]
             lines.append(_line((a, b), both, rates, names, yearly))
     alone = items.only_a or items.only_b
     notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
@@ -208,13 +195,10 @@ def _totals(
     found = []
     for quantity in known:
         of_years = yearly and quantity == ANY
-        ranges = [
-            _in_years(_stored(side, quantity, law, yearly), of_years) for side, law in zip((a, b), at, strict=True)
-        ]
-        samples = [
-            _in_years_all(getattr(one, quantity) @ weights.T, of_years)
-            for one, weights in zip(shaken, drawn, strict=True)
-        ]
+        stored = [_stored(side, quantity, law, yearly) for side, law in zip((a, b), at, strict=True)]
+        ranges = [_in_years(one, of_years) for one in stored]
+        sums = [getattr(one, quantity) @ weights.T for one, weights in zip(shaken, drawn, strict=True)]
+        samples = [_in_years_all(one, of_years) for one in sums]
         said = [
             "" if one.value != 0.0 else at_most(side.results) if quantity == ANY else NEVER
             for one, side in zip(ranges, (a, b), strict=True)

@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.analyses.surface_results import POOLED
-from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.provenance import as_given, number_of_motions
 from ...motions.intensity.naming import place_in
 from ..kinds.study import Study
@@ -23,6 +22,7 @@ from ..store.differences import changes, makes_motions, same_inputs
 from ..store.folder import RESULT_NAME, UNREADABLE, is_locked
 from ..store.manifest import read_manifest
 from ..store.netcdf import opened
+from ..text.curve_notes import state_in
 from ..text.error import StudyError
 from ..text.words import level_name
 
@@ -158,7 +158,7 @@ def refuse_different(a: Side, b: Side) -> None:
             f"A and B are {a.kind} studies, which compare laws themselves: fragility, uncertainty and performance "
             "studies can be compared"
         )
-    states = [str(one.results.attrs.get("state", state_name(OVERTURNED))) for one in (a, b)]
+    states = [state_in(one.results) for one in (a, b)]
     if states[0] != states[1]:
         raise StudyError(f"A is of {states[0]} and B of {states[1]}: only results of one damage state can be compared")
     if a.kind == PIECES:
@@ -230,11 +230,7 @@ def same_motions(a: Side, b: Side) -> bool:
 
 
 def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
-    """Match labels of two sides; where none is common and each side has one, these two are compared.
-
-    >>> matched(["shelf", "rack"], ["rack", "crate"])
-    Matched(pairs=[(1, 0)], only_a=['shelf'], only_b=['crate'])
-    """
+    """Match labels of two sides; where none is common and each side has one, these two are compared."""
     where = {label: j for j, label in enumerate(of_b)}
     pairs = [(i, where[label]) for i, label in enumerate(of_a) if label in where]
     if not pairs and len(of_a) == len(of_b) == 1:

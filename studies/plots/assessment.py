@@ -289,7 +289,7 @@ def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
     panels[0].set_ylim(min(bottoms), max(tops))
     for i, ax in enumerate(panels):
         if i % columns == columns - 1 or ax is panels[-1]:
-            years = ax.secondary_yaxis("right", functions=(_inverse, _inverse))
+            years = ax.secondary_yaxis("right", functions=(axes.inverse, axes.inverse))
             years.set_ylabel("return period (years)")
             years.yaxis.set_minor_formatter(NullFormatter())
             years.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
@@ -302,11 +302,8 @@ def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
         "downtime": "something is out of use for longer",
     }[quantity]
     text = f"how often a year {what}, {_motions(results)}"
-    axes.heading(
-        figure,
-        str(results.attrs.get("title", "Assessment")),
-        text + (f"; {selection.laws(results)[0].label}" if len(laws) == 1 else ""),
-    )
+    text += f"; {selection.laws(results)[0].label}" if len(laws) == 1 else ""
+    axes.heading(figure, str(results.attrs.get("title", "Assessment")), text)
     return figure
 
 
@@ -314,11 +311,6 @@ def _motions(results: xr.Dataset) -> str:
     """Return the number of motions in words, and whether they were run both ways."""
     ways = " both ways" if POLARITY in results.coords else ""
     return f"{counted(number_of_motions(results), 'motion')}{ways}"
-
-
-def _inverse(value: Any) -> Any:
-    with np.errstate(divide="ignore"):
-        return 1.0 / np.asarray(value, dtype=float)
 
 
 def _value(here: xr.Dataset, place: str) -> float:

@@ -25,35 +25,6 @@ from matplotlib.ticker import (
     NullLocator,
 )
 
-__all__ = [
-    "COLOURS",
-    "LINES",
-    "MARKERS",
-    "PANEL_COLUMNS",
-    "REFERENCE",
-    "colour",
-    "columns_for",
-    "figure",
-    "grid",
-    "has_room",
-    "heading",
-    "legend_below",
-    "level_axis",
-    "log_spaced",
-    "look",
-    "model_name",
-    "named_rows",
-    "new",
-    "on_a_phone",
-    "outer_labels",
-    "own_legend",
-    "panel_grid",
-    "plain_log",
-    "round_ticks",
-    "width_of",
-    "wrapped",
-]
-
 # The palette of Okabe and Ito (2008), which readers with any colour vision can tell apart.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -64,8 +35,6 @@ PANEL_COLUMNS = 3
 """Panels in a row of a figure at the most."""
 LETTERS = 13.0
 """Letters of 10 points that fit into one inch."""
-
-
 LONG_NUMBER = 1.2
 """Width that a small number on an axis needs as a multiple of a power of ten, with the space beside it, inches."""
 PHONE = 3.7
@@ -271,6 +240,12 @@ def plain_log(ax: Axes) -> None:
 def plain_number(value: float) -> str:
     """Return the number of a tick; small ones are written with powers of ten, which do not overlap."""
     return f"{value:,g}" if value >= 1e-3 else str(LogFormatterSciNotation()(value))
+
+
+def inverse(value: Any) -> Any:
+    """Return one over a rate, the years between two events, or one over those; infinite for 0."""
+    with np.errstate(divide="ignore"):
+        return 1.0 / np.asarray(value, dtype=float)
 
 
 def plain_log_y(ax: Axes) -> None:

@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, NullFormatter, PercentFormatter
 
 from ...core.wording import two_digits
-from ...fragility.fitting.states import OVERTURNED, state_name
-from ..text.spread import WORDS
+from ..text.curve_notes import state_in
+from ..text.spread import SOURCES
 from ..text.words import by_place
 from . import axes
 
@@ -50,7 +50,7 @@ def spread_figure(results: xr.Dataset) -> Figure:
     ranges.set_yticks(y, [axes.wrapped(name, 1.6) for name in names])
     ranges.set_ylim(rows - 0.4, -0.6)
     ranges.set_xlabel("annual rate (1/year)")
-    years = ranges.secondary_xaxis("top", functions=(_years, _years))
+    years = ranges.secondary_xaxis("top", functions=(axes.inverse, axes.inverse))
     years.set_xlabel("once in so many years")
     years.xaxis.set_major_formatter(FuncFormatter(lambda value, _: two_digits(value)))
     for axis in (ranges.xaxis, years.xaxis):  # (of less than a decade the numbers between powers of ten would overlap)
@@ -63,7 +63,7 @@ def spread_figure(results: xr.Dataset) -> Figure:
         part = np.nan_to_num(flat["epistemic_spread"].sel(epistemic_source=name).values)
         if part.max() > 0.0:
             colour = "0.7" if name == "together" else axes.colour(k)
-            shares.barh(y, part, 0.6, before, color=colour, edgecolor="white", lw=0.8, label=WORDS[name])
+            shares.barh(y, part, 0.6, before, color=colour, edgecolor="white", lw=0.8, label=SOURCES[name][1])
             before += part
     shares.set_xlim(0.0, 1.0)
     shares.xaxis.set_major_formatter(PercentFormatter(1.0))
@@ -79,18 +79,8 @@ def spread_figure(results: xr.Dataset) -> Figure:
     texts = ["5 to 95 %", "16 to 84 %", "median", "mean", "single branches (area: weight)"]
     handles, labels = shares.get_legend_handles_labels()
     axes.legend_below(figure, [*marks, *handles], [*texts, *labels])
-    title = str(results.attrs.get("title", "Rates over branches"))
-    state = str(results.attrs.get("state", state_name(OVERTURNED)))
-    axes.heading(
-        figure,
-        title,
-        f"annual rates of {state} over {results.sizes['branch']:,} weighted branches, and what spreads them",
+    text = (
+        f"annual rates of {state_in(results)} over {results.sizes['branch']:,} weighted branches, and what spreads them"
     )
+    axes.heading(figure, str(results.attrs.get("title", "Rates over branches")), text)
     return figure
-
-
-def _years(
-    value: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    with np.errstate(divide="ignore"):
-        return 1.0 / np.asarray(value, dtype=float)

@@ -69,8 +69,7 @@ def measures(
         raise ValueError(
             "a figure of measures needs their ranking: a study with measures, or what rank_measures returns"
         )
-    here = selection.one(found, block=block, floor=floor, model=model)
-    return ranking(here, ax, color=color)
+    return ranking(selection.one(found, block=block, floor=floor, model=model), ax, color=color)
 
 
 def ranking(
@@ -88,9 +87,8 @@ def ranking(
     for at, one in zip(y, (here.isel(measure=i) for i in range(y.size)), strict=True):
         value = one["amplitude_dispersion"].item()
         if math.isnan(value):
-            ax.annotate(
-                str(one["status"].item()), (0.02, at), xycoords=("axes fraction", "data"), va="center", fontsize=8
-            )
+            status = str(one["status"].item())
+            ax.annotate(status, (0.02, at), xycoords=("axes fraction", "data"), va="center", fontsize=8)
             continue
         worse = bool(one["distinguishable"])
         colour = WORSE if worse else color or axes.COLOURS[0]

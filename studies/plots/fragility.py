@@ -20,6 +20,7 @@ from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import RUN, number_of_motions
 from ...motions.arrays import POLARITY
 from ..text.block_order import HALF, ORDERS, places
+from ..text.curve_notes import state_in
 from ..text.precision import runs_of_curve
 from ..text.reached import highest_level
 from ..text.words import axis_name, axis_of, display_unit, floor_name, level_name
@@ -291,7 +292,7 @@ def _place(one: xr.Dataset, levels: Array) -> float:
 
 def _state_of(results: xr.Dataset) -> State | None:
     """Return the state of the curves of runs; None where the runs do not have the output that it is read from."""
-    state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
+    state = state_named(state_in(results))
     return state if state is not None and needed_output(state) in results else None
 
 
@@ -389,7 +390,7 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
         by = results.attrs.get("shown_by", ORDERS[HALF])
         of = every // results.sizes["block"] * int(results.attrs.get("shown_of", results.sizes["block"]))
         parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {by}")
-    fell = results.attrs.get("state", state_name(OVERTURNED)) == state_name(OVERTURNED)
+    fell = state_in(results) == state_name(OVERTURNED)
     ends = "stood below, fell above" if fell else "state not reached below, reached above"
     fitted = bool(results["converged"].any())
     placed = ", placed by the curve's mean over the bin" if fitted else ""

@@ -86,11 +86,10 @@ def indices(
 def _reach(here: xr.Dataset, name: str) -> tuple[Array, Array] | None:
     """Return how far the interval of an index extends below and above it; None where there is no interval."""
     value = here[name].values
-    if f"{name}_lower" in here:
-        return np.maximum(value - here[f"{name}_lower"].values, 0.0), np.maximum(
-            here[f"{name}_upper"].values - value, 0.0
-        )
-    return None
+    if f"{name}_lower" not in here:
+        return None
+    lower, upper = (here[f"{name}{end}"].values for end in ("_lower", "_upper"))
+    return np.maximum(value - lower, 0.0), np.maximum(upper - value, 0.0)
 
 
 def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:

@@ -61,10 +61,8 @@ def event_figure(results: xr.Dataset) -> Figure:
         ax.set_ylabel("share of events in which more falls")
         ax.legend(fontsize=8)
         axes.grid(ax)
-    number = f"{results.sizes['block']:,} blocks"
-    axes.heading(
-        figure, f"Share of {number} that falls in one event", "bands: 95 % of events if blocks fell independently"
-    )
+    title = f"Share of {results.sizes['block']:,} blocks that falls in one event"
+    axes.heading(figure, title, "bands: 95 % of events if blocks fell independently")
     return figure
 
 
@@ -99,13 +97,9 @@ def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
             p, alpha = (results[f"check_{one}"].isel(model=i).values for one in ("p", "alpha"))
             height = STANDARD_GRAVITY / (float(drawn["inertia_factor"].mean()) * p**2)
             ax.plot(1.0 / np.tan(alpha), height, "x", color="black", ms=5, mew=1.2)
-    what = "lines: equal values; crosses: blocks that were run by themselves as a check"
-    if own:
-        what = "each block with its own e and δ"
-    elif not areas:
-        what = ""
-    number = f"{results.sizes['block']:,} blocks"
-    axes.heading(figure, f"{words[:1].upper()}{words[1:]} of {number}", what)
+    what = "lines: equal values; crosses: blocks that were run by themselves as a check" if areas else ""
+    what = "each block with its own e and δ" if own else what
+    axes.heading(figure, f"{words[:1].upper()}{words[1:]} of {results.sizes['block']:,} blocks", what)
     return figure
 
 

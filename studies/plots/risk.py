@@ -232,10 +232,9 @@ def risk_figure(results: xr.Dataset) -> Figure:
     parts = [f"annual rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals"]
     if len(every) > len(rows):
         floors = len(every) // results.sizes["block"]
-        of = floors * int(results.attrs.get("shown_of", results.sizes["block"]))
-        parts.insert(
-            0, f"the {len(rows)} of {of:,} blocks{' and floors' if floors > 1 else ''} {falling.ORDERS[falling.RATE]}"
-        )
+        of = f"{floors * int(results.attrs.get('shown_of', results.sizes['block'])):,} blocks"
+        of += " and floors" if floors > 1 else ""
+        parts.insert(0, f"the {len(rows)} of {of} {falling.ORDERS[falling.RATE]}")
     outside = [side for side in ("above", "below") if float(found[f"share_{side}"].max()) >= NOTABLE]
     if outside:
         parts.append("hatched: from shaking beyond the hazard curve's levels, drawn with an area that is its share")

@@ -72,9 +72,9 @@ def _panel(results: xr.Dataset, needed: str, ax: Axes | None, block: str | None)
 
 def _lanes(results: xr.Dataset) -> Array:
     """Return the vertical position of each law at each input, shape (model, input)."""
-    laws, inputs = results.sizes["model"], results.sizes["input"]
+    laws = results.sizes["model"]
     shift = np.linspace(-0.3, 0.3, laws) if laws > 1 else np.zeros(1)
-    return np.asarray(shift[:, None] + np.arange(inputs)[None])
+    return np.asarray(shift[:, None] + np.arange(results.sizes["input"])[None])
 
 
 SCALED = ("median", "median_ratio", "dispersion")
@@ -154,16 +154,17 @@ def sensitivity(
     _rigid_line(drawn, quantity, ax, scale, named)
     x_axis(results, ax)
     shade_friction(here, ax)
-    if quantity in SCALED:
+    if quantity not in SCALED:
+        ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    else:
         # (an interval that the levels leave open must not compress all lines)
         lines = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in ax.lines])
         if np.isfinite(lines).any():
             ax.set_ylim(np.nanmin(lines) / ROOM, np.nanmax(lines) * ROOM)
-            _y_axis(quantity, ax)
+            ax.set_yscale("log")
+            axes.plain_log_y(ax)
         else:
             ax.annotate("no curve", (0.03, 0.5), xycoords="axes fraction", va="center", color="0.4")
-    else:
-        _y_axis(quantity, ax)
     words = QUANTITIES[quantity].format(reference=named, level=level_at(results, at))
     if quantity == "median":
         words = f"median {level_name(results)}{f' ({unit})' if unit else ''}"
@@ -198,8 +199,7 @@ def column(results: xr.Dataset, draw: Callable[..., Axes], said: str) -> Figure:
         panels = figure.subplots(len(blocks), 1, squeeze=False)[:, 0]
         for ax, block in zip(panels, blocks, strict=True):
             draw(results, ax, block=block)
-        title = f"{results.attrs.get('title', '')}\n{said}"
-        figure.suptitle(title, fontsize=TEXT)
+        figure.suptitle(f"{results.attrs.get('title', '')}\n{said}", fontsize=TEXT)
         legend(figure, panels[0], 1)
     return figure
 
@@ -233,16 +233,14 @@ def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, refere
         y = np.full(x.size, 0.0 if quantity == "excess" else 1.0)
     else:
         return
-    words = "rigid block"
-    if quantity in ("median_ratio", "excess"):  # (quantities that may refer to another reference)
-        words = reference.removeprefix("the ")
+    # (quantities that may refer to another reference)
+    words = reference.removeprefix("the ") if quantity in ("median_ratio", "excess") else "rigid block"
     ax.plot(x, y, color=colour, lw=1.3, ls=line, zorder=1, label=words)
 
 
 def x_axis(results: xr.Dataset, ax: Axes) -> None:
     """Draw the axis of the varied parameter, logarithmic for delta."""
     x = results["value"].values
-    ax.set_xlim(x[0], x[-1])
     if results.attrs["parameter"] == "delta":
         ax.set_xscale("log")
         ax.set_xlim(x[0] / 1.15, x[-1] * 1.15)
@@ -253,14 +251,6 @@ def x_axis(results: xr.Dataset, ax: Axes) -> None:
         ax.set_xlim(x[0] - margin, x[-1] + margin)
         ax.set_xlabel("coefficient of restitution, e")
     axes.grid(ax)
-
-
-def _y_axis(quantity: str, ax: Axes) -> None:
-    if quantity in SCALED:
-        ax.set_yscale("log")
-        axes.plain_log_y(ax)
-    elif quantity in ("probability", "flipped", "excess"):
-        ax.yaxis.set_major_formatter(PercentFormatter(1.0))
 
 
 def shade_friction(here: xr.Dataset, ax: Axes) -> None:

@@ -197,9 +197,8 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
             ax.set_title(axes.wrapped(f"{block}\n{law.label}", axes.width_of(ax)), fontsize=10)
             axes.outer_labels(ax, i, columns, len(laws))
         shares = uncertainty(here, figure.add_subplot(cells[top + rows, :]), view="variance")
-        shares.set_title(
-            axes.wrapped(f"{block}: sources of the variance of the outcome", 0.9 * figure.get_figwidth()), fontsize=10
-        )
+        name = f"{block}: sources of the variance of the outcome"
+        shares.set_title(axes.wrapped(name, 0.9 * figure.get_figwidth()), fontsize=10)
     axes.legend_below(figure, *shares.get_legend_handles_labels())
     samples, motions = results.sizes["sample"], number_of_motions(results)
     text = f"{samples} samples under {motions} motions{' both ways' if POLARITY in results.coords else ''}; "

@@ -25,7 +25,6 @@ from ...core.wording import (
     with_article,
     years_text,
 )
-from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
 from ...models import Block
 from ...models.friction import LOCKED, ROLLING
@@ -61,7 +60,7 @@ from ..tables.gains import gains_of
 from ..tables.item_slides import contacts_of
 from ..tables.sensitivity import law_name, law_of_answer, laws_apart, swings_of
 from ..tables.unseen import at_most
-from ..text.curve_notes import verb_of
+from ..text.curve_notes import verb_in
 from ..text.one_side import falling_both_ways
 from ..text.words import (
     axis_of,
@@ -269,7 +268,7 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
     scale, unit = display_unit(axis)
     unit = f" {unit}" if unit else ""
     either = falling_both_ways(results)
-    chance = f"it {verb_of(str(results.attrs.get('state', state_name(OVERTURNED))))}"
+    chance = f"it {verb_in(results)}"
     for i, j in pairs.items():
         with_it, without = blocks[i], blocks[j]
         if {with_it.label, without.label} & either:

@@ -22,7 +22,7 @@ from ...core.wording import (
     years_between,
     years_text,
 )
-from ...fragility.fitting.states import ALL, OVERTURNED, state_name
+from ...fragility.fitting.states import ALL
 from ..plan.estimates import middle_level
 from ..region.rows import event_sentences
 from ..tables.assessment import (
@@ -39,15 +39,11 @@ from ..tables.assessment import (
 )
 from ..tables.sensitivity import PARAMETERS
 from ..text.block_order import places, shown
-from ..text.curve_notes import reached_of, verb_of
+from ..text.curve_notes import reached_of, state_in, verb_in
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, NO_LEVEL, highest_level, within_levels
 from ..text.rows import Rows
-from ..text.spread import (
-    and_model,
-    sample_range,
-    years_range,
-)
+from ..text.spread import and_model, sample_range, years_range
 from ..text.words import INPUTS, axis_of, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .extrapolation import part_sentence
 from .results_file import without_motions
@@ -77,7 +73,7 @@ def answer(results: xr.Dataset) -> Answer:
 
 
 def _fragility(results: xr.Dataset) -> Answer:
-    verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
+    verb = verb_in(results)
     cases = list(product(range(results.sizes["block"]), _floors(results)))
     question = f"How strong must the shaking be before {_each_block(results)} {verb}"
     question += ", and how often does that happen?" if "rate" in results else "?"
@@ -146,8 +142,7 @@ def _always(results: xr.Dataset, cases: Sequence[tuple[int, tuple[int, str | Non
     more = f" and {len(cases) - MOST_NAMED:,} more" if len(cases) > MOST_NAMED else ""
     number = f"{len(cases):,} of {every:,} ({'; '.join(names)}{more})"
     unknown = "neither that level nor a rate is known" if "rate" in results else "that level is not known"
-    state = str(results.attrs.get("state", state_name(OVERTURNED)))
-    return f"In every run {number} {reached_of(state)}, even in the weakest shaking: {unknown}."
+    return f"In every run {number} {reached_of(state_in(results))}, even in the weakest shaking: {unknown}."
 
 
 def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
@@ -155,17 +150,6 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
 
     `here` has curves on the dimension model alone, `axis` the levels with the attributes of their measure; `verb` is
     what the block does.
-
-    >>> curves = xr.Dataset(
-    ...     {"half_level": ("model", [4.0, 2.0]), "half_level_lower": ("model", [3.6, 1.9]),
-    ...      "half_level_upper": ("model", [4.4, 2.2]), "status": ("model", ["ok", "ok"])},
-    ...     {"model": ["rigid", "soft"], "law": ("model", ["housner", "discrete"])},
-    ...     {"confidence": 0.95},
-    ... )
-    >>> level = xr.DataArray([0.5, 8.0], attrs={"units": "m s-1", "long_name": "peak ground velocity"})
-    >>> curve_sentence(curves, "overturns", level)  # doctest: +NORMALIZE_WHITESPACE
-    'overturns with a probability of 50 % at a peak ground velocity of 4.00 m/s (95 % interval 3.60–4.40) under rigid,
-    the reference law. The other law gives 2.00 m/s: a factor of 2 between laws.'
     """
     at, known = reference_law(here)
     law = f"under {here['model'].values[at]}" + (", the reference law" if known else "")
@@ -381,9 +365,8 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
         common = common_modelling(ranking)
         sure += f"; for the ranks, {common}" if common else ""
         yield (
-            f"{before}{'a' if before else 'A'}nchoring “{found['item']}” ({floor_name(found['floor'])}) "
-            "saves the most of the "
-            f"{ranking.attrs['objective_text']}: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
+            f"{before}{'a' if before else 'A'}nchoring “{found['item']}” ({floor_name(found['floor'])}) saves the most "
+            f"of the {ranking.attrs['objective_text']}: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
         )
 
 

@@ -20,7 +20,7 @@ from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, GATED, GATED_RATE, INSTEAD
 from ..text.spread import MODEL_RANGE
 from ..text.words import block_title, reference_law, roof_of, scales, storeys_yield
-from .method import lifted, study_of
+from .method import by_histories, lifted, study_of
 
 LOST = "The energy that a piece loses in rocking follows"
 LAW_WORDS = {
@@ -116,7 +116,7 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     elif "buildings" in study:
         but = "" if all(map(scales, study["buildings"])) else ", but for those that yield or are isolated"
         yield f"The buildings are taken as elastic{but}; each piece is shaken by the motion of its own floor."
-    elif _histories(study):
+    elif by_histories(study):
         yield from _own_building(results, study)
     if "support" in results.coords:
         on = results["item"].values[results["support"].values != ""]
@@ -177,10 +177,8 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         values, symbol = results["value"].values, {"e": "e", "delta": "δ"}[str(results.attrs["parameter"])]
         yield (
             f"{counted(results.sizes['model'], 'damping law')} are compared with each other and with a rigid block "
-            "with "
-            f"impacts, each with {counted(values.size, 'value')} of {symbol} from {values.min():g} to "
-            f"{values.max():g}, "
-            "under the same motions."
+            f"with impacts, each with {counted(values.size, 'value')} of {symbol} from {values.min():g} to "
+            f"{values.max():g}, under the same motions."
         )
     elif law is not None and law.dims in (("model",), ("model", "sample")):
         at, _ = reference_law(results)
@@ -212,9 +210,8 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield (
             "The chance of such a fall at each level of shaking is the share of the motions that cause it; where that "
             "share is lower at a stronger level, the two are averaged, so that it never decreases. No smooth curve is "
-            "fitted. Compared with a study that counts falls in both "
-            "directions, for which a smooth (lognormal) curve is fitted, small differences between the two can come "
-            "from that alone."
+            "fitted. Compared with a study that counts falls in both directions, for which a smooth (lognormal) curve "
+            "is fitted, small differences between the two can come from that alone."
         )
     if "branch" in results.dims:
         branches = counted(results.sizes["branch"], "weighted combination")
@@ -252,8 +249,7 @@ def _on_the_roof(results: xr.Dataset, roof: str) -> Iterator[str]:
         stand = "stands" if above.size == 1 else "stand"
         yield (
             f"{first_of([f'“{one}”' for one in above])} {stand} on floor {roof}, which is the roof. If the highest "
-            "storey "
-            f"is meant, that is floor {int(roof) - 1}."
+            f"storey is meant, that is floor {int(roof) - 1}."
         )
 
 
@@ -307,12 +303,6 @@ def _at_stop(support: Mapping[str, Any]) -> str:
     return "; its stops are modelled, and what falls in a strike rests on the stiffness given for them"
 
 
-def _histories(study: Mapping[str, Any]) -> bool:
-    """Return whether the floors move by histories with levels of their own, or by others that are scaled."""
-    motions = study.get("motions")
-    return isinstance(motions, dict) and ("floors_index" in motions or bool(motions.get("elastic")))
-
-
 def _yielding(results: xr.Dataset, building: Mapping[str, Any]) -> Iterator[str]:
     """Yield how a building that yields or is isolated moves, and what is not known where it collapses."""
     what = "The storeys of the building yield" if storeys_yield(building) else "The building is elastic"
@@ -364,7 +354,7 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     varied = isinstance(stripes, dict) and any(one.get("motions") for one in stripes.get("at", []))
     if "floors_file" in given:
         what = f"{counted(number, 'floor motion')}, calculated elsewhere"
-    elif _histories(study):
+    elif by_histories(study):
         levels = f" at each of {counted(results.sizes['level'], 'level')}" if results.sizes["level"] > 1 else ""
         many = "" if given.get("elastic") else levels
         what = f"{counted(number, 'floor motion')}{many}, calculated elsewhere"
@@ -386,7 +376,7 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     scaled = str(results.attrs.get("design")) == "ida" or (
         str(results.attrs["kind"]) == "performance" and str(results.attrs["im"]) != "scale"
     )
-    scaled = scaled and (not _histories(study) or bool(given.get("elastic")))
+    scaled = scaled and (not by_histories(study) or bool(given.get("elastic")))
     levels = f", scaled to {counted(results.sizes['level'], 'level')} of shaking" if scaled else ""
     sets = len(study.get("motion_sets") or [])
     more = (

@@ -87,11 +87,7 @@ def longest_word(text: str) -> int:
 
 
 def whole_intervals(text: str) -> Markup:
-    """Return a cell as one HTML element in which no line break divides an interval in brackets.
-
-    >>> print(whole_intervals("0.23 (0.21–0.25)"))
-    <span>0.23 <span class="whole">(0.21–0.25)</span></span>
-    """
+    """Return a cell as one HTML element in which no line break divides an interval in brackets."""
     whole = Markup('<span class="whole">{}</span>')
     parts = [whole.format(one) if i % 2 else one for i, one in enumerate(_BRACKETS.split(clean(text)))]
     return Markup("<span>{}</span>").format(Markup("").join(parts))

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from ...core.aliases import Array, Flags
 from ...core.wording import counted
 from ...fragility import curve_probability
-from ...fragility.fitting.states import ALL, OVERTURNED, state_name
+from ...fragility.fitting.states import ALL
 from ..text.block_order import places
-from ..text.curve_notes import infinitive_of, verb_of
+from ..text.curve_notes import infinitive_of, verb_in
 from ..text.reached import within_levels
 from ..text.words import axis_of, block_title, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .law_choice import names_of
@@ -120,8 +120,7 @@ def crossed_pieces(results: xr.Dataset) -> list[str]:
     ranked = np.argsort(places(results).values.ravel(), kind="stable")
     status = small["status"].transpose(*cases.dims).values.ravel() if "status" in small else np.full(cases.size, "")
     known = ranked[status[ranked] != ALL]
-    state = str(results.attrs.get("state", state_name(OVERTURNED)))
-    return [said for _, said in crossed(results, small, cases, known, verb_of(state))]
+    return [said for _, said in crossed(results, small, cases, known, verb_in(results))]
 
 
 def crossed(

@@ -10,9 +10,6 @@ from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
-import xarray as xr
-
-from .. import show
 from ..text.names import clean
 
 if TYPE_CHECKING:
@@ -81,11 +78,6 @@ CAPTIONS = {
     "chances": "The chances of both studies side by side, with their intervals.",
     "tornado": "How far the median moves when one input at a time goes from its low to its high value.",
 }
-
-
-def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterator[Picture]:
-    """Yield every figure of a study's results, with the arguments of `pictures_of`."""
-    yield from pictures_of(lambda: show.figures(results), numbers, png=png)
 
 
 def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Picture]:

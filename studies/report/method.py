@@ -26,26 +26,17 @@ MOST_LINES = 6
 """Most records whose corrections are written out."""
 LONGEST_VALUE = 300
 """Largest length of a study file's value in a table; the report prints the whole file below."""
-SECTIONS = {
-    "motions": "motions",
-    "building": "building",
-    "buildings": "buildings",
-    "support": "support",
-    "supports": "supports",
+SECTIONS = (
+    *("motions", "building", "buildings", "support", "supports", "ida", "until", "events", "stripes", "cloud"),
+    *("performance", "screen", "fit", "measures", "hazard", "uncertainty", "sensitivity", "outputs"),
+)
+TITLES = {
     "ida": "incremental dynamic analysis",
     "until": "precision",
-    "events": "events",
-    "stripes": "stripes",
-    "cloud": "cloud",
     "performance": "inventory",
     "screen": "validity screen",
-    "fit": "fit",
-    "measures": "measures",
-    "hazard": "hazard",
-    "uncertainty": "uncertainty",
-    "sensitivity": "sensitivity",
-    "outputs": "outputs",
 }
+"""Tables of a study file, and those that have a title of their own."""
 DESIGNS = {
     "ida": "Incremental dynamic analysis: every motion is scaled to every level, and every block is run under it.",
     "adaptive": "Incremental dynamic analysis at adaptive levels: every motion is scaled to a few levels of its own, "
@@ -109,12 +100,8 @@ SUPPORTS = {
     "bilinear": "bilinear isolator",
     "pendulum": "friction pendulum",
 }
-SUPPORTS_ASSUMPTION = (
-    "Between the floor and the pieces on “{name}” there is a {kind}, whose motion shakes them; their reaction on it is "
-    "left out, and {stops}."
-)
 SUPPORT_ASSUMPTION = (
-    "Between the floor and the blocks there is a {kind}, whose motion shakes them; their reaction on it is left out, "
+    "Between the floor and the {what} there is a {kind}, whose motion shakes them; their reaction on it is left out, "
     "and {stops}."
 )
 STOPS_LEFT_OUT = "stops are not modelled"
@@ -123,11 +110,9 @@ STOPS_ASSUMPTION = (
     "its velocity: whether a strike makes a block uplift rests on that stiffness"
 )
 
-
 SLIDING_ASSUMPTION = (
     "A block whose coefficient of friction is below b/h slides as a rigid body with Coulomb friction and does not "
-    "rock; "
-    "with more friction it rocks and does not slide."
+    "rock; with more friction it rocks and does not slide."
 )
 HISTORIES_ASSUMPTION = (
     "Floor motions are taken for absolute accelerations of a building model of another program; what that model "
@@ -136,7 +121,6 @@ HISTORIES_ASSUMPTION = (
 ELASTIC_ASSUMPTION = (
     "Floor motions are scaled linearly to all levels of shaking: the building is taken as elastic at all of them."
 )
-
 
 LAWS = {
     "discrete": (
@@ -230,8 +214,8 @@ def study_file_rows(results: xr.Dataset) -> Rows:
     """Return the table of the study file's keys, except those of blocks and laws."""
     study = study_of(results)
     rows: list[tuple[str, ...]] = []
-    for name, title in SECTIONS.items():
-        section = study.get(name)
+    for name in SECTIONS:
+        title, section = TITLES.get(name, name), study.get(name)
         if isinstance(section, dict):
             for key, value in section.items():
                 inner = value if isinstance(value, dict) else {}
@@ -264,6 +248,12 @@ def lifted(study: Mapping[str, object]) -> bool:
     own = stripes.get("at", []) if isinstance(stripes, dict) else []
     tables = [one for one in (motions, *(at.get("motions") for at in own)) if isinstance(one, dict)]
     return any(one.get("component") for one in tables) and any(one.get("vertical") for one in tables)
+
+
+def by_histories(study: Mapping[str, Any]) -> bool:
+    """Return whether the floors move by histories with levels of their own, or by others that are scaled."""
+    motions = study.get("motions")
+    return isinstance(motions, dict) and ("floors_index" in motions or bool(motions.get("elastic")))
 
 
 def _value(value: object) -> str:
@@ -345,19 +335,15 @@ def assumptions(results: xr.Dataset) -> list[str]:
     support = study.get("support")
     if isinstance(support, dict):
         kind = SUPPORTS.get(str(support.get("kind")), "support")
-        building.append(SUPPORT_ASSUMPTION.format(kind=kind, stops=_stops(support)))
-    building += [
-        SUPPORTS_ASSUMPTION.format(name=one["name"], kind=SUPPORTS[str(one["kind"])], stops=_stops(one))
-        for one in _listed(study.get("supports"))
-    ]
+        building.append(SUPPORT_ASSUMPTION.format(what="blocks", kind=kind, stops=_stops(support)))
+    for one in _listed(study.get("supports")):
+        what, kind = f"pieces on “{one['name']}”", SUPPORTS[str(one["kind"])]
+        building.append(SUPPORT_ASSUMPTION.format(what=what, kind=kind, stops=_stops(one)))
     motions = study.get("motions")
-    if isinstance(motions, dict) and ("floors_index" in motions or motions.get("elastic")):
-        building.append(HISTORIES_ASSUMPTION)
-        if motions.get("elastic"):
-            building.append(ELASTIC_ASSUMPTION)
-    vertical = (
-        ", and vertical, scaled as the horizontal component" if lifted(study) else "; there is no vertical shaking"
-    )
+    building += [HISTORIES_ASSUMPTION] if by_histories(study) else []
+    building += [ELASTIC_ASSUMPTION] if isinstance(motions, dict) and motions.get("elastic") else []
+    vertical = ", and vertical, scaled as the horizontal component"
+    vertical = vertical if lifted(study) else "; there is no vertical shaking"
     sideways = (
         ", and in that of the depth under the other component: two planar motions under one scale factor, of which "
         "either can overturn a block"

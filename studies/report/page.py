@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,7 +12,6 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from ...core.wording import system_reason
 from ...core.writing import write_bytes
 from .. import show
 from ..file.report import ReportTable
@@ -19,7 +19,7 @@ from ..plan.slides import INSTEAD
 from ..store.content import check_content
 from ..tables.client import lead_rows
 from ..text.block_order import shown
-from ..text.error import StudyError
+from ..text.error import StudyError, writing
 from ..text.glossary import used
 from ..text.names import clean
 from ..text.rows import Rows, plain_table
@@ -27,7 +27,7 @@ from .actions import next_steps
 from .answers import answer
 from .basis import basis
 from .cells import PageTable, longest_word, markdown, page_table, whole_intervals
-from .figures import Picture, pictures
+from .figures import Picture, pictures_of
 from .method import assumptions, block_rows, law_rows, lifted, method, provenance_rows, study_file_rows, study_of
 from .results_file import read_results
 from .summary import plain_answer
@@ -64,7 +64,7 @@ def write_report(
             found = content(results, result, state)
             written: list[Path] = []
             figures: list[tuple[Picture, str]] = []
-            for one in pictures(results, found["numbers"], png=True):
+            for one in pictures_of(partial(show.figures, results), found["numbers"], png=True):
                 beside = target.with_name(f"{target.stem}_{one.name}.png")
                 _write(beside, one.png)
                 written.append(beside)
@@ -79,7 +79,8 @@ def write_report(
 def html_page(results: xr.Dataset, path: Path, state: str) -> str:
     """Return the page of a study's results read from `path`, in a `state`; the same results give the same text."""
     found = content(results, path, state)
-    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures(results, found["numbers"])]
+    every = pictures_of(partial(show.figures, results), found["numbers"])
+    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in every]
     template = environment(escaping=True).get_template("report.html.j2")
     return template.render(**found, figures=drawn)
 
@@ -184,8 +185,6 @@ def environment(*, escaping: bool) -> Environment:
 
 def _write(path: Path, text: bytes) -> None:
     """Write a file completely or not at all; StudyError where it cannot be written."""
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, text)
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None

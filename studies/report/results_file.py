@@ -66,9 +66,8 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
         except (KeyError, IndexError, ValueError, TypeError, AttributeError) as error:
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise StudyError(
-                f"{path}: does not hold what results of "
-                f"{with_article(stored.attrs['kind'])} study hold ({reason}): run its study "
-                "again"
+                f"{path}: does not hold what results of {with_article(stored.attrs['kind'])} study hold ({reason}): "
+                "run its study again"
             ) from error
 
 

@@ -22,7 +22,7 @@ from ...core.wording import (
     with_article,
     years_text,
 )
-from ...fragility.fitting.states import ALL, OK, OVERTURNED, state_name
+from ...fragility.fitting.states import ALL, OK
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
 from ..plan.piece_classes import TESTS
@@ -30,11 +30,11 @@ from ..region.rows import event_sentences
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
-from ..tables.item_slides import falling_off_sentences, item_trip_sentences
+from ..tables.item_slides import falling_off_sentences, item_trip_sentences, years_of
 from ..tables.sensitivity import sensitivity_sentences
 from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import HALF, RATE, places
-from ..text.curve_notes import action_of, reached_of, verb_of
+from ..text.curve_notes import action_of, reached_of, state_in, verb_in
 from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
 from ..text.reached import NO_LEVEL, within_levels
@@ -113,7 +113,7 @@ def plain_answer(results: xr.Dataset) -> list[str]:
 def _curves(results: xr.Dataset) -> Iterator[str]:
     """Yield sentences on the block that falls first, under the reference law."""
     at, _ = reference_law(results)
-    state = str(results.attrs.get("state", state_name(OVERTURNED)))
+    verb = verb_in(results)
     small = without_motions(results).isel(model=at)
     cases = small["half_level"].transpose("block", ...)
     status = small["status"].transpose(*cases.dims).values.ravel()
@@ -124,7 +124,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
         status = np.where(status == OK, NO_LEVEL[OK], status)
         status = np.where(cases.values.ravel() == np.inf, NEVER_HALF, status)
         yield f"The runs do not show how strong the shaking must be: {_missing_curves(status)}."
-        yield from _at_the_strongest(results, small, cases, verb_of(state))
+        yield from _at_the_strongest(results, small, cases, verb)
         return
     always = int((status == ALL).sum())
     if always:
@@ -135,14 +135,13 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
         always_fallen = (
             label if fallen.size == 1 else f"{fallen.size:,} of {status.size:,} ({label} and {fallen.size - 1:,} more)"
         )
-        yield f"{always_fallen} {reached_of(state)} in every run, even in the weakest shaking."
+        yield f"{always_fallen} {reached_of(state_in(results))} in every run, even in the weakest shaking."
     order = np.argsort(places(results, by).values.ravel())
     # (by rate, blocks that fell in every run come after those that have a rate)
     at_first = np.unravel_index(order[always if by == HALF else 0], cases.shape)
     first = small.isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
     name = f"“{block_title(str(first['block'].item()))}”"
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
-    verb = verb_of(state)
     if cases.size > 1:
         ranked = order[always if by == HALF else 0 :]
         found = list(crossed(results, small, cases, ranked, verb))
@@ -264,9 +263,8 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
             held = "" if sampled else f" ({and_model(f'{least} to {most}', end, 'probability', whole_range, 100.0)})"
             level = f"{two_digits(float(results['level'][at]) / scale)}{unit}"
             yield (
-                "Of 100 earthquakes with "
-                f"{with_article(measure)} of {level}, the {which} shaking that was run, about {few}{held} would "
-                f"{action_of(verb, name)}. "
+                f"Of 100 earthquakes with {with_article(measure)} of {level}, the {which} shaking that was run, about "
+                f"{few}{held} would {action_of(verb, name)}. "
             ) + (
                 f"Because the properties of the piece are uncertain, this number may lie between {least} and {most} "
                 "(90 % range)."
@@ -291,9 +289,8 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     rare = _rare(first, results["level"].values, half * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         yield (
-            "Of 100 earthquakes with "
-            f"{with_article(measure)} of {at_half}, about 50 would {action_of(verb, name)}. {which} in "
-            f"brackets is a {sure} interval for the limited number of motions."
+            f"Of 100 earthquakes with {with_article(measure)} of {at_half}, about 50 would {action_of(verb, name)}. "
+            f"{which} in brackets is a {sure} interval for the limited number of motions."
         )
         return
     few, least, most = (round(100.0 * float(first[end][rare])) for end in ("probability", "lower", "upper"))
@@ -462,6 +459,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     pieces = pieces_at(results, BUILDING)
     sure = f"{confidence_text(results)} interval"
     branches = "branch" in results.dims
+    money = f" {currency_of(results)}".rstrip()
     verb = "overturns" if fallen_word(results) == "overturned" else "overturns or falls off an edge"
     if branches:
         beta = float(results.attrs.get("modelling_dispersion", 0.0))
@@ -475,7 +473,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
             chances = and_model(chance_range(ends[0], ends[1]), one, "any_rate", _chances_range)
             yield (
                 f"At least one piece in this building {verb} about once in {about_years(rate)} years "
-                f"({and_model(_range(high, low), one, 'any_rate', years_range)}), which is a probability of about "
+                f"({and_model(years_of(high, low), one, 'any_rate', years_range)}), which is a probability of about "
                 f"{about_percent(chance)} ({chances}) in {YEARS:g} years."
             )
             rates = results["any_rate"].sel(place=BUILDING).values
@@ -509,11 +507,9 @@ def _building(results: xr.Dataset) -> Iterator[str]:
             yield f"{_under_others(laws)}, on average {text} of them would fall.{why}{_choice(results)}"
     yield from _tests(results)
     if branches and "annual_loss" in one:
-        money = f" {currency_of(results)}" if currency_of(results) else ""
         yield amount_sentence(building_spread(results, "annual_loss", BUILDING), "The expected loss", money)
     elif "annual_loss" in one:
         loss, low, high = (float(one[f"annual_loss{end}"]) for end in ("", "_lower", "_upper"))
-        money = f" {currency_of(results)}" if currency_of(results) else ""
         interval = and_model(interval_text(low, high, two_digits), one, "annual_loss", amount_range)
         of = "cost of what falls" if "cost_median" in results.coords else "value of what falls"
         yield f"The expected loss (the {of}) is about {two_digits(loss)}{money} a year ({interval})."
@@ -583,17 +579,10 @@ def _consequences(here: xr.Dataset) -> Iterator[str]:
             worst = floors.isel(place=int(floors.values.argmax()))
             mainly = floors.sizes["place"] > 1 and float(worst) > 0.5 * float(floors.sum())
             where = f", mostly on {floor_name(str(worst['place'].item()).removeprefix('floor '))}" if mainly else ""
-            interval = and_model(_range(high, low), one, "consequence_rate", years_range)
+            interval = and_model(years_of(high, low), one, "consequence_rate", years_range)
             years = f"about once in {about_years(rate)} years ({interval}){where}"
             said.append(f"{that_has(str(one['consequence'].item()))} {verb} {years}")
     yield f"At least one piece {'; one '.join(said)}."
-
-
-def _range(often: float, seldom: float) -> str:
-    """Return the ends of a rate's interval as years between two events."""
-    if not math.isfinite(often) or not math.isfinite(seldom):
-        return "no interval"
-    return f"above {about_years(often)}" if seldom == 0.0 else f"{about_years(often)} to {about_years(seldom)}"
 
 
 def _chances_range(low: float, high: float) -> str:

@@ -76,8 +76,7 @@ SLIDING = "Does the block rock rather than slide?"
 UNKNOWN_FRICTION = (
     "Find the coefficient of friction between the base and the floor (the horizontal force that just makes the piece "
     "slide, divided by its weight), and give it in [friction]. Where pieces slide, the chances of falling do not "
-    "apply: "
-    "prevent sliding, or look at how far they slide."
+    "apply: prevent sliding, or look at how far they slide."
 )
 KNOWN_FRICTION = (
     "Where pieces slide, the chances of falling do not apply: prevent sliding, or evaluate it with [friction], which "
@@ -161,26 +160,19 @@ def not_checked(vertical: bool = False, slides: bool = False) -> list[str]:
 
 def _edited(state: str) -> Iterator[Check]:
     if state == EDITED:
+        question, cure = "Are these the results of the study?", "Run the study again with --fresh."
         reason = "Values or attributes of the result file were edited after the study had written it."
-        yield Check(
-            "Are these the results of the study?",
-            INVALID,
-            reason,
-            "Run the study again with --fresh.",
-            "the results were edited after they had been computed",
-        )
+        yield Check(question, INVALID, reason, cure, "the results were edited after they had been computed")
 
 
 def _model(results: xr.Dataset) -> Iterator[Check]:
     yield _rocking(results)
     if "outside" not in results:
+        reason, cure = "The results hold no shares of the runs for which rocking may be the wrong model.", AGAIN
         if is_pooled(results):
             reason = "Runs of a pooled surface are not screened for slides and for motions that are scaled far."
             cure = "Give the same blocks a few levels that all motions share, and look at the checks of that study."
-            yield Check("Were the runs screened?", UNKNOWN, reason, cure, "the runs were not screened")
-            return
-        reason = "The results hold no shares of the runs for which rocking may be the wrong model."
-        yield Check("Were the runs screened?", UNKNOWN, reason, AGAIN, "the runs were not screened")
+        yield Check("Were the runs screened?", UNKNOWN, reason, cure, "the runs were not screened")
         return
     yield _sliding(results)
     yield from _rolling(results)
@@ -229,9 +221,8 @@ def _rocking(results: xr.Dataset) -> Check:
     question = "Do the blocks rock rather than bounce?"
     needs = _uplift(results)
     if needs is None:
-        return Check(
-            question, UNKNOWN, "The results hold no shapes of blocks.", AGAIN, "the shapes of the pieces are missing"
-        )
+        reason = "The results hold no shapes of blocks."
+        return Check(question, UNKNOWN, reason, AGAIN, "the shapes of the pieces are missing")
     squat = needs.values > 1.0 / SQUAT_RATIO
     named = [str(one) for one in needs[needs.dims[0]].values[squat]]
     if not named:
@@ -369,9 +360,8 @@ def _zone(results: xr.Dataset) -> Check:
         return Check(question, CARE, f"{largest}, {bound}.", cure, clause)
     names = [str(one) for one in results["model"].values[resonant]]
     reason = (
-        f"{largest}, {bound}; but the elastic mode lies inside the band of the motion in "
-        f"up to {most} of the runs for {_names_text(names)}: at rest the blocks resonate and uplift where a rigid "
-        f"block stands still.{rest}"
+        f"{largest}, {bound}; but the elastic mode lies inside the band of the motion in up to {most} of the runs for "
+        f"{_names_text(names)}: at rest the blocks resonate and uplift where a rigid block stands still.{rest}"
     )
     clause = f"the law’s elastic mode resonates in up to {most} of the runs"
     return Check(question, INVALID if mostly(share) else CARE, reason, cure, clause)
@@ -544,13 +534,8 @@ def _reached(results: xr.Dataset, question: str, reason: str) -> Check:
         unsure = sum(one.stopped != REACHED for one in every)
         sure = "" if not unsure else f" (for {unsure:,} of {counted(len(every), 'curve')} no further look confirms it)"
         return Check(question, GOOD, f"{reason} The precision that was asked for is reached{sure}.")
-    return Check(
-        question,
-        CARE,
-        f"{reason} {missed}",
-        "Allow more motions, or decide with the interval that was reached.",
-        "the precision asked for was not reached",
-    )
+    cure = "Allow more motions, or decide with the interval that was reached."
+    return Check(question, CARE, f"{reason} {missed}", cure, "the precision asked for was not reached")
 
 
 def _scaling(results: xr.Dataset) -> Check:
@@ -562,13 +547,9 @@ def _scaling(results: xr.Dataset) -> Check:
         return Check(question, CARE, reason, cure, ODD["scaling"])
     share, _ = _worst(results["outside"].sel(reason=SCALED_FAR.name))
     low, high = json.loads(str(results.attrs["screen"]))["factors"]
-    if share < MARKED:
-        return Check(
-            question,
-            GOOD,
-            f"In fewer than 1 % of the runs the motion is scaled by less than {low:g} or more than {high:g}.",
-        )
     scaled = f"the motion is scaled by less than {low:g} or more than {high:g}"
+    if share < MARKED:
+        return Check(question, GOOD, f"In fewer than 1 % of the runs {scaled}.")
     clause = f"in up to {two_digit_percent(share)} of the runs {scaled}"
     return Check(question, CARE, f"{clause[:1].upper()}{clause[1:]}.", cure, clause)
 
@@ -593,13 +574,8 @@ def _stability(results: xr.Dataset) -> Check:
 
 def _hazard(results: xr.Dataset) -> Check:
     if "rate_share_above" not in results:
-        return Check(
-            HAZARD,
-            UNKNOWN,
-            "The results hold no shares of the rates.",
-            AGAIN,
-            "how much of the rates comes from beyond the hazard curve is not known",
-        )
+        clause = "how much of the rates comes from beyond the hazard curve is not known"
+        return Check(HAZARD, UNKNOWN, "The results hold no shares of the rates.", AGAIN, clause)
     known = np.isfinite(results["rate"])
     if not bool(known.any()):
         return Check(HAZARD, INVALID, "There is no rate: no curve has one.", CURES["above"], "there is no annual rate")
@@ -670,9 +646,8 @@ def _little_extrapolated(results: xr.Dataset) -> Check:
     if shares[side] <= NOTABLE:
         return Check(RUN_LEVELS, GOOD, f"At most {said}.")
     change = two_digit_percent(_worst(possible_change(results).where(known))[0])
-    return Check(
-        RUN_LEVELS, GOOD, f"Up to {said}, but unless a curve decreases there no rate is off by more than {change}."
-    )
+    unless = f"unless a curve decreases there no rate is off by more than {change}"
+    return Check(RUN_LEVELS, GOOD, f"Up to {said}, but {unless}.")
 
 
 def _beyond_hazard(shares: dict[str, xr.DataArray], of: str = "rate") -> Check:
@@ -690,9 +665,8 @@ def _beyond_hazard(shares: dict[str, xr.DataArray], of: str = "rate") -> Check:
 def _worst(shares: xr.DataArray) -> tuple[float, str]:
     """Return the greatest of some shares, and the labels to which it belongs."""
     at = _at_worst(shares)
-    names = [
-        listed_name(str(shares[dim].values[i])) for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords
-    ]
+    labels = [shares[dim].values[i] for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords]
+    names = [listed_name(str(one)) for one in labels]
     share = float(shares.values[at])
     return share if share > 0.0 else 0.0, ", ".join(names) or "the only one"
 

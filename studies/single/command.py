@@ -107,25 +107,11 @@ def simulate_one(
         block, motion = None, block  # the only word given is the motion
     if motion is None:
         raise StudyError("which MOTION? A record file, or the name of a generator such as site-based-scenario")
-    options = {
-        "e": e,
-        "restitution_factor": restitution_factor,
-        "delta": delta,
-        "zeta": zeta,
-        "coefficient": coefficient,
-        "lever": lever,
-        "rest": rest,
-        "geometry": geometry,
-    }
-    lengths = {
-        "--mass": mass,
-        "--cm-offset": cm_offset,
-        "--lean": lean,
-        "--wall-gap": wall_gap,
-        "--wall-height": wall_height,
-        "--front-gap": front_gap,
-        "--bed-settlement": bed_settlement,
-    }
+    factors = {"e": e, "restitution_factor": restitution_factor, "delta": delta, "zeta": zeta}
+    words = {"lever": lever, "rest": rest, "geometry": geometry}
+    options = {**factors, "coefficient": coefficient, **words}
+    lengths = {"--mass": mass, "--cm-offset": cm_offset, "--lean": lean, "--wall-gap": wall_gap}
+    lengths |= {"--wall-height": wall_height, "--front-gap": front_gap, "--bed-settlement": bed_settlement}
     scene = scene_of(lengths, wall_restitution, restraint)
     stands, damped = block_of(block, sizes, inertia_factor, scene, placed), law_of(law, options)
     shaking = motion_of(motion, seed, index, set_, period)

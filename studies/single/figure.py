@@ -21,19 +21,12 @@ INK, DASHED, DOTTED = "0.35", (0, (4, 3)), (0, (1, 2))
 
 
 def history_figure(
-    response: xr.Dataset,
-    title: str,
-    text: str,
-    *,
-    lifts: tuple[float, float],
-    ends: float,
-    walls: Sequence[float] = (),
+    response: xr.Dataset, title: str, text: str, *, lifts: tuple[float, float], ends: float, walls: Sequence[float] = ()
 ) -> Figure:
     """Return the figure of one run: `lifts` are tipping accelerations, m/s²; `ends` the end of the record, s."""
     figure = Figure(figsize=(8.0, 9.0), layout="constrained")
     panels = figure.subplot_mosaic(
-        [["shaking", "shaking"], ["history", "history"], ["phase", "hysteresis"]],
-        height_ratios=(0.55, 1.0, 1.25),
+        [["shaking", "shaking"], ["history", "history"], ["phase", "hysteresis"]], height_ratios=(0.55, 1.0, 1.25)
     )
     time = response["time"].values
     first, last = float(time[0]), float(time[-1])

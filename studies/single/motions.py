@@ -19,7 +19,6 @@ from rich.table import Table
 from ... import motions as shaking
 from ...core.doubts import Doubt, noted
 from ...core.units import STANDARD_GRAVITY
-from ...core.wording import system_reason
 from ...core.writing import whole_file
 from ...motions.arrays import Record, digest, records
 from ...motions.intensity.cumulative import husid
@@ -35,7 +34,7 @@ from ..file.schema import read_study_file
 from ..plan.reading import Reading
 from ..plots import axes
 from ..text.encoding import json_text
-from ..text.error import StudyError
+from ..text.error import StudyError, writing
 from ..text.words import floor_name
 
 PERIODS = np.geomspace(0.02, 5.0, 90)
@@ -218,13 +217,11 @@ def draw_motions(
         "spectra.png": spectra_figure(list(motions), damping, target),
         "husid.png": husid_figure(plain),
     }
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for name, figure in figures.items():
             with whole_file(folder / name) as temporary:
                 figure.savefig(temporary, format="png", dpi=150)
-    except OSError as error:
-        raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
     return [folder / name for name in figures]
 
 

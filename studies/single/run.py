@@ -15,7 +15,6 @@ import xarray as xr
 from ... import motions as shaking
 from ...core.doubts import noted
 from ...core.units import STANDARD_GRAVITY
-from ...core.wording import system_reason
 from ...core.writing import whole_file, write_bytes
 from ...fragility import ida
 from ...fragility.validity.notes import block_notes, not_modelled
@@ -41,7 +40,7 @@ from ...motions.arrays import filter_doubts, records
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ..text.encoding import json_text
-from ..text.error import StudyError
+from ..text.error import writing
 from ..text.histories import last_balance
 from .inputs import built
 
@@ -411,7 +410,7 @@ class Simulation:
     def write(self, folder: Path) -> list[Path]:
         """Write history.csv and history.png into a folder, and remove what an earlier run left, its films among it."""
         drawn = self.figure()
-        try:
+        with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
             for name in (HISTORY, FIGURE, *FILMS):
                 (folder / name).unlink(missing_ok=True)
@@ -428,8 +427,6 @@ class Simulation:
             write_bytes(table, ("\n".join(lines) + "\n").encode())
             with whole_file(figure) as temporary:
                 drawn.savefig(temporary, format="png", dpi=150)
-        except OSError as error:
-            raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
         return [table, figure]
 
 

@@ -49,23 +49,15 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     has_loss = "annual_loss" in here
     amounts = {name: f"annual_{name}" for name in DRAWN if f"annual_{name}" in here}
     spans = {name: span(here[one]) for name, one in amounts.items()}
-    headings = [
-        "",
-        "unanchored pieces",
-        f"{fallen_word(here)} a year",
-        *(["lost a year"] if has_loss else []),
-        *(drawn_heading(name, spans[name][1]) for name in amounts),
-        "anything falls, once in",
-    ]
+    headings = ["", "unanchored pieces", f"{fallen_word(here)} a year", *(["lost a year"] if has_loss else [])]
+    headings += [*(drawn_heading(name, spans[name][1]) for name in amounts), "anything falls, once in"]
     rows = []
     for place in here["place"].values:
         one = here.sel(place=place)
         cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "annual_number")]
-        if has_loss:
-            cells.append(_interval(one, "annual_loss"))
+        cells += [_interval(one, "annual_loss")] if has_loss else []
         cells += [_interval(one, variable, spans[name][0]) for name, variable in amounts.items()]
-        cells.append(_period(one, "any_rate"))
-        rows.append(tuple(cells))
+        rows.append((*cells, _period(one, "any_rate")))
     money = currency_of(here)
     sure = f"{confidence_text(here)} intervals, for the given hazard curve"
     title = f"In a year{f', {money}' if money and has_loss else ''} ({sure})"
@@ -79,25 +71,15 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     has_loss = "loss_mean" in here
     amounts = {f"{name}_mean": heading for name, heading in DRAWN.items() if f"{name}_mean" in here}
     ends = [given_percent(float(q)) for q in here["quantile"].values]
-    headings = [
-        "",
-        "unanchored pieces",
-        fallen_word(here),
-        f"{' / '.join(ends)}",
-        *(["lost"] if has_loss else []),
-        *amounts.values(),
-        "anything falls",
-    ]
+    headings = ["", "unanchored pieces", fallen_word(here), " / ".join(ends), *(["lost"] if has_loss else [])]
+    headings += [*amounts.values(), "anything falls"]
     rows = []
     for place in here["place"].values:
         one = here.sel(place=place)
         cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "number_mean")]
         cells.append(" / ".join(_quantiles(one)))
-        if has_loss:
-            cells.append(_interval(one, "loss_mean"))
-        cells += [_interval(one, name) for name in amounts]
-        cells.append(_percent(one, "any_probability"))
-        rows.append(tuple(cells))
+        cells += [_interval(one, name) for name in (*(["loss_mean"] if has_loss else []), *amounts)]
+        rows.append((*cells, _percent(one, "any_probability")))
     shaken = f"{level_name(assessment)} = {level_text(float(here['level']), assessment['level'])}"
     money = currency_of(here)
     said = f"{confidence_text(here)} intervals"
@@ -171,11 +153,7 @@ def common_modelling(ranking: xr.Dataset) -> str:
 
 
 def span(annual: xr.DataArray) -> tuple[float, str]:
-    """Return the years for which an annual amount is written, so that it is no small fraction, and those in words.
-
-    >>> span(xr.DataArray([2.5, 0.01])), span(xr.DataArray([0.0075]))
-    ((1.0, 'a year'), (1000.0, 'in 1,000 years'))
-    """
+    """Return the years for which an annual amount is written, so that it is no small fraction, and those in words."""
     return (1000.0, "in 1,000 years") if float(annual.max()) < SELDOM else (1.0, "a year")
 
 

@@ -10,9 +10,9 @@ import xarray as xr
 from ...core.wording import about_years, currency_of, given_percent, two_digits, whole_percent
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ..buildings.assessment import BUILDING
-from ..text.curve_notes import branches_beyond, verb_of
+from ..text.curve_notes import branches_beyond, state_in, verb_in
 from ..text.rows import Rows
-from ..text.spread import HEADINGS, building_spread, rates_of_consequences, sources
+from ..text.spread import SOURCES, building_spread, rates_of_consequences, sources
 from ..text.words import by_place
 from .assessment import place_name, span
 
@@ -37,12 +37,12 @@ def spread_rows(results: xr.Dataset) -> Rows | None:
             *(_share(share) if np.isfinite(share) else "–" for share in shares),
         ))  # fmt: skip
     ends = [f"{given_percent(1.0 - p)}" for p in fractiles[::-1]]
-    headings = ("", "1 / mean rate", *ends, *(HEADINGS[name] for name in there))
+    headings = ("", "1 / mean rate", *ends, *(SOURCES[name][0] for name in there))
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     held = f", β_m = {beta:g}" if beta and str(results.attrs.get("modelling")) == "fractiles" else ""
     over = f"{results.sizes['branch']:,} weighted branches{held}"
-    state = str(results.attrs.get("state", state_name(OVERTURNED)))
-    events = "falls" if state == state_name(OVERTURNED) else f"times that a block {verb_of(state)}"
+    fallen = state_in(results) == state_name(OVERTURNED)
+    events = "falls" if fallen else f"times that a block {verb_in(results)}"
     title = f"Mean years between two {events} over {over}, and where their range comes from"
     beyond = branches_beyond(results)
     title += f" ({beyond})" if beyond else ""

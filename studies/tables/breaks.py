@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,9 +18,8 @@ from ...core.wording import (
     with_article,
     years_text,
 )
-from ...fragility.fitting.states import OVERTURNED, state_name
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
-from ..text.curve_notes import verb_of
+from ..text.curve_notes import verb_in
 from ..text.rows import Rows
 from ..text.words import block_title, by_place, display_unit, quantity_name, reference_law
 
@@ -98,22 +96,20 @@ def break_sentences(results: xr.Dataset) -> list[str]:
         said.append(of_name)
     if NEEDED in results:
         asked = np.flatnonzero(np.isfinite(results[TARGET].values))[:MOST_SAID]
-        said.extend(_strength_needed(results.isel(block=i, model=at), results.attrs) for i in asked.tolist())
+        said.extend(_strength_needed(results.isel(block=i, model=at)) for i in asked.tolist())
     return said
 
 
-def _strength_needed(one: xr.Dataset, attributes: Mapping[str, Any]) -> str:
+def _strength_needed(one: xr.Dataset) -> str:
     """Return the strength that the restraint of a block needs for its target."""
     tried, needed = one[TRIED].dropna("trial").values, float(one[NEEDED])
-    verb = verb_of(str(attributes.get("state", state_name(OVERTURNED))))
-    scale, unit = display_unit(one["level"]) if "level" in one.coords else (1.0, "")
-    when = (
-        f"in {years_text(float(attributes['years']))}"
-        if "years" in attributes
-        else "at "
-        f"{with_article(quantity_name(one['level']))} of {two_digits(float(one['level'][0]) / scale)} {unit}".rstrip()
-    )
-    keeps = f"the chance that “{block_title(str(one['block'].item()))}” {verb} {when}"
+    if "years" in one.attrs:
+        when = f"in {years_text(float(one.attrs['years']))}"
+    else:
+        scale, unit = display_unit(one["level"])
+        level = f"{two_digits(float(one['level'][0]) / scale)} {unit}".rstrip()
+        when = f"at {with_article(quantity_name(one['level']))} of {level}"
+    keeps = f"the chance that “{block_title(str(one['block'].item()))}” {verb_in(one)} {when}"
     most = f"to at most {given_percent(float(one[TARGET]))}"
     strongest = f"{given_number(tried[-1])} N"
     if needed == math.inf:

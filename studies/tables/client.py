@@ -19,11 +19,11 @@ from ...core.wording import (
     two_digits,
     years_text,
 )
-from ...fragility.fitting.states import ALL, NONE, OVERTURNED, state_name
+from ...fragility.fitting.states import ALL, NONE
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..text.block_order import RATE, chosen_of, shown
-from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_of
+from ..text.curve_notes import NOTABLE, action_of, extrapolated_shares, verb_in
 from ..text.one_side import falling_both_ways
 from ..text.reached import BELOW, within_levels
 from ..text.rows import Rows
@@ -38,16 +38,7 @@ from ..text.spread import (
     range_text,
     sample_range,
 )
-from ..text.words import (
-    NOT_REACHED,
-    axis_of,
-    block_title,
-    display_unit,
-    floor_cell,
-    level_name,
-    reference_law,
-    roof_of,
-)
+from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, floor_cell, level_name, reference_law, roof_of
 from .pieces import piece_rows
 from .sensitivity import level_rows
 
@@ -106,7 +97,7 @@ def _blocks(results: xr.Dataset) -> Rows:
                 _model_range(one, every, scale, float(results.attrs["years"]) if yearly else None) or NOT_GIVEN
             )
         rows.append(tuple(cells))
-    verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
+    verb = verb_in(here)
     unit = f", {unit}" if unit else ""
     headings = [
         "piece",

@@ -31,13 +31,11 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
-from ..text.curve_notes import FEW_HELD, few_motions, held_apart, infinitive_of, reached_of, verb_of
+from ..text.curve_notes import FEW_HELD, few_motions, held_apart, infinitive_of, reached_of, state_in, verb_in
 from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, other_levels, within_levels
 from ..text.rows import Rows
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
 from .values import Cell, ValueTable, known, with_units
-
-OVERTURNING = state_name(OVERTURNED)
 
 # Advice where there is no curve, by the status of the fit (separated data have a curve, and a note).
 ADVICE = {
@@ -53,8 +51,8 @@ ADVICE = {
 def hints(results: xr.Dataset) -> list[str]:
     """One line for each reason why a curve is missing."""
     status = results["status"].values.ravel().astype(str)
-    state = str(results.attrs.get("state", OVERTURNING))
-    did = "fell" if state == OVERTURNING else reached_of(state)
+    state = state_in(results)
+    did = "fell" if state == state_name(OVERTURNED) else reached_of(state)
     study = json.loads(str(results.attrs["study"]))
     run = levels_run(results)
     cures = {"higher": other_levels(study, True, run), "lower": other_levels(study, False, run)}
@@ -80,8 +78,7 @@ def fragility_table(results: xr.Dataset) -> Table:
     scale, unit = display_unit(axis_of(results))
     name = axis_of(results).attrs.get("long_name", "level")
     percent = confidence_text(results)
-    state = str(results.attrs.get("state", OVERTURNING))
-    fall = infinitive_of(verb_of(state))
+    fall = infinitive_of(verb_in(results))
     less = f" (of β {FEW_HELD['dispersion']})" if few_motions(results) else held_apart(results)
     fractions = results["fraction"].values.tolist() if "fraction_level" in results else []
     table = _table(
@@ -114,8 +111,7 @@ def risk_table(results: xr.Dataset) -> Table:
     both = "fraction_level" in results and LOW_SHARE in results["fraction"].values
     shares = f"{100.0 * LOW_SHARE:g} / 50 %" if both else "50 %"
     table = _table(
-        f"How often each {_verb(results)}, and with what probability in {years_text(years)} "
-        f"({percent} intervals, "
+        f"How often each {verb_in(results)}, and with what probability in {years_text(years)} ({percent} intervals, "
         f"for the given hazard curve){_chosen(results)}",
         ("law", "once in, years", "in a year", f"in {years_text(years)}", f"{shares} at {measure}"),
     )
@@ -182,7 +178,7 @@ def size_table(results: xr.Dataset) -> Table:
     years = float(results.attrs["years"])
     units = results[f"size_{along}"].attrs["units"]
     table = _table(
-        f"Which {along} ({units}) {_verb(results)} with a probability of {percent(target)} in {years:g} "
+        f"Which {along} ({units}) {verb_in(results)} with a probability of {percent(target)} in {years:g} "
         f"years ({confidence_text(results)} intervals, for the given hazard curve)",
         ("law", along, "interval", ""),
     )
@@ -231,7 +227,3 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
 def _chosen(results: xr.Dataset) -> str:
     """The ending of a table's title where the table does not hold all blocks."""
     return f"; {chosen_of(results)}" if chosen_of(results) else ""
-
-
-def _verb(results: xr.Dataset) -> str:
-    return verb_of(str(results.attrs.get("state", OVERTURNING)))

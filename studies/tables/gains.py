@@ -10,12 +10,11 @@ import numpy as np
 import xarray as xr
 
 from ...core.wording import about_percent, confidence_text, counted, ratio_text, years_text
-from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.risk.ratios import Ratio
 from ...fragility.runs.provenance import number_of_motions
 from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
-from ..text.curve_notes import verb_of
+from ..text.curve_notes import verb_in
 from ..text.rows import Rows
 from ..text.words import block_title, floor_name, reference_law
 
@@ -81,7 +80,7 @@ def gain_sentences(results: xr.Dataset) -> list[str]:
     found = list(gains_of(results, [at]))
     years = years_text(float(results.attrs["years"])) if found else ""
     motions = counted(number_of_motions(results), "motion")
-    verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
+    verb = verb_in(results)
     said = []
     for one in found[:MOST_SAID]:
         where = f" on {one.floor}" if one.floor else ""

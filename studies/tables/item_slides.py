@@ -16,18 +16,10 @@ from ...models import Edge
 from ...models.friction import LOCKED, ROLLING
 from ...models.scenes.edge import FOOT
 from ..buildings.recommendations import YEARS
-from ..buildings.sliding import (
-    GATED_RATE,
-    ITEM_TRIP_RATE,
-    OFF,
-    OFF_RATE,
-    OVERTURNING,
-    OVERTURNING_RATE,
-    SLIP_RATE,
-)
+from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE, SLIP_RATE
 from ..plan.slides import ENDS, GATED, INSTEAD, SLIP, TRIP, TRIP_DISTANCE
 from ..text.rows import Rows
-from ..text.words import floor_name, level_text
+from ..text.words import floor_cell, floor_name, level_text
 from .slides import NO_SIMULATION
 from .unseen import at_most, at_most_once, most_probability
 
@@ -50,7 +42,7 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     rows, most = [], at_most(results)
     for i in at[:MOST]:
         one = results.isel(item=i, model=model)
-        head = (str(results["item"].values[i]), floor_name(str(results["floor"].values[i])).removeprefix("floor "))
+        head = (str(results["item"].values[i]), floor_cell(str(results["floor"].values[i])))
         where = contacts[i] or ("" if math.isnan(known[i]) else f"coefficient of friction {float(one['friction']):.2g}")
         if bool(one["anchored"]):
             cells = ["anchored", *["–"] * others]
@@ -60,27 +52,17 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
             cells = ["–" if math.isnan(known[i]) else about_percent(float(known[i]))]
             cells += [_chance(one.isel(slip=k), SLIP, SLIP_RATE, yearly, most) for k in range(len(slips))]
             edge = edges[i]
-            cells += [
-                "–" if edge is None else edge.label.removeprefix("edge "),
-                _chance(one, OFF, OFF_RATE, yearly, most),
-            ]
+            cells.append("–" if edge is None else edge.label.removeprefix("edge "))
+            cells.append(_chance(one, OFF, OFF_RATE, yearly, most))
             if trips:
                 cells += [_distance(float(one[TRIP_DISTANCE])), _chance(one, TRIP, ITEM_TRIP_RATE, yearly, most)]
             alone = (OVERTURNING, OVERTURNING_RATE) if OVERTURNING in results else ("probability", "item_rate")
             cells += [_chance(one, *alone, yearly, most), _chance(one, GATED, GATED_RATE, yearly, most)]
         rows.append((*head, where or "–", *cells))
-    headings = (
-        "piece",
-        "floor",
-        "contact with what it stands on",
-        "slides, never rocks",
-        *(f"slips over {100.0 * one:g} cm" for one in slips),
-        "edge",
-        "slides off it",
-        *(("obstacle at", "trips over it") if trips else ()),
-        "overturns, if it could not slide",
-        "overturns, where it rocks",
-    )
+    headings = ["piece", "floor", "contact with what it stands on", "slides, never rocks"]
+    headings += [*(f"slips over {100.0 * one:g} cm" for one in slips), "edge", "slides off it"]
+    headings += ["obstacle at", "trips over it"] if trips else []
+    headings += ["overturns, if it could not slide", "overturns, where it rocks"]
     when = f"in {YEARS:g} years"
     if not yearly:
         when = f"at {level_text(float(results.attrs['at_level']), results['level'])}"
@@ -126,7 +108,7 @@ def _how_often(results: xr.Dataset, one: xr.Dataset, name: str, what: str, chanc
         often, low, high = (float(one[f"{rate}{end}"]) for end in ENDS)
         if not often > 0.0:
             return f"No {name} {what} in any of the runs: each does so {at_most_once(results)}"
-        ends = f" ({_years(high, low)})" if math.isfinite(low) and math.isfinite(high) else ""
+        ends = f" ({years_of(high, low)})" if math.isfinite(low) and math.isfinite(high) else ""
         return f"Each {name} {what} about once in {about_years(often)} years{ends}"
     here = one.sel(level=float(one.attrs["at_level"]))
     value, low, high = (100.0 * float(here[f"{chance}{end}"]) for end in ENDS)
@@ -145,8 +127,10 @@ def _over(edge: Edge) -> str:
     return "slides off the edge of its support"
 
 
-def _years(often: float, seldom: float) -> str:
+def years_of(often: float, seldom: float) -> str:
     """Return the ends of a rate's interval as years between two events."""
+    if not math.isfinite(often) or not math.isfinite(seldom):
+        return "no interval"
     return f"above {about_years(often)}" if seldom == 0.0 else f"{about_years(often)} to {about_years(seldom)}"
 
 

@@ -15,34 +15,27 @@ from ..buildings.recommendations import HELPS, NOT_KNOWN, NOTHING, UNKNOWN, YEAR
 from ..buildings.variables import RUPTURE
 from ..money.present_value import payback
 from ..text.rows import Rows
-from ..text.words import floor_name, level_text
+from ..text.words import floor_cell, floor_name, level_text
 from .breaks import ENDS, breaks_by_level
 from .pieces import at_rate, chance_cell, in_years, payback_text
 from .unseen import at_most, most_probability
-from .values import Cell, ValueTable, known, with_ends, with_units
+from .values import Cell, ValueTable, known, of_kind, with_ends, with_units
 
 MOST_ROWS = 60
 """Most rows of a table in a terminal or a report."""
 AS_IT_IS = "as it is"
+SETS = ("budget", "target")
 COLUMNS = {
-    "item": "",
-    "floor": "",
-    "pieces": "",
-    "kit": "",
-    "damping_law": "",
+    **of_kind("", "item", "floor", "pieces", "kit", "damping_law"),
     **with_ends("rate", "falls", "front_falls", "falls_saved", "front_falls_saved"),
     **with_ends("share", "share_saved"),
     "effect": "",
     **with_ends("rate", "breaks"),
     "saving_of_all": "saving",
-    "cost": "money",
-    "cost_of_all": "money",
+    **of_kind("money", "cost", "cost_of_all"),
     "payback": "years",
-    "for_budget": "",
-    "for_target": "",
-    "required_force": "N",
-    "half_weight": "N",
-    "strength": "N",
+    **of_kind("", "for_budget", "for_target"),
+    **of_kind("N", "required_force", "half_weight", "strength"),
     "static_capacity": "m s-2",
 }
 """Columns of the table in a file, and the kind of their units."""
@@ -141,19 +134,10 @@ def kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Ro
     money = currency_of(results)
     valued = any(one.saving != 0.0 and math.isfinite(one.saving) for one in lines)
     priced = any(math.isfinite(one.cost) and one.kit for one in lines)
-    sets = [name for name in ("budget", "target") if f"{name}_kit" in results]
+    sets = [name for name in SETS if f"{name}_kit" in results]
     when = f"in {YEARS:g} years" if yearly else "at the level"
-    headings = [
-        "piece",
-        "floor",
-        "number",
-        "kit",
-        f"chance of falling {when}, each",
-        "into the room",
-        "falls saved",
-        "effect",
-    ]
-    headings += [f"kit breaks {when}"]
+    headings = ["piece", "floor", "number", "kit", f"chance of falling {when}, each", "into the room"]
+    headings += ["falls saved", "effect", f"kit breaks {when}"]
     headings += [f"all save {'a year' if yearly else 'then'}"] if valued else []
     headings += ["all cost"] if priced else []
     headings += [f"pays back, years{at_rate([one.piece for one in lines])}"] if valued and priced and yearly else []
@@ -162,8 +146,7 @@ def kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Ro
     most = at_most(results)
     for one in lines[:number]:
         first = not one.kit
-        floor = floor_name(one.piece.floor).removeprefix("floor ")
-        cells = [one.piece.item, floor, f"{one.piece.number:,}"] if first else ["", "", ""]
+        cells = [one.piece.item, floor_cell(one.piece.floor), f"{one.piece.number:,}"] if first else ["", "", ""]
         cells.append(one.kit or (f"{AS_IT_IS} ({one.piece.kit})" if one.piece.kit else AS_IT_IS))
         cells += [_chance(each, yearly, most) for each in (one.falls, one.front)]
         cells.append("" if first else _share(one.share))
@@ -174,7 +157,7 @@ def kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Ro
         cells += ["" if first else given_number(cost) if math.isfinite(cost) else "–"] if priced else []
         pays = payback_text(one.payback)
         cells += ["" if first else pays] if valued and priced and yearly else []
-        cells += ["yes" if one.chosen[("budget", "target").index(name)] else "" for name in sets]
+        cells += ["yes" if one.chosen[SETS.index(name)] else "" for name in sets]
         rows.append(tuple(cells))
     said = [f"{confidence_text(results)} intervals"]
     said += [f"values in {money}"] if money and (valued or priced) else []
@@ -200,7 +183,7 @@ def short_kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS)
         name = one.kit or (f"{AS_IT_IS} ({piece.kit})" if piece.kit else AS_IT_IS)
         cost = piece.number * one.cost
         name += f", {given_number(cost)} {money}".rstrip() if one.kit and math.isfinite(cost) else ""
-        sets = [of for of, chosen in zip(("budget", "target"), one.chosen, strict=True) if chosen]
+        sets = [of for of, chosen in zip(SETS, one.chosen, strict=True) if chosen]
         said = f"\n  for {', '.join(sets)}" if sets and one.kit else ""
         said += f"\n  {one.effect}" if one.kit and one.effect not in (HELPS, NOT_KNOWN) else ""
         cells = [_chance(each, yearly, most) for each in (one.falls, one.front)]
@@ -213,7 +196,7 @@ def short_kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS)
     when = f" in {YEARS:g} years" if yearly else ""
     notes = [f"chances of one piece{when} with {confidence_text(results)} intervals, costs of all pieces of a line"]
     notes += [f"the first {number} of {len(lines):,} rows"] if len(lines) > number else []
-    notes += _sets(results.isel(model=model), [n for n in ("budget", "target") if f"{n}_kit" in results], money)
+    notes += _sets(results.isel(model=model), [name for name in SETS if f"{name}_kit" in results], money)
     return Rows(f"Kits ({'; '.join(notes)})", ("", "falls", "into room", "saved", "breaks"), rows)
 
 
@@ -221,30 +204,20 @@ def static_rows(results: xr.Dataset) -> Rows | None:
     """Return the static checks of the kits by hand; None without kits."""
     if "kit_falls" not in results:
         return None
-    headings = (
-        "piece",
-        "floor",
-        "peak of its floor, g",
-        "kit",
-        "strength, N",
-        "static force, N",
-        "half of the weight, N",
-        "tips statically at, g",
-        "breaks in the runs",
-    )
+    headings = ["piece", "floor", "peak of its floor, g", "kit", "strength, N", "static force, N"]
+    headings += ["half of the weight, N", "tips statically at, g", "breaks in the runs"]
     rows = []
     lines = [one for one in kit_lines(results) if one.kit]
     most = f"at most {about_percent(most_probability(results))}"
     for one in lines[:MOST_ROWS]:
         peak = float(results["kit_peak_acceleration"].sel(item=one.piece.item)) / STANDARD_GRAVITY
-        floor = floor_name(one.piece.floor).removeprefix("floor ")
         force = _digits(one.force) if one.force != 0.0 else "no uplift"
-        cells = [one.piece.item, floor, _digits(peak), one.kit, _digits(one.strength), force, _digits(one.half)]
+        cells = [one.piece.item, floor_cell(one.piece.floor), _digits(peak), one.kit, _digits(one.strength), force]
         breaks = "–" if math.isnan(one.at_design.value) else _chance(one.at_design, False, most)
-        rows.append((*cells, _digits(one.capacity / STANDARD_GRAVITY), breaks))
-    at = (
-        "10 % in 50 years" if "item_rate" in results else level_text(float(results.attrs["at_level"]), results["level"])
-    )
+        rows.append((*cells, _digits(one.half), _digits(one.capacity / STANDARD_GRAVITY), breaks))
+    at = "10 % in 50 years"
+    if "item_rate" not in results:
+        at = level_text(float(results.attrs["at_level"]), results["level"])
     first = "" if len(lines) <= MOST_ROWS else f"the first {MOST_ROWS} of {len(lines):,}; "
     title = (
         f"Static checks by hand, of one piece ({first}at {at}; they take a kit as rigid and leave out slack, stiffness "
@@ -297,7 +270,7 @@ def kit_table(results: xr.Dataset, model: int = 0) -> ValueTable | None:
         "N": "N",
         "m s-2": "m s-2",
     }
-    left = [f"for_{name}" for name in ("budget", "target") if f"{name}_kit" not in results]
+    left = [f"for_{name}" for name in SETS if f"{name}_kit" not in results]
     left += [] if yearly else ["payback"]
     kept = [name for name in COLUMNS if name not in left]
     law = str(results["model"].values[model])
@@ -349,7 +322,7 @@ def _range(one: xr.Dataset, name: str) -> Range:
 
 def _chosen(one: xr.Dataset, kit: str) -> tuple[bool | None, bool | None]:
     """Return whether a kit ('' for none) is the one of a piece in the sets for the budget and for the target."""
-    found = [str(one[f"{name}_kit"].item()) == kit if f"{name}_kit" in one else None for name in ("budget", "target")]
+    found = [str(one[f"{name}_kit"].item()) == kit if f"{name}_kit" in one else None for name in SETS]
     if "target_met" in one and not bool(one["target_met"]):
         found[1] = False
     return found[0], found[1]

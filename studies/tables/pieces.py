@@ -26,17 +26,11 @@ from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERT
 from ..buildings.variables import RUPTURE
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
 from ..text.rows import Rows
-from ..text.spread import (
-    MODEL_RANGE,
-    NOT_GIVEN,
-    OUTER,
-    model_range,
-    of_what,
-)
-from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_name, level_text, roof_of
+from ..text.spread import MODEL_RANGE, NOT_GIVEN, OUTER, model_range, of_what
+from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, roof_of
 from .assessment import drawn_heading, span
 from .unseen import at_most, most_rate
-from .values import ValueTable, known, with_ends, with_units
+from .values import ValueTable, known, of_kind, with_ends, with_units
 
 OVER_BRANCHES = (
     "chances: means and 90 % ranges over all stated uncertainties; all else: one law, one set of motions and one "
@@ -48,48 +42,29 @@ CODE = "Code requirements"
 MOST_ROWS = 60
 """Most pieces that a table in a terminal or a report shows."""
 COLUMNS = {
-    "item": "",
-    "room": "",
-    "floor": "",
-    "pieces": "",
-    "anchored_with": "",
-    "damping_law": "",
+    **of_kind("", "item", "room", "floor", "pieces", "anchored_with", "damping_law"),
     **with_ends("1", "chance_in_a_year", "chance_in_50_years"),
-    "chance_in_50_years_modelling_lower": "1",
-    "chance_in_50_years_modelling_upper": "1",
-    "chance_in_50_years_over_branches": "1",
-    "chance_in_50_years_over_branches_5_percent": "1",
-    "chance_in_50_years_over_branches_95_percent": "1",
+    **of_kind("1", *(f"chance_in_50_years{end}" for end in (LOWER, UPPER))),
+    **of_kind("1", *(f"chance_in_50_years_over_branches{end}" for end in ("", "_5_percent", "_95_percent"))),
     "level": "level",
     **with_ends("1", "probability_at_level"),
-    "probability_at_level_modelling_lower": "1",
-    "probability_at_level_modelling_upper": "1",
+    **of_kind("1", *(f"probability_at_level{end}" for end in (LOWER, UPPER))),
     "contact": "",
-    "friction": "1",
-    "slides_instead": "1",
+    **of_kind("1", "friction", "slides_instead"),
     **with_ends("1", "sliding_off_in_50_years", "sliding_off_at_level"),
     "trip_distance": "metre",
     **with_ends("1", "tripping_in_50_years", "tripping_at_level"),
     **with_ends("1", "overturning_alone_in_50_years", "overturning_alone_at_level"),
     **with_ends("1", "overturning_where_it_rocks_in_50_years", "overturning_where_it_rocks_at_level"),
-    "level_at_10_percent": "level",
-    "level_at_50_percent": "level",
+    **of_kind("level", "level_at_10_percent", "level_at_50_percent"),
     "consequences": "",
-    "value": "money",
-    "anchoring_cost": "money",
-    "anchoring_cost_of_all": "money",
+    **of_kind("money", "value", "anchoring_cost", "anchoring_cost_of_all"),
     **with_ends("money a year", "saving_a_year"),
     "payback": "year",
     **with_ends("days a year", "downtime_of_one_a_year"),
     **with_ends("persons a year", "injured_a_year"),
-    "recommendation": "",
-    "kit": "",
-    "within_budget": "",
-    "code": "",
-    "code_clause": "",
-    "code_factors": "",
-    "code_force": "newton",
-    "code_anchor_force": "newton",
+    **of_kind("", "recommendation", "kit", "within_budget", "code", "code_clause", "code_factors"),
+    **of_kind("newton", "code_force", "code_anchor_force"),
     "code_demand_over_strength": "1",
 }
 """Columns of the table in a file, and the kind of their units."""
@@ -203,9 +178,9 @@ def code_rows(results: xr.Dataset) -> Rows | None:
         numbers = (found.coefficient, found.force, found.demand)
         texts = [three_digits(value) if math.isfinite(value) else "–" for value in numbers]
         ratio = two_digits(found.ratio) if math.isfinite(found.ratio) else "–"
-        floor = floor_name(one.floor).removeprefix("floor ")
         missing = found.factors if math.isnan(found.coefficient) else ""
-        rows.append((one.item, floor, found.status, "; ".join(filter(None, (found.clause, missing))), *texts, ratio))
+        clause = "; ".join(filter(None, (found.clause, missing)))
+        rows.append((one.item, floor_cell(one.floor), found.status, clause, *texts, ratio))
     about = "; ".join([str(results.attrs["code"]), str(results.attrs["code_site"]), *_first(len(pieces))])
     title = (
         f"{CODE} ({about}; forces on one piece; the horizontal force on its anchors follows from moments about the "
@@ -329,9 +304,6 @@ def payback_text(years: float, best: float = math.nan) -> str:
 
     `best`: the payback of the upper end of the saving's interval, where that decides; it stands beside a payback that
     the saving itself never reaches.
-
-    >>> payback_text(12.3), payback_text(math.inf), payback_text(math.inf, 61.0), payback_text(math.nan)
-    ('12', 'never', 'never; 61 at best', '–')
     """
     if math.isinf(years) and math.isfinite(best):
         return f"never; {two_digits(best)} at best"

@@ -184,10 +184,9 @@ def sensitivity_sentences(results: xr.Dataset) -> Iterator[str]:
         over += "" if marks[i].tolist().count("") == marks.shape[1] else " and are possible for it"
         over += "" if own_e is None else f" (its own e_R is {own_e[i]:.3f})"
         yield (
-            f"“{block_title(block)}”: {over}, under {law}, half of the motions overturn it at "
-            f"{with_article(measure)} of "
-            f"{two_digits(first / scale)}{unit} with {symbol} = {low:g} and of {two_digits(last / scale)}{unit} with "
-            f"{symbol} = {high:g}: {apart}."
+            f"“{block_title(block)}”: {over}, under {law}, half of the motions overturn it at {with_article(measure)} "
+            f"of {two_digits(first / scale)}{unit} with {symbol} = {low:g} and of {two_digits(last / scale)}{unit} "
+            f"with {symbol} = {high:g}: {apart}."
         )
     squat = [f"“{block_title(name)}”" for name, own in zip(names, marks, strict=True) if (own == SQUAT).all()]
     if squat:

@@ -7,19 +7,11 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...core.wording import (
-    about_percent,
-    chances_between,
-    confidence_text,
-    in_years,
-    three_digits,
-    years_between,
-)
-from ...fragility.fitting.states import OVERTURNED, state_name
+from ...core.wording import about_percent, chances_between, confidence_text, in_years, three_digits, years_between
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS
 from ..text.block_order import RATE, chosen_of, shown
-from ..text.curve_notes import verb_of
+from ..text.curve_notes import verb_in
 from ..text.one_side import FORCED
 from ..text.precision import FITTED_RATE
 from ..text.reached import BELOW, NO_LEVEL, dispersion_texts, level_texts
@@ -34,7 +26,7 @@ from ..text.spread import (
     range_text,
     years_range,
 )
-from ..text.words import NOT_REACHED, axis_of, by_place, display_unit, floor_name, level_name, reference_law
+from ..text.words import NOT_REACHED, axis_of, by_place, display_unit, floor_cell, level_name, reference_law
 from .pieces import chance_cell, code_text, in_years as chances_in, model_ranges, over_branches
 from .sensitivity import median_rows
 from .unseen import at_most
@@ -80,7 +72,7 @@ def _blocks(results: xr.Dataset) -> Rows:
             cells.append(range_text(one).removesuffix(" years") if np.isfinite(one["epistemic_rate"]) else "–")
         rows.append((label, *cells))
     law = f"{here['model'].values[at]}{', the reference law' if known else ''}"
-    verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
+    verb = verb_in(here)
     heading = f"half fall at {level_name(here)}{f', {unit}' if unit else ''}"
     headings = ["", heading, "β", *(["other laws"] if here.sizes["model"] > 1 else [])]
     headings += ["once in, years"] if yearly else []
@@ -104,8 +96,7 @@ def _pieces(results: xr.Dataset) -> Rows:
     for one in every[:MOST]:
         chance = chances_in(one.chance, YEARS) if yearly else one.chance
         falls = "–" if one.held else chance_cell(chance, most)
-        floor = floor_name(one.floor).removeprefix("floor ")
-        cells = [one.item, floor, f"{one.number:,}", falls]
+        cells = [one.item, floor_cell(one.floor), f"{one.number:,}", falls]
         cells += ["–" if one.held else ranges.get(one.item, NOT_GIVEN)] if ranges else []
         if spread:
             _, low, high = chances_in(spread[one.item], YEARS)
@@ -122,15 +113,8 @@ def _pieces(results: xr.Dataset) -> Rows:
         first += f", of the others {len(above):,} more often than some of these (up to {most_often})"
     falling = f"falls in {YEARS:g} years" if yearly else "falls"
     ranged = [MODEL_RANGE] if ranges else []
-    headings = (
-        "piece",
-        "floor",
-        "number",
-        falling,
-        *ranged,
-        *(["over branches (90 %)"] if spread else []),
-        "recommendation",
-    )
+    over = ["over branches (90 %)"] if spread else []
+    headings = ("piece", "floor", "number", falling, *ranged, *over, "recommendation")
     sure = f"{confidence_text(results)} intervals of the motions{f'; {of_what(results)}' if ranges else ''}"
     return Rows(f"Each piece under {results['model'].values[at]} ({sure}; {code_text(results)}{first})", headings, rows)
 

@@ -47,11 +47,7 @@ def slide_rows(results: xr.Dataset) -> Rows | None:
     if INSTEAD not in results or SLIP not in results:
         return None
     at, _ = reference_law(results)
-    slips = results["slip"].values.tolist()
-    # (slips of the study's own have a meaning of their own)
-    words = ", ".join(f"over {100.0 * one:g} cm it {does}" for one, does in DAMAGE.items())
     here = results.isel(model=at)
-    when = _when(results)
     of_runs = "probability", GATED, SLIP, TRIP
     names = ("rate", GATED_RATE, SLIP_RATE, TRIP_RATE) if SLIP_RATE in results else of_runs
     (falls,), (gated,), beyond, tripped = (
@@ -63,33 +59,37 @@ def slide_rows(results: xr.Dataset) -> Rows | None:
         i = where["block"]
         own = [
             _text([float(one.isel(there)) for one in beyond], _ever(results[SLIP].isel(there)))
-            for there in ({**where, "slip": j} for j in range(len(slips)))
+            for there in ({**where, "slip": j} for j in range(results.sizes["slip"]))
         ]
         chances = results[INSTEAD][i], falls.isel(where), gated.isel(where)
         if tripped:
             own.append("–" if np.isnan(distances[i]) else f"{1000.0 * distances[i]:.4g}\u00a0mm")
             own.append(_text([float(one.isel(where)) for one in tripped], _ever(results[TRIP].isel(where))))
         rows.append((name, *(_text([float(one)]) for one in chances), *own))
-    headings = (
-        "",
-        "slides, never rocks",
-        "falls, if it could not slide",
-        "falls, where it rocks",
-        *(f"slips over {100.0 * one:g} cm" for one in slips),
-        *(("obstacle at", "trips over it") if tripped else ()),
-    )
+    return _sliding(results, f" {_when(results)}", "the motions", rows, falls=True, trips=bool(tripped))
+
+
+def _sliding(
+    results: xr.Dataset, of: str, over: str, rows: list[tuple[str, ...]], *, falls: bool, trips: bool = False
+) -> Rows:
+    """Return a table of sliding with its title and headings."""
+    slips = results["slip"].values.tolist()
+    headings = ["", "slides, never rocks"]
+    headings += ["falls, if it could not slide", "falls, where it rocks"] if falls else []
+    headings += [f"slips over {100.0 * one:g} cm" for one in slips]
+    headings += ["obstacle at", "trips over it"] if trips else []
+    # (slips of the study's own have a meaning of their own)
+    words = ", ".join(f"over {100.0 * one:g} cm it {does}" for one, does in DAMAGE.items())
     title = (
-        f"Sliding {when} ({confidence_text(results)} intervals over the motions): a block whose friction is below b/h "
-        f"slides and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
-        f"{f'; trips over obstacles: {NO_SIMULATION}' if tripped else ''}"
-        f"{_cut(results.sizes['block'])}"
+        f"Sliding{of} ({confidence_text(results)} intervals over {over}): a block whose friction is below b/h slides "
+        f"and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
+        f"{f'; trips over obstacles: {NO_SIMULATION}' if trips else ''}{_cut(results.sizes['block'])}"
     )
     return Rows(title, headings, rows)
 
 
 def _adaptive_rows(results: xr.Dataset) -> Rows:
     """Return the table of sliding of a study at adaptive levels: chances in some years, else the shaking of slips."""
-    slips = results["slip"].values.tolist()
     at, _ = reference_law(results)
     here = results.isel(model=at)
     rated = SLIP_RATE in results
@@ -100,13 +100,10 @@ def _adaptive_rows(results: xr.Dataset) -> Rows:
         if rated:
             (falls,), (rests,) = (_chances(here, name, ENDS[:1]) for name in ("rate", GATED_RATE))
             cells += [_text([float(one[i])]) for one in (falls, rests)]
-        for k in range(len(slips)):
-            if rated:
-                own = [float(one[i, k]) for one in _chances(here, SLIP_RATE, ENDS)]
-                cells.append(_text(own if own[0] > 0.0 else own[:1]))
-                continue
-            if SLIP in here:
-                own = [float(here[f"{SLIP}{end}"][i, k]) for end in ENDS]
+        for k in range(results.sizes["slip"]):
+            if rated or SLIP in here:
+                every = _chances(here, SLIP_RATE, ENDS) if rated else [here[f"{SLIP}{end}"] for end in ENDS]
+                own = [float(one[i, k]) for one in every]
                 cells.append(_text(own if own[0] > 0.0 else own[:1]))
                 continue
             median, low, high = (float(here[f"{SLIP_HALF}{end}"][i, k]) / scale for end in ENDS)
@@ -119,19 +116,7 @@ def _adaptive_rows(results: xr.Dataset) -> Rows:
     elif SLIP in here:
         asked = json.loads(str(results.attrs["until"]))[PROBABILITY]
         of = f" at {level_text(float(asked['level']), axis_of(results))}"
-    headings = (
-        "",
-        "slides, never rocks",
-        *(("falls, if it could not slide", "falls, where it rocks") if rated else ()),
-        *(f"slips over {100.0 * one:g} cm" for one in slips),
-    )
-    words = ", ".join(f"over {100.0 * one:g} cm it {does}" for one, does in DAMAGE.items())
-    title = (
-        f"Sliding{of} ({confidence_text(results)} intervals over the motions and the friction): a block whose friction "
-        f"is below b/h slides and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
-        f"{_cut(results.sizes['block'])}"
-    )
-    return Rows(title, headings, rows)
+    return _sliding(results, of, "the motions and the friction", rows, falls=rated)
 
 
 def _cut(of: int, what: str = "blocks") -> str:
@@ -152,11 +137,9 @@ def trip_sentences(results: xr.Dataset) -> list[str]:
         if not np.isnan(values[0]):
             name = f"“{block}”" if floor is None else f"“{block}” ({floor_name(floor)})"
             distance = 1000.0 * float(results[TRIP_DISTANCE][i])
-            found.append(
-                f"{name} slides into an obstacle {distance:.4g} mm away fast enough to "
-                f"trip over it with a chance of {_text(values, _ever(results[TRIP].isel(where)))} "
-                f"{_when(results)} ({NO_SIMULATION})."
-            )
+            chance = f"{_text(values, _ever(results[TRIP].isel(where)))} {_when(results)} ({NO_SIMULATION})"
+            far = f"{distance:.4g} mm away fast enough to trip over it"
+            found.append(f"{name} slides into an obstacle {far} with a chance of {chance}.")
     return found[:MOST_SAID]
 
 
@@ -184,10 +167,8 @@ def edge_rows(results: xr.Dataset) -> Rows | None:
     when, cases = _edges(results)
     rows = [(name, *chances) for name, chances in cases[:MOST]]
     headings = ("", "slides off", "overturns, if it could not slide", "overturns or slides off")
-    title = (
-        f"Falls over edges {when} ({confidence_text(results)} intervals over the motions){_cut(len(cases), 'cases')}"
-    )
-    return Rows(title, headings, rows)
+    sure = f"{confidence_text(results)} intervals over the motions"
+    return Rows(f"Falls over edges {when} ({sure}){_cut(len(cases), 'cases')}", headings, rows)
 
 
 def edge_sentences(results: xr.Dataset) -> list[str]:
@@ -212,13 +193,11 @@ def _edges(results: xr.Dataset) -> tuple[str, list[tuple[str, Chances]]]:
     """Return when, in words, and the chances of each block (on each floor) near an edge, under the reference law."""
     at, _ = reference_law(results)
     here = levels = results.isel(model=at)
-    names: tuple[str, ...] = (f"{FALL_OFF}_risk_probability", "risk_probability", f"{FALLS}_risk_probability")
-    when = ""
+    names = (f"{FALL_OFF}_risk_probability", "risk_probability", f"{FALLS}_risk_probability")
     if names[0] in results:
         when = f"in {years_text(float(results.attrs['years']))}"
     else:
-        middle = middle_level(results["probability"])
-        names = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")
+        middle, names = middle_level(results["probability"]), SEEN
         when, here = f"at {level_text(float(results['level'][middle]), results['level'])}", here.isel(level=middle)
     found = []
     for name, where in by_place(results, here[names[0]].dims):

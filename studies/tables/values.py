@@ -24,6 +24,11 @@ def known(value: str | float | int) -> Cell:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def of_kind(units: str, *names: str) -> dict[str, str]:
+    """Return names of columns with the kind of their units."""
+    return dict.fromkeys(names, units)
+
+
 def with_ends(units: str, *names: str) -> dict[str, str]:
     """Return names of columns, each followed by those of the ends of its interval, with the kind of their units."""
     return {f"{name}{end}": units for name in names for end in ("", "_lower", "_upper")}

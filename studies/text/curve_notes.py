@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...core.aliases import Flags
 from ...core.wording import given_percent, listed_name, whole_percent
-from ...fragility.fitting.states import SEPARATED, state_name
+from ...fragility.fitting.states import OVERTURNED, SEPARATED, state_name
 from ...fragility.runs.provenance import number_of_motions
 from .words import axis_of, floor_name, level_text
 
@@ -56,20 +56,14 @@ FEW_HELD = {
 FAR_APART, MANY_MOTIONS = 1.5, 100
 """Dispersions between levels, and motions, from which on intervals between levels hold less than they say."""
 MOST_NAMED = 3  # curves that a note names
-REACHED = {
-    state_name("overturned"): "overturned",
-    state_name("uplifted"): "uplifted",
-    state_name("front"): "fell forward",
-    state_name("back"): "fell backward",
-    state_name("fallen_off"): "fell over an edge",
+STATES = {
+    state_name(OVERTURNED): ("overturns", "overturned"),
+    state_name("uplifted"): ("uplifts", "uplifted"),
+    state_name("front"): ("falls forward", "fell forward"),
+    state_name("back"): ("falls backward", "fell backward"),
+    state_name("fallen_off"): ("falls over an edge", "fell over an edge"),
 }
-VERBS = {
-    state_name("overturned"): "overturns",
-    state_name("uplifted"): "uplifts",
-    state_name("front"): "falls forward",
-    state_name("back"): "falls backward",
-    state_name("fallen_off"): "falls over an edge",
-}
+"""The verb for a block that reaches a state, and for runs that reached it."""
 
 
 def few_motions(results: xr.Dataset) -> bool:
@@ -89,14 +83,24 @@ def held_apart(results: xr.Dataset) -> str:
     return f" (85 to 98 % of those between levels over {FAR_APART} β apart hold the true level)"
 
 
+def state_in(results: xr.Dataset) -> str:
+    """The name of the state that the curves of results are of."""
+    return str(results.attrs.get("state", state_name(OVERTURNED)))
+
+
+def verb_in(results: xr.Dataset) -> str:
+    """The verb for a block that reaches the state that the curves of results are of."""
+    return verb_of(state_in(results))
+
+
 def verb_of(state: str) -> str:
     """The verb for a block that reaches a state, by the state's name: overturns, uplifts."""
-    return VERBS.get(state, f"reaches {state}")
+    return STATES[state][0] if state in STATES else f"reaches {state}"
 
 
 def reached_of(state: str) -> str:
     """The past verb for a run that reached a state, by the state's name: overturned, uplifted."""
-    return REACHED.get(state, f"reached {state}")
+    return STATES[state][1] if state in STATES else f"reached {state}"
 
 
 def action_of(verb: str, name: str) -> str:
@@ -188,11 +192,7 @@ def spacing_notes(curves: xr.Dataset) -> list[str]:
 
 
 def modelling_note(dispersion: float, where: str) -> str:
-    """Return what the rates hold of modelling uncertainty, in a sentence.
-
-    >>> modelling_note(0.3, "mean")
-    'rates hold a modelling uncertainty of β_m = 0.3, in the mean'
-    """
+    """Return what the rates hold of modelling uncertainty, in a sentence."""
     if dispersion == 0.0:
         return (
             "rates hold no modelling uncertainty (modelling_dispersion = 0; FEMA P-58 combines two parts of 0.1 to "
@@ -236,9 +236,6 @@ def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[
     """Return what is to be known of branches whose rates come from shaking beyond hazard curves or levels.
 
     `beyond` is the share of each branch's rate (its largest over blocks) from such shaking.
-
-    >>> branches_beyond_note([0.0, 0.34], ["a / b", "a / c"])[0][:76]
-    'in 1 of 2 branches part of a rate comes from shaking beyond the hazard curve'
     """
     many = [share for share in beyond if share > NOTABLE]
     if not many:
@@ -340,13 +337,7 @@ def rate_notes(
 
 
 def coverage_notes(form: str, design: str, motions: int) -> list[str]:
-    """A note on intervals that are known to hold the true value less often than they should, or none.
-
-    >>> coverage_notes("lognormal", "ida", 10)
-    ['95 % intervals of annual rates held the true rate in 87 to 99 % of simulated studies with few motions (10 here)']
-    >>> coverage_notes("lognormal", "ida", 20)
-    []
-    """
+    """A note on intervals that are known to hold the true value less often than they should, or none."""
     few = "few motions" if motions < ENOUGH_MOTIONS else ""
     kind = next((kind for kind in (form, design, few) if kind in HELD), None)
     if kind is None:
@@ -361,11 +352,7 @@ def _unknown_at(side: str, end: LevelEnd) -> str:
 
 
 def beyond_hazard(side: str, end: str, of_formula: bool = False) -> str:
-    """Return the words on shaking below or above the levels of a hazard curve, with the advice; end: its end as text.
-
-    >>> beyond_hazard("below", "0.02 g")
-    "below the hazard curve's first level (0.02 g), where only its first slope is known: give the curve at lower levels"
-    """
+    """Return the words on shaking beyond an end of a hazard curve, with the advice; `end`: that level as text."""
     if of_formula:
         return f"{side} {end}, where the formula of the hazard is extrapolated: give points of a hazard curve"
     which, other = {"below": ("first", "lower"), "above": ("last", "higher")}[side]
@@ -379,10 +366,6 @@ def family_notes(curves: xr.Dataset, along: str) -> list[str]:
     """A note for blocks that differ in more than the size that is solved for: one sentence, or none.
 
     The blocks of a family with one free size share another size: all slendernesses of one R, all widths of one height.
-
-    >>> blocks = {"width": ("block", [0.3, 0.4]), "height": ("block", [1.6, 1.9]), "R": ("block", [0.81, 0.97])}
-    >>> print(family_notes(xr.Dataset(coords=blocks), "width")[0][:75])
-    the size that is looked for is of blocks that differ in width, R and height
     """
     others = [name for name in ("alpha", "R", "width", "height") if name != along and name in curves.coords]
     values = [np.asarray(curves[name].values, dtype=float) for name in others]

@@ -1,5 +1,13 @@
 """The one error of studies, apart from what reads them: it needs no library."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ...core.wording import system_reason
+
 MOST_CHARACTERS = 399
 """Most characters of a message, which must fit a few lines of a terminal."""
 
@@ -15,3 +23,12 @@ class StudyError(ValueError):
         if len(line) > MOST_CHARACTERS:  # (the end names the given value and what may be meant)
             line = f"{line[: MOST_CHARACTERS - 123]} … {line[-120:]}"
         super().__init__(line)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Raise StudyError where a file or a folder cannot be written in the block."""
+    try:
+        yield
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None

@@ -190,11 +190,7 @@ TERMS = (
 
 
 def used(texts: Iterable[str], known: Iterable[Term] = ()) -> list[Term]:
-    """Return the terms that some texts use, but for those that are `known` already.
-
-    >>> [term.name for term in used(["The median PGA is 0.4 g."])]
-    ['PGA, PGV', 'g', 'fitted curve, median']
-    """
+    """Return the terms that some texts use, but for those that are `known` already."""
     text = "\n".join(texts)
     before = set(known)
     return [term for term in TERMS if term not in before and re.search(term.pattern, text)]

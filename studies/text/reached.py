@@ -21,13 +21,6 @@ def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float
     """Return what to change in a study file (plain values) so that the shaking reaches higher, or begins lower.
 
     `run` is the lowest and the highest level that was run (SI): selected stripes beyond them were left out.
-
-    >>> other_levels({"ida": {"levels": {"from": 0.1, "to": 1.0, "number": 5}}}, True)
-    'raise ida.levels.to'
-    >>> other_levels({"ida": {"levels": {"values": [0.1, 0.2]}}}, True)
-    'add higher levels to ida.levels.values'
-    >>> other_levels({"stripes": {}}, False)
-    'add a stripe below the lowest'
     """
     if "ida" in study:
         if isinstance(study["ida"]["levels"], str):  # (adaptive levels look as far as they must)
@@ -81,12 +74,7 @@ def dispersion_texts(one: xr.Dataset, name: str = "dispersion") -> tuple[str, st
 
 
 def level_texts(one: xr.Dataset, name: str, scale: float) -> tuple[str, str]:
-    """Return a level from the runs, divided by `scale`, and its interval; in words where it lies beyond the levels.
-
-    >>> one = xr.Dataset({"half_level": 2.0, "half_level_lower": 0.0, "half_level_upper": 3.0})
-    >>> level_texts(one, "half_level", 1.0)
-    ('2.00', 'below 3.00')
-    """
+    """Return a level from the runs, divided by `scale`, and its interval; in words where it lies beyond the levels."""
     value, low, high = (one[f"{name}{end}"].item() / scale for end in ENDS)
     text = BELOW if value == 0.0 else NOT_REACHED if value == np.inf else three_digits(value)
     return text, interval_text(low or -np.inf, high)

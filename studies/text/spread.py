@@ -21,24 +21,15 @@ from ...core.wording import (
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
 from .words import floor_name
 
-WORDS = {
-    "models": "the choice of law",
-    "motions": "the choice of motions",
-    "hazard": "the hazard curve",
-    "modelling": "the modelling uncertainty",
-    "number of motions": "the number of motions",
-    "together": "the interaction of these",
+SOURCES = {
+    "models": ("law", "the choice of law"),
+    "motions": ("motions", "the choice of motions"),
+    "hazard": ("hazard", "the hazard curve"),
+    "modelling": ("modelling", "the modelling uncertainty"),
+    "number of motions": ("few motions", "the number of motions"),
+    "together": ("together", "the interaction of these"),
 }
-"""Sources of the spread of a rate in words."""
-HEADINGS = {
-    "models": "law",
-    "motions": "motions",
-    "hazard": "hazard",
-    "modelling": "modelling",
-    "number of motions": "few motions",
-    "together": "together",
-}
-"""Sources in headings of tables."""
+"""Sources of the spread of a rate, in headings of tables and in words."""
 OUTER = (0.05, 0.95)
 """Fractiles between which the range is said."""
 MODEL_RANGE = "model range"
@@ -89,11 +80,7 @@ def has_model_range(here: xr.Dataset, name: str) -> bool:
 
 
 def of_what(results: xr.Dataset) -> str:
-    """Return what a model range is, for a caption; '' for results without.
-
-    >>> of_what(xr.Dataset(attrs={"modelling_range": 0.3}))
-    'model range: if all capacities are off by one factor, 0.68 to 1.5'
-    """
+    """Return what a model range is, for a caption; '' for results without."""
     if RANGE not in results.attrs:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))
@@ -147,7 +134,7 @@ def sources(here: xr.Dataset) -> list[tuple[str, float]]:
     """Return the sources of the spread of one block's rate in words with their shares, the largest first."""
     shares = here["epistemic_spread"].values
     names = [str(one) for one in here["epistemic_source"].values]
-    found = [(WORDS[name], float(share)) for name, share in zip(names, shares, strict=True) if share > 0.0]
+    found = [(SOURCES[name][1], float(share)) for name, share in zip(names, shares, strict=True) if share > 0.0]
     return sorted(found, key=lambda one: -one[1])
 
 

@@ -96,11 +96,7 @@ def axis_name(axis: xr.DataArray, default: str = "level") -> str:
 
 
 def quantity_name(axis: xr.DataArray, default: str = "level") -> str:
-    """The name of the quantity of an axis in a sentence, where a number follows it.
-
-    >>> quantity_name(xr.DataArray(0.0, attrs={"long_name": "spectral acceleration at 1 s, 5 % damping"}))
-    'spectral acceleration at 1 s (5 % damping)'
-    """
+    """The name of the quantity of an axis in a sentence, where a number follows it."""
     name, _, rest = str(axis.attrs.get("long_name", default)).partition(", ")
     return f"{name} ({rest})" if rest else name
 
@@ -114,13 +110,7 @@ def level_name(results: xr.Dataset) -> str:
 
 
 def measure_at(label: str, long_name: str, power: float = 1.0, floor: str = "") -> str:
-    """Return the written name of a measure with the place that its long name gives; `floor`: the only floor, if known.
-
-    >>> measure_at("ground_Sa(0.5)", "spectral acceleration at 0.5 s, 5 % damping, ground motion")
-    'Sa(0.5 s) of the ground'
-    >>> measure_at("pgv", "peak floor velocity", floor="3"), measure_at("scale", "scale factor")
-    ('PGV of floor 3', 'scale factor')
-    """
+    """Return the written name of a measure with the place that its long name gives; `floor`: the only one, if known."""
     name = measure_name(label.removeprefix("ground_"), power)
     place = place_in(long_name)
     if place == FLOOR and floor:
@@ -132,11 +122,6 @@ def measure_name(label: str, power: float = 1.0) -> str:
     """The written name of a measure; for a measure that grows with the square of the amplitude, its square root.
 
     `power` is the exponent of the motion's amplitude in the measure.
-
-    >>> measure_name("pgv"), measure_name("Sa(0.5)"), measure_name("Sa(1.0, 0.02)")
-    ('PGV', 'Sa(0.5 s)', 'Sa(1 s, 2 % damping)')
-    >>> measure_name("RotD50(Sa(0.5))"), measure_name("AvgSa(0.2:2.0:10)")
-    ('RotD50(Sa(0.5 s))', 'AvgSa(0.2–2 s, 10 periods)')
     """
     if power == 2.0:
         return f"√({measure_name(label)})"
@@ -145,8 +130,7 @@ def measure_name(label: str, power: float = 1.0) -> str:
         return known
     named = _PERIOD.sub(lambda found: f"{found[1]}({float(found[2]):g} s{_damping(found[3])})", label)
     return _PERIODS.sub(
-        lambda found: f"AvgSa({float(found[1]):g}–{float(found[2]):g} s, {found[3]} periods{_damping(found[4])})",
-        named,
+        lambda found: f"AvgSa({float(found[1]):g}–{float(found[2]):g} s, {found[3]} periods{_damping(found[4])})", named
     )
 
 
@@ -160,11 +144,7 @@ def input_name(name: str) -> str:
 
 
 def block_title(name: str) -> str:
-    """The name of a block for people: the title of an item of the catalogue in place of its key.
-
-    >>> block_title("bookcase-5-shelf, back to a wall"), block_title("my shelf")
-    ('Bookcase, 5 shelves, back to a wall', 'my shelf')
-    """
+    """The name of a block for people: the title of an item of the catalogue in place of its key."""
     key, comma, rest = name.partition(",")
     return f"{catalogue.item(key).title.removesuffix(', unanchored')}{comma}{rest}" if key in catalogue else name
 
@@ -175,20 +155,12 @@ def consequence_name(word: str) -> str:
 
 
 def that_has(word: str) -> str:
-    """The clause after a piece in a sentence on its consequence.
-
-    >>> that_has("blocks-exit"), that_has("medication")
-    ('that can block an exit', 'marked “medication”')
-    """
+    """The clause after a piece in a sentence on its consequence."""
     return CONSEQUENCES[word][1] if word in CONSEQUENCES else f"marked “{word}”"
 
 
 def floor_name(floor: int | str) -> str:
-    """The written name of a floor; one of several buildings is called after its building.
-
-    >>> floor_name(0), floor_name("3"), floor_name("tower 10"), floor_name("ground")
-    ('ground', 'floor 3', 'tower 10', 'ground')
-    """
+    """The written name of a floor; one of several buildings is called after its building."""
     text = str(floor)
     return "ground" if text in ("0", "ground") else text if " " in text else f"floor {text}"
 
@@ -216,11 +188,7 @@ def is_one_piece(results: xr.Dataset) -> bool:
 
 
 def floor_cell(floor: int | str, roof: str = "") -> str:
-    """The floor in a column of floors, with a word where it is the roof.
-
-    >>> floor_cell(0), floor_cell("3"), floor_cell("3", roof="3")
-    ('ground', '3', '3 (roof)')
-    """
+    """The floor in a column of floors, with a word where it is the roof."""
     text = floor_name(floor).removeprefix("floor ")
     return f"{text} (roof)" if roof and str(floor) == roof else text
 
