@@ -152,14 +152,10 @@ def from_array(
             f"{n:,} motions of {values.shape[1]} samples: motions are rows, samples columns: a table to be transposed?"
         )
         warn([Doubt("duration", what)])
-    rising = [
-        i
-        for i, row in enumerate(values)
-        if row[0] < row[1] < row[-1] and np.ptp(np.diff(row)) <= 0.05 * (row[1] - row[0])
-    ]
-    if rising and n > 1 and values.shape[1] > FEW:
-        what = f"row {rising[0]} rises by equal steps of {np.diff(values[rising[0]])[0]:g}: times of the others?"
-        warn([Doubt("duration", f"{what} Leave that row out")])
+    for i, row in enumerate(values if n > 1 and values.shape[1] > FEW else ()):
+        if row[0] < row[1] < row[-1] and np.ptp(rises := np.diff(row)) <= checks.UNIFORMITY * rises[0]:
+            what = f"row {i} rises by equal steps of {rises[0]:g}: times of the others? Leave that row out"
+            warn([Doubt("duration", what)])
     if step >= LONG_STEP:
         warn([Doubt("duration", f"a time step of {step:g} s: no motion has that: Hz, or ms in place of s?")])
     if labels is None:

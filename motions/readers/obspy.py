@@ -85,12 +85,13 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
             raise RecordError(f"{file}: channel {trace.id} is in pieces (a gap), merge or cut it with obspy first")
         # SAC: 6 displacement, 7 velocity, 8 acceleration
         sac = getattr(trace.stats, "sac", {})
-        if sac.get("idep") in {6, 7}:
-            raise RecordError(f"{file}: channel {trace.id} is velocity or displacement, not acceleration")
-        if not sac.get("leven", True):
-            raise RecordError(f"{file}: channel {trace.id} is not evenly sampled (leven): resample it first")
-        if _NO_MOTION.fullmatch(trace.stats.channel):
-            raise RecordError(f"{file}: channel {trace.id} is, by its code, of no motion: leave it out")
+        for wrong, what in (
+            (sac.get("idep") in {6, 7}, "velocity or displacement, not acceleration"),
+            (not sac.get("leven", True), "not evenly sampled (leven): resample it first"),
+            (_NO_MOTION.fullmatch(trace.stats.channel), "of no motion, by its code: leave it out"),
+        ):
+            if wrong:
+                raise RecordError(f"{file}: channel {trace.id} is {what}")
         if trace.data.dtype.kind not in "iuf" or not 2 <= trace.data.size <= MAX_SAMPLES:
             raise RecordError(f"{file}: channel {trace.id} has {trace.data.size} samples of {trace.data.dtype}")
         codes = trace.stats
