@@ -86,10 +86,14 @@ def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput)
 
 def warn_of_results(found: Iterable[str]) -> None:
     """Warn of results that are not valid where the package was called; studies say so among their checks."""
-    callers = _callers()
-    if not any(name.split(".")[1:2] == ["studies"] for name in callers):
-        for sentence in found:
-            warnings.warn(f"results are not valid: {sentence}", ImplausibleInput, stacklevel=len(callers) + 1)
+    level = len(_callers()) + 1
+    for sentence in () if by_study() else found:
+        warnings.warn(f"results are not valid: {sentence}", ImplausibleInput, stacklevel=level)
+
+
+def by_study() -> bool:
+    """Return whether a study called, which has doubts among its notes."""
+    return any(name.split(".")[1:2] == ["studies"] for name in _callers())
 
 
 def _callers() -> list[str]:

@@ -38,6 +38,8 @@ REVERSE_OF = "reverse_of"
 TRANSPOSED = 10
 """Motions over samples, above which an array is likely transposed."""
 LONG_STEP = 1.0
+FEW = 10
+"""Samples up to which rows that rise by equal steps need not be times."""
 """Time step, s, from which it is no step of a motion."""
 
 
@@ -138,6 +140,9 @@ def from_array(
             acceleration = acceleration.transpose(..., "time")
         if "time" in acceleration.indexes and acceleration.sizes["time"] > 1:
             checks.time_step("acceleration", acceleration["time"].values, step)
+    axis = getattr(getattr(acceleration, "index", None), "values", None)  # (of a series of pandas)
+    if np.ndim(acceleration) == 1 and isinstance(axis, np.ndarray) and axis.dtype.kind == "f" and axis.size > 1:
+        checks.time_step("acceleration", axis, step)
     values = np.atleast_2d(checks.acceleration("acceleration", acceleration, ndim=(1, 2)))
     if values.shape[1] < 2:
         raise ValueError(f"acceleration must have at least 2 samples, got {values.shape[1]}")
@@ -147,6 +152,10 @@ def from_array(
             f"{n:,} motions of {values.shape[1]} samples: motions are rows, samples columns: a table to be transposed?"
         )
         warn([Doubt("duration", what)])
+    for i, row in enumerate(values if n > 1 and values.shape[1] > FEW else ()):
+        if row[0] < row[1] < row[-1] and np.ptp(rises := np.diff(row)) <= checks.UNIFORMITY * rises[0]:
+            what = f"row {i} rises by equal steps of {rises[0]:g}: times of the others? Leave that row out"
+            warn([Doubt("duration", what)])
     if step >= LONG_STEP:
         warn([Doubt("duration", f"a time step of {step:g} s: no motion has that: Hz, or ms in place of s?")])
     if labels is None:

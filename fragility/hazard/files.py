@@ -101,12 +101,8 @@ def read_hazard(
 
 def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: float | None) -> HazardCurve:
     """Read any of the three kinds of CSV, told apart by the line that names the columns."""
-    comments: list[str] = []
     for line in lines:
-        text = line.strip()
-        if text.startswith("#"):
-            comments.append(text)
-        elif text:
+        if (text := line.strip()) and not text.startswith("#"):
             break
     else:
         raise HazardError(f"{lines.file}: holds no line that names its columns")
@@ -115,7 +111,8 @@ def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: f
     if len(names) > MOST_LEVELS:
         raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")
     lowered = [{"longitude": "lon", "latitude": "lat"}.get(name.lower(), name.lower()) for name in names]
-    comment = " ".join(comments)
+    with lines.file.open(encoding="utf-8-sig", errors="replace") as stream:  # (comments may stand anywhere)
+        comment = " ".join(text for line in stream if (text := line.strip()).startswith("#"))
     if "lon" in lowered and any(OF_MEASURES.fullmatch(name) and name[:4] != "poe-" for name in lowered):
         im, lowered = one_measure(lines, lowered, im)
         comment = f"{comment} imt='{im}'"

@@ -15,10 +15,13 @@ import numpy as np
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import first_names
+from ...motions.intensity.spectra import DAMPING
+from ...motions.matching.targets import other_damping
 from ...motions.readers.lines import Lines, plain
 from ...motions.readers.units import told
 from .curve import HazardCurve, unit_to_si
 from .reading import (
+    LARGER,
     LOW_PERCENT,
     MOST_LEVELS,
     UNNAMED,
@@ -62,14 +65,29 @@ _WRITTEN = {
     "rate": "rates in 1/yr, as 'rate (1/yr)'",
 }
 _FRACTILES = re.compile(
-    r"(?<![\d.])(?P<percent>\d{1,2})\s?(?:st|nd|rd|th|%|per cent)? (?:percentile|fractile|quantile)"
-    r"|(?:fractile|quantile)\s?[=:]?\s?0?\.(?P<share>\d{1,2})",
+    r"(?<![\d.])(?P<percent>\d{1,2})\s?(?:st|nd|rd|th|%|per cent)?[- ]?(?:per[cz]entile?|fra[ck]tile?|quantile?)"
+    r"|(?:per[cz]entile?|fra[ck]tile?|quantile?)\s?[=:]?\s?(?:0?\.(?P<share>\d{1,2})|(?P<after>\d{1,2})(?![\d.]))"
+    r"|(?<![a-z\d] )(?<![a-z\d-])p(?P<short>05|10|1[56]|50|8[45]|9[058])(?![a-z\d])"
+    r"|(?P<median>(?<![a-z])median[ae]?(?![a-z])(?!\s(?:v_?s|mag|dist|depth|gmm|gmpe|ground)))",
     re.IGNORECASE,
 )
-_SPREAD = re.compile(r"standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ)", re.IGNORECASE)
-_OTHER_SHAKING = re.compile(  # (curves are of horizontal shaking with a damping of 5 %)
-    r"vertical (?:component|motion|pga|hazard)|(?<![\d.])(?![05]?5(?:\.0+)? ?%)\d+(?:\.\d+)? ?% damp", re.IGNORECASE
+_SPREAD = re.compile(
+    r"(?:standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ))"
+    r"|(?P<bound>(?:upper|lower)[- ]bound(?! m))",
+    re.IGNORECASE,
 )
+_VERTICAL = re.compile(  # (curves are of horizontal shaking with a damping of 5 %)
+    r"verti[ck]ale? (?:component|motion|pga|hazard|acc|spec)|(?:component|comp|imc|direction)\w*\W{0,3}verti[ck]al"
+    r"|#\W*verti[ck]ale?\W*(?=#|$)",
+    re.IGNORECASE,
+)
+_LARGER = re.compile(r"rotd100|larger (?:horizontal|component|of)|max\w*[- ](?:horizontal )?direction", re.IGNORECASE)
+_OTHER_RATES = re.compile(
+    r"(?:not|non)[- ]cumulative|incremental rate\w*|occurrence rate\w*|rates? (?:per|of each) bin|non-?exceed\w*"
+    r"|(?:(?<![\d\s])\s?[x×*]|times|units of|multipl\w+ by)\s?(?:10\s?(?:\^|\*\*)?\s?-?\d|10⁻|1e-?\d|0\.0*1|1000)[\d]*",
+    re.IGNORECASE,
+)
+_OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|from|convert", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """What comments on probabilities say where the numbers are rates all the same."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
@@ -128,15 +146,7 @@ def read_plain(
             raise HazardError(f"{lines.file}: line {lines.number} names rates, a comment {plural}: correct one of them")
     _refuse_other_comments(lines, comment, label, units if unit is None else unit)
     _refuse_other_time(lines, comment, kinds[0][0])
-    fractile = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
-    if _SPREAD.search(comment):
-        raise HazardError(f"{lines.file}: a comment names a standard deviation: give the mean, or correct it")
-    if (other := _OTHER_SHAKING.search(comment)) is not None:
-        raise HazardError(
-            f"{lines.file}: a comment names {other[0]!r}: levels are of horizontal shaking, damped by 5 %"
-        )
-    if (match := _FRACTILES.search(comment)) is not None:
-        fractile = float(f"0.{match['share']}" if match["share"] else int(match["percent"]) / 100.0) or fractile
+    fractile = _fractile_of(lines, comment)
     table: list[list[float]] = []
     unsure: list[tuple[int, str, str]] = []
     periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]
@@ -173,7 +183,8 @@ def read_plain(
         quantity.unit == 0.01 and quantity.years > 1.0 and -np.expm1(-column.max() * quantity.years) < 0.01
         for column, (quantity, _) in zip(values[1:], kinds, strict=True)
     )
-    text = f"table ({LOW_PERCENT})" if low else "table"
+    larger = _LARGER.search(comment) and not label.startswith("RotD100")
+    text = f"table ({LOW_PERCENT if low else LARGER})" if low or larger else "table"
     return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text, fractile)
 
 
@@ -181,6 +192,16 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity) -> None:
     """Raise HazardError where comments speak of probabilities in another time than the heading, or of rates."""
     time = stated(lines, comment, "investigation_time")
     words = comment.lower()
+    for text in words.split("#"):
+        said = [match[0] for match in _OTHER_RATES.finditer(text)]
+        if quantity.kind == "rate" and re.search("rate|frequen|exceed", text):
+            per = [match for match in _TIME.finditer(text) if _belongs(match, "rate") and match[0][0] != "1"]
+            said += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]
+        if said and not _OF_SOURCES.search(text):
+            held, other = (plain(one.strip()) for one in (_WRITTEN[quantity.kind].partition(",")[0], said[0]))
+            raise HazardError(
+                f"{lines.file}: line {lines.number} names {held}, a comment {other!r}: correct one of them"
+            )
     if time is None and _ANNUAL.search(words) and _KINDS["probability"].search(words) and not _RATES.search(words):
         time = "1"
     if time is None:
@@ -190,6 +211,23 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity) -> None:
         held = f"probabilities in {quantity.years:g} yr" if quantity.kind == "probability" else f"{quantity.kind}s"
         other = f"a comment probabilities in {years:g} yr"
         raise HazardError(f"{lines.file}: line {lines.number} names {held}, {other}: correct one of them")
+
+
+def _fractile_of(lines: Lines, comment: str) -> float | None:
+    """Return the fractile that comments name, None for a mean; HazardError for other curves than of a plain mean."""
+    fractile = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
+    spread, vertical = _SPREAD.search(comment), _VERTICAL.search(comment)
+    if spread is not None:
+        what = "a bound" if spread["bound"] else "a standard deviation"
+        raise HazardError(f"{lines.file}: a comment names {what}: give the mean, or correct it")
+    other = vertical[0].strip("# ") if vertical else other_damping(comment, DAMPING)
+    if other:
+        raise HazardError(f"{lines.file}: a comment names {other!r}: levels are of horizontal shaking, damped by 5 %")
+    match = _FRACTILES.search(comment)
+    if match is None or (match["median"] and re.search(r"(?<![a-z])mean(?![a-z])", comment, re.IGNORECASE)):
+        return fractile
+    percent = match["percent"] or match["after"] or match["short"] or "50"
+    return float(f"0.{match['share']}" if match["share"] else int(percent) / 100.0) or fractile
 
 
 def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None) -> None:
@@ -207,7 +245,12 @@ def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | N
         # (a measure is what its levels are of, not a peak of something else)
         words = _NAMED.sub(lambda match: "velocity" if re.search("v$|ve", match[0].lower()) else "acceleration", text)
         stated = [levels for levels in told(words, lines.number) if not levels.once]
-        other = [levels.text.strip() for levels in stated if _si(levels.text, label) not in (None, _si(unit, label))]
+        other = [
+            levels.text.strip()
+            for levels in stated
+            if _si(levels.text, label) not in (None, _si(unit, label))
+            or (levels.quantity == "acceleration" and math.isnan(levels.factor))
+        ]
         if other and len(other) == len(stated):
             raise HazardError(
                 f"{lines.file}: line {lines.number} names levels in {unit}, a comment in {plain(other[0])}: correct "

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from ...core.aliases import Array
-from ...core.doubts import Doubt
+from ...core.doubts import Doubt, by_study, warn
 from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...motions.intensity.naming import written_level
 from .curve import HazardCurve
 from .pieces import NONE
 from .rates import IMPOSSIBLY_OFTEN
-from .reading import LOW_PERCENT, UNNAMED
+from .reading import LARGER, LOW_PERCENT, UNNAMED
 
 MOST_OFTEN = 0.2
 """Annual rate of the weakest damaging shaking above which no site is."""
@@ -53,6 +53,8 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     found = []
     if UNNAMED in hazard.source:
         found.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
+    if LARGER in hazard.source:
+        found.append(Doubt(KIND, f"{name}: {LARGER}: it is taken as {hazard.im}, of one component, not as RotD100"))
     if hazard.fractile is not None:
         what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: all rates are of this fractile"
         found.append(Doubt(KIND, what, settled=True))
@@ -97,6 +99,12 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
             )
         )
     return found
+
+
+def warn_of_hazards(hazards: Iterable[HazardCurve]) -> None:
+    """Warn of the doubts in hazard curves that a script uses; studies name them themselves."""
+    if not by_study():
+        warn(dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard)))
 
 
 def disaggregation_doubts(hazard: HazardCurve, level: float, rate: float, name: str) -> list[Doubt]:

@@ -35,6 +35,7 @@ from ..fitting.labels import OBSERVED
 from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND, HOLD, Pieces
+from ..hazard.plausibility import warn_of_hazards
 from ..hazard.rates import probability_in
 from ..runs.provenance import configuration_of
 from ..validity.limits import of_rates
@@ -238,6 +239,7 @@ def annual_rate(
             "confidence": level,
         },
     )
+    warn_of_hazards([hazard])
     warn_of_results(of_rates(rates))
     return rates
 

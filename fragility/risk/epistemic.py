@@ -21,6 +21,7 @@ from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
+from ..hazard.plausibility import warn_of_hazards
 from .annual_rate import rates_alone
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
@@ -107,6 +108,7 @@ def epistemic_rates(
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)
     every = _checked(branches)
+    warn_of_hazards(branch.hazard for branch in every)
     first, dims = every[0].curves, in_hazard_measure(every[0].curves, every[0].hazard)[1]
     found = [_rates(one, beta, below, above, outside, seed) for one in every]
     weights = np.array([one.weight for one in every])

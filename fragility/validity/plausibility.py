@@ -35,7 +35,7 @@ UNKNOWN_DEPTH = 10.0
 """Depth over width, at most, of a block whose depth is not given."""
 LEAST_GAP, MOST_GAP = 0.001, 5.0
 """Distance, m, below which a gap that is not 0 is no measured one, and beyond which a wall is none of the block's."""
-LEAST_OFFSET = 1e-4  # m
+LEAST_OFFSET, LEAST_LEAN = 1e-4, math.radians(0.0999)  # m, rad
 LONGEST_PERIOD = 10.0  # s
 METRES = "metres in place of mm, or the other way round?"
 SLIDES_ON = 0.05
@@ -91,6 +91,9 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
             found.setdefault(METRES, []).append(f"{block.label}: a depth of {block.depth:g} m")
         if 0.0 < abs(block.cm_offset) < LEAST_OFFSET:
             found.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
+        if 0.0 < abs(block.lean) < LEAST_LEAN:
+            said = f"{block.label}: leans by {math.degrees(block.lean):.2g} degrees"
+            found.setdefault("radians in place of degrees?", []).append(said)
         if block.mass is not None:
             density = block.mass / (block.width * (block.depth or block.width) * block.height)
             most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE

@@ -131,15 +131,11 @@ class TargetSpectrum:
         for number, text in comments:
             if _OTHER_SPECTRUM.search(text) and "acceleration" not in quantities(text):
                 raise RecordError(f"{file}: line {number} says {plain(text, 60)!r}: no spectrum of acceleration")
-            for match in _DAMPING.finditer(text):
-                value = float(match["before"] or match["after"]) / (
-                    100.0 if match["per_cent"] or match["after"] else 1.0
+            if other_damping(text, damping):
+                raise RecordError(
+                    f"{file}: line {number} says {plain(text, 60)!r}, the spectrum is matched with a damping of "
+                    f"{damping:g}: give damping, or a spectrum of it"
                 )
-                if not math.isclose(value, damping, rel_tol=1e-3):
-                    raise RecordError(
-                        f"{file}: line {number} says {plain(text, 60)!r}, the spectrum is matched with a damping of "
-                        f"{damping:g}: give damping, or a spectrum of it"
-                    )
         axis_is_frequency = heading["axis"].lower().startswith("f")
         if heading["axis_unit"].lower() != ("hz" if axis_is_frequency else "s"):
             raise RecordError(f"{file}: unit of a period must be s and of a frequency Hz, got {heading['axis_unit']!r}")
@@ -266,8 +262,9 @@ class TargetSpectrum:
 
 _OTHER_SPECTRUM = re.compile(r"displacement|velocity|\bp?s_?[dv]\b", re.IGNORECASE)
 _DAMPING = re.compile(
-    r"damp\w*(?: ratio)?\s*(?:of|is|[:=])?\s*(?P<before>\d+(?:\.\d+)?|\.\d+)\s*(?P<per_cent>%|per ?cent)?"
-    r"|(?P<after>\d+(?:\.\d+)?)\s*(?:%|per ?cent)[- ]?(?:of critical |critical )?damp",
+    r"(?:damp|dämpf|amorti|smorz)\w*(?: ratio)?\s*(?:of|is|[:=])?\s*(?P<before>\d+(?:\.\d+)?|\.\d+)"
+    r"(?![\d.]|\s*(?:s|hz)\b)\s*(?P<per_cent>%|per ?cent)?"
+    r"|(?P<after>\d+(?:\.\d+)?)\s*(?:%|per ?cent)[- ]?(?:of critical |critical )?(?:damp|(?:ge)?dämpf|amorti|smorz)",
     re.IGNORECASE,
 )
 # a unit is written in brackets, period (s), or after an underscore, period_s
@@ -277,6 +274,16 @@ _HEADING = re.compile(
     r"\"?(?:p?sa|acceleration|spectral[ _]acceleration)" + _UNIT.format("unit") + r"[\s,;]*",
     re.IGNORECASE,
 )
+
+
+def other_damping(text: str, damping: float) -> str:
+    """Return the words of a text that name another damping ratio, '' where none do."""
+    for match in _DAMPING.finditer(text):
+        value = float(match["before"] or match["after"])
+        value /= 100.0 if match["per_cent"] or match["after"] or value >= 1.0 else 1.0
+        if not math.isclose(value, damping, rel_tol=1e-3):
+            return match[0].strip()
+    return ""
 
 
 def _amplification(height: float, h_f: float | None, r_mu: float | None) -> float:

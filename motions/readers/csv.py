@@ -83,9 +83,10 @@ _STAGES = re.compile(
     re.IGNORECASE,
 )
 _NO_MOTION = re.compile(
-    r"(?:jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat",
+    r"(?:drift|jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat",
     re.IGNORECASE,
 )
+_ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
 _ABOVE, _DWARFS = 4, 20.0
 """One of the first numbers of a column is no sample where it is so many times greater than all that follow them."""
@@ -183,6 +184,9 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     if not found:
         other = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
         raise RecordError(f"{file}: its heading names {other}, not acceleration")
+    raised = [one.component for one in found if _ABOVE_GROUND.search(one.component)]
+    if 0 < len(raised) < len(found):
+        warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of what shakes it?")])
     _refuse_repeated(file, found)
     refuse_stated_peak(file, words, [component.acceleration for component in found])
     for why, left in out.items():

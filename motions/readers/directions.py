@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cache
 from itertools import compress
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +17,13 @@ from ...core.doubts import Doubt, first_names, warn
 from ...core.wording import counted
 from .lines import RecordError
 
-_VERTICAL = re.compile(r"u-?d|up|down|dwn|dn|vert(?:i[ck]\w*)?|ver|vrt|v\d?|z|u|zup|上下", re.IGNORECASE)
+_SURE = (
+    r"ud|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|d[uü][sş]ey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακόρυφ\w*|上下|"
+    "[鉛铅垂竖][直向]|수직|상하|عمودی?|قائم"
+)
+"""Words that are of a vertical component wherever they stand in a name; others must be all of it."""
+_UPRIGHT = re.compile(_SURE, re.IGNORECASE)
+_VERTICAL = re.compile(rf"{_SURE}|up(?:down|ward\w*)?|down(?:up|ward\w*)?|dwn|dn|ver|vrt|[vz]\d?|u|zup", re.IGNORECASE)
 BOREHOLE, STRUCTURE = " borehole", " structure"
 """End of the direction of a component that is no motion of the ground's surface."""
 _PLACE = re.compile(rf"[-_ ]+(?:surface|downhole|{BOREHOLE[1:]}|{STRUCTURE[1:]})$", re.IGNORECASE)
@@ -31,14 +39,16 @@ _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
 _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
 _CODE = re.compile(r"[BEHLSCVM][HNLG]([NEZ123])(?:\.?\d\d)?")  # SEED: band, instrument, orientation, location
 _LEVEL = re.compile(r"[lthxy]\d?|long?|tran?|trn", re.IGNORECASE)  # (horizontal, of no known azimuth)
-_UNIT = re.compile(r"\s*\([^()]*\)\s*$")  # as in a table's heading
-_CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)
-# Words around a direction in a table's heading: "acc_z", "az", "Linear Acceleration z", "vertical component".
-_AROUND = re.compile(
-    r"(?:linear[ _]+)?a(?:cc[a-z]*)?[-_. ]+(?=(?:[xyzuv]|up|ud|ns|ew|vert\w*)(?:_|$))|a(?:cc)?(?=[xyz](?:_|$))"
-    r"|(?<=[a-z])(?:[-_. ]+(?:comp(?:onente?)?|komponente|acc[a-z]*|gal|g|[cm]?m_?s-?2))+$",
-    re.IGNORECASE,
+_UNIT = re.compile(  # as in a table's heading: "(g)", "[cm/s²]", "_m_s2"
+    r"\s*(?:\([^()]*\)|\[[^\[\]]*\])\s*$|(?<=[a-z])(?:[-_. ]+(?:gal|g|[cm]?m_?s-?2))+$", re.IGNORECASE
 )
+_CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)
+# Words apart, and those around a direction: "acc_z", "AccelZ", "vertical component", "UD成分".
+_APART = re.compile(r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])|成分|方向|加速度|[軸轴動动]")
+_AROUND = re.compile(
+    r"^(?:a(?:cc(?:el)?)?(?=[xyz]$)|(?:a|acc\w*|a[ck]c?el\w*|[ck]omp\w*|dir\w*|axis|linear)$)", re.IGNORECASE
+)
+_TURNING = re.compile(r"rot|gyr|theta|omega", re.IGNORECASE)
 _NAME = re.compile(
     r"(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|up|dwn|down|dn|vrt|vert?|ver|ns|ew|we|"
     r"ud|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))",
@@ -64,9 +74,13 @@ class Direction(NamedTuple):
     recording: str
 
 
+@cache
 def direction_of(text: str) -> tuple[bool, float] | None:
     """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN: unknown); None if none."""
-    word = _AROUND.sub("", _PLACE.sub("", _UNIT.sub("", _CHANNEL.sub("", text, count=1)).strip()))
+    text = _CHANNEL.sub("", unicodedata.normalize("NFKC", text), count=1).strip()
+    every = [word for word in _APART.split(_PLACE.sub("", _UNIT.sub("", text))) if word]
+    words = [word for word in (_AROUND.sub("", word) for word in every) if word]
+    word = "".join(words)
     code = _CODE.fullmatch(word.upper())
     if _VERTICAL.fullmatch(word) or (code and code[1] == "Z"):
         return True, math.nan
@@ -79,9 +93,12 @@ def direction_of(text: str) -> tuple[bool, float] | None:
         clockwise = 1.0 if bearing[1] + bearing[3] in ("NE", "SW") else -1.0
         return False, math.radians((along + clockwise * float(bearing[2])) % 360.0)
     degrees = _DEGREES.fullmatch(plain)
-    if degrees and not code and float(degrees[1]) <= 360.0:
+    if degrees and not code and words == every and float(degrees[1]) <= 360.0:
         return False, math.radians(float(degrees[1]) % 360.0)
-    return (False, math.nan) if code or _LEVEL.fullmatch(word) else None
+    if code or _LEVEL.fullmatch(word):
+        return False, math.nan
+    upright = any(map(_UPRIGHT.fullmatch, _APART.split(text))) and not _TURNING.search(text)
+    return (True, math.nan) if upright and not {"NS", "EW"} & set(every) else None
 
 
 def said_of(motion: xr.DataArray) -> str:
@@ -98,7 +115,7 @@ def place_of_sensor(text: str) -> str:
 def _of_title(motion: xr.DataArray) -> tuple[bool, float] | None:
     """Return the direction at the end of an AT2 file's second line: "Somewhere, 1/2/1999, Station, 090"."""
     start, _, end = str(motion.attrs.get("title", "")).rpartition(",")
-    return direction_of(end) if start and "/" in start else None
+    return direction_of(end) if start and "/" in start and len(end.split()) < 3 else None
 
 
 def header_of(motion: xr.DataArray) -> str:
@@ -130,12 +147,8 @@ def of_file(path: Path, motion: xr.DataArray) -> Direction:
     by the record sequence number of the NGA databases, by the name without its direction, or by the station and event.
     """
     said, title = direction_of(said_of(motion)), _of_title(motion)
-    suffix, name, number = _KNET.fullmatch(path.suffix), _NAME.fullmatch(path.stem), _RECORDING.match(path.stem)
-    if suffix is not None:
-        word, base = suffix["direction"], f"{path.stem}.{suffix['place']}"
-    else:
-        word = "" if name is None else name["direction"] or name["letter"]
-        base = number[0] if number else name["base"] if name else ""
+    (word, base, _), number = _named(path), _RECORDING.match(path.stem)
+    base = number[0] if number and not _KNET.fullmatch(path.suffix) else base
     _doubt_title(path, word, motion)
     found = said or (direction_of(word) if word else None) or title
     if not base and found:
@@ -149,22 +162,68 @@ def of_file(path: Path, motion: xr.DataArray) -> Direction:
     return Direction(*(found or (False, math.nan)), f"{path.parent}/{base}")
 
 
-def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, stems: Collection[str]) -> bool:
-    """Return whether a motion is a vertical component by its file; by a name alone where others differ in the end."""
+def _named(path: Path) -> tuple[str, str, bool]:
+    """Return the direction at the end of a file's name, the name without it, and whether it is set apart."""
+    suffix, name = _KNET.fullmatch(path.suffix), _NAME.fullmatch(path.stem)
+    if suffix is not None:
+        return suffix["direction"], f"{path.stem}.{suffix['place']}", True
+    if name is None:
+        return "", "", False
+    word = name["direction"] or name["letter"]
+    return word, name["base"], bool(name["letter"] or name["apart"]) and not word[-1].isdigit()
+
+
+_Words = list[tuple[str, list[str]]]
+"""Words of a file's name, each with the words in its place in names that are otherwise the same."""
+
+
+def _siblings(paths: Collection[Path]) -> dict[Path, _Words]:
+    """Return the words of each file's name."""
+    names: dict[tuple[Path, int, tuple[str, ...]], list[str]] = {}
+    found = {}
+    for path in paths:
+        words = _APART.split(path.stem)
+        keys = [(path.parent, at, (*words[:at], *words[at + 1 :])) for at in range(len(words))]
+        found[path] = [(word, names.setdefault(key, [])) for word, key in zip(words, keys, strict=True)]
+        for word, others in found[path]:
+            others.append(word)
+    return found
+
+
+def _levels(words: Iterable[str]) -> list[bool | None]:
+    """Return whether each word is of a horizontal (True) or a vertical component, None where it is of neither."""
+    return [None if found is None else not found[0] for found in map(direction_of, words)]
+
+
+def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, siblings: Mapping[Path, _Words]) -> bool:
+    """Return whether a motion is a vertical component by its file; by a name alone where others differ in a word."""
     said = direction_of(said_of(motion))
     if said is not None or not alone:
         return said is not None and said[0]
-    title, name = _of_title(motion), _NAME.fullmatch(path.stem)
-    if _KNET.fullmatch(path.suffix):
-        return path.suffix.upper().startswith(".UD")
-    word = "" if name is None else name["direction"] or name["letter"]
-    named = direction_of(word) if word else None
+    title, (word, base, marked) = _of_title(motion), _named(path)
     if title is not None and title[0]:
         _doubt_title(path, word, motion)
-    if named is not None and named[0] and name is not None:
-        marked = bool(name["letter"] or name["apart"]) and not word[-1].isdigit()
-        return marked or sum(stem.startswith(name["base"]) for stem in stems) > 1
+    if _levels([word]) == [False]:
+        return marked or sum(other.stem.startswith(base) for other in siblings) > 1
+    for part, others in siblings[path]:
+        if _levels([part]) == [False] and ((len(part) > 1 and _UPRIGHT.fullmatch(part)) or True in _levels(others)):
+            return True
     return title is not None and title[0] and re.search(r"\d{3}$", path.stem) is None
+
+
+def _unknown_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
+    """Return whether a file holds, or is one of, three components of which none is vertical and one of no direction."""
+    motions = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
+    said = _levels(map(said_of, motions))
+    if len(motions) > 1 or said != [None] or _of_title(motions[0]):
+        return len(motions) == 3 and None in said and False not in said
+    # (numbers of one or two digits are no azimuths)
+    groups = [
+        _levels(re.sub(r"^\d\d?$", "", other) for other in others)
+        for word, others in words
+        if len(others) == 3 and direction_of(word) is None
+    ]
+    return any(True in group and False not in group for group in groups)
 
 
 def of_the_ground(
@@ -209,13 +268,16 @@ def horizontal_motions(
     """
     read = of_the_ground(read, patterns, folder)
     named = {folder / pattern for pattern in patterns}
-    stems = [path.stem for path in read]
+    siblings = _siblings(read)
     found: list[xr.DataArray] = []
     out: list[str] = []
+    unknown: list[str] = []
     for path, arrays in read.items():
         alone = sum(array.sizes["motion"] for array in arrays) == 1
+        unknown += [path.name] * _unknown_of_three(arrays, siblings[path])
         for array in arrays:
-            upright = [_is_vertical(path, array.isel(motion=[i]), alone, stems) for i in range(array.sizes["motion"])]
+            each = [array.isel(motion=[i]) for i in range(array.sizes["motion"])]
+            upright = [_is_vertical(path, motion, alone, siblings) for motion in each]
             kept = [i for i, up in enumerate(upright) if up == vertical or (path in named and all(upright))]
             out += [
                 path.name if alone else str(array["motion"].values[i]) for i in range(len(upright)) if i not in kept
@@ -225,6 +287,9 @@ def horizontal_motions(
     if not found:
         what = "is vertical" if vertical else f"is horizontal: {cure}"
         raise RecordError(f"{', '.join(str(path) for path in list(read)[:3])}: none of these records {what}")
+    if unknown and not vertical:
+        what = f"{first_names(unknown)}: three components, none of them known to be vertical"
+        warn([Doubt("vertical", f"{what}: name the vertical one 'UP', or leave it out")])
     if out and not vertical:
         found[0] = found[0].assign_attrs({LEFT_OUT: tuple(out)})
     return found

@@ -17,12 +17,15 @@ from typing import Any
 
 import numpy as np
 
+from ...core.doubts import Doubt, first_names, warn
 from ...core.limits import OBSPY_BYTES
 from .components import Component, without_offset
 from .lines import MAX_SAMPLES, RecordError, beginning
 from .units import Unit, agreed, given_factor, unit_of
 
 _GROUP = "obspy.plugin.waveform"
+# SEED: band, sensor, orientation
+_VELOCITY, _NO_MOTION = re.compile(r"[BEHLMSUV][HLP][A-Z\d]"), re.compile(r"[BEHLMSUV][DFIJKMW][A-Z\d]")
 # Formats with an own signature come before formats that accept nearly any file.
 _FIRST = ("MSEED", "SAC", "SEISAN", "KINEMETRICS_EVT", "REFTEK130", "GCF", "SLIST", "TSPAIR", "SACXY")
 # A pickle runs code; CSS tables open the files that they name; a damaged GSE file ends the process in obspy's C code.
@@ -62,6 +65,11 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
             headers = [(number, line) for number, line in enumerate(text, start=1) if line.startswith("TIMESERIES")]
         units = [unit_of(line.rpartition(",")[2].strip(), number) for number, line in headers]
     agreed_on = agreed(file, (unit for unit in units if unit.quantity))
+    strange = {said.text for said in units if not said.quantity and said.text}
+    if strange and isinstance(unit, str) and all(re.fullmatch("counts?", text, re.IGNORECASE) for text in strange):
+        warn([Doubt("table", f"{file}: states counts, which are taken as {unit!r:.20}")])
+    elif strange and unit is not None and (isinstance(unit, str) or agreed_on):
+        raise RecordError(f"{file}: states an unknown unit ({min(strange)[:40]!r}), so unit must not be {unit!r:.60}")
     if unit is None and agreed_on is not None:
         unit = agreed_on.text
     if unit is None:
@@ -69,17 +77,26 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     factor = given_factor(unit)
     if agreed_on is not None and factor != agreed_on.factor:
         raise RecordError(f"{file}: states its unit ({agreed_on.text}), so unit must not be {unit!r:.60}")
+    velocity: list[str] = []
     pieces = Counter(trace.id for trace in traces)
     found: list[Component] = []
     for trace in traces:
         if pieces[trace.id] > 1 or np.ma.isMaskedArray(trace.data):
             raise RecordError(f"{file}: channel {trace.id} is in pieces (a gap), merge or cut it with obspy first")
-        # SAC: 6 displacement, 7 velocity
-        if getattr(trace.stats, "sac", {}).get("idep") in {6, 7}:
-            raise RecordError(f"{file}: channel {trace.id} is velocity or displacement, not acceleration")
+        # SAC: 6 displacement, 7 velocity, 8 acceleration
+        sac = getattr(trace.stats, "sac", {})
+        for wrong, what in (
+            (sac.get("idep") in {6, 7}, "velocity or displacement, not acceleration"),
+            (not sac.get("leven", True), "not evenly sampled (leven): resample it first"),
+            (_NO_MOTION.fullmatch(trace.stats.channel), "of no motion, by its code: leave it out"),
+        ):
+            if wrong:
+                raise RecordError(f"{file}: channel {trace.id} is {what}")
         if trace.data.dtype.kind not in "iuf" or not 2 <= trace.data.size <= MAX_SAMPLES:
             raise RecordError(f"{file}: channel {trace.id} has {trace.data.size} samples of {trace.data.dtype}")
         codes = trace.stats
+        if _VELOCITY.fullmatch(codes.channel) and agreed_on is None and sac.get("idep") != 8:
+            velocity.append(codes.channel)
         acceleration, note = trace.data.astype(np.float64) * factor, ""
         if not isinstance(unit, str):
             acceleration, note = without_offset(acceleration)
@@ -93,6 +110,9 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
                 processing=note,
             )
         )
+    if velocity:
+        what = f"{file}: {first_names(velocity)}, by the code a seismometer, which records velocity"
+        warn([Doubt("PGV/PGA", f"{what}: is it acceleration by now?")])
     return found
 
 

@@ -26,7 +26,7 @@ _QUANTITY = {
     for quantity, words, characters in (
         (
             "acceleration",
-            r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]celera\w+|beschleunigung",
+            r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]celera\w+|beschleunigung|ускорени\w+",
             "加速度",
         ),
         ("velocity", r"vel(?:ocity|ocities|ocidad|ocit[àa])?|geschwindigkeit|vitesse", "(?<!加)速度"),
@@ -50,7 +50,7 @@ _TIMES = re.compile(
 )
 # "UNITS OF G", "units: cm/s2", "The units are (g)", "UNIT = gal(cm/s/s)", "acceleration units in m/s²"
 _TOLD = re.compile(
-    r"units?(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*"
+    r"(?:units?|unidad(?:es)?|unità|unités?|einheit(?:en)?|единиц\w+)(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*"
     rf"(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)",
     re.IGNORECASE,
 )
@@ -58,7 +58,7 @@ _TOLD = re.compile(
 _IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)", re.IGNORECASE)
 _BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
 # "ACCELERATION TIME SERIES, GAL", "Acceleration g"
-_LAST = re.compile(r"(?:,\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-z%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
+_LAST = re.compile(r"(?:,\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
 _NONE_OF_OURS = re.compile(r"/s|^(?:counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?)$", re.IGNORECASE)
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
@@ -122,7 +122,8 @@ def quantities(text: str) -> list[str]:
 
 def unit_of(word: str, line: int = 0) -> Unit:
     """Return a unit in a common spelling (g, gal, cm/s², m/s^2, cm/sec/sec, m s-2, cm/s, kine, mm)."""
-    text = word.strip().strip(".,;:[]").lower().replace("²", "2").replace("⁻", "-")
+    text = word.strip().strip(".,;:[]").lower().replace("²", "2").replace("⁻", "-").replace("см/с", "cm/s")
+    text = text.replace("м/с", "m/s")
     text = text.strip("()") if text.startswith("(") or text.count("(") != text.count(")") else text
     text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"sec(?:onds?)?\b|sec(?=[\d^*²])", "s", text))
     text = re.sub(r"^([cm]?m)/?\(?(?:s-?2|s\*s)\)?$|^([cm]?m)/s/s$", r"\1\2/s2", text)

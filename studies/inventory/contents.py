@@ -77,8 +77,8 @@ MOST_INJURED = 1.0
 """Mean number of persons whom one piece injures where it falls."""
 LONGEST_DOWNTIME = 5.0 * 365.25
 """Days: buildings themselves are replaced in 1 to 3 years (FEMA P-58-1, recalled)."""
-DEAREST = 100.0
-"""Cost of anchoring a piece over its value."""
+DEAREST, MOST_SCATTER = 100.0, 1.5
+"""Cost of anchoring a piece over its value, and the dispersion of a consequence: its mean is then 3 medians."""
 MAX_CONSEQUENCES = 40
 MOST_FLOORS = 12  # that a message lists
 HARMLESS = "none"
@@ -420,6 +420,12 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
         ],
         f"anchoring costs more than {DEAREST:g} times what is lost, another unit or the cost of all pieces?": [
             f"{label}: {cost:,.12g} for {loss:,.12g}" for label, cost, loss in costs if cost > DEAREST * loss
+        ],
+        f"a dispersion above {MOST_SCATTER:g}, per cent or a standard deviation?": [
+            f"{row.label}: {amount.dispersion:g}"
+            for row in rows
+            for amount in (row.cost, row.downtime)
+            if amount is not None and amount.dispersion > MOST_SCATTER
         ],
         "pieces do not fit on what they stand on, as if square where no depth is given": _crowded(rows),
     }

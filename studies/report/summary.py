@@ -537,7 +537,8 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         persons, low, high = (years * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
         interval = and_model(interval_text(low, high, two_digits), one, "annual_injuries", amount_range, years)
         once = f", or one person in {two_digits(years / persons)} years" if persons > 0.0 and years > 1.0 else ""
-        yield f"On average about {two_digits(persons)} people would be injured {words} ({interval}){once}."
+        some = " Lines that state no persons do not count." * bool(np.isnan(results["persons_exposed"]).any())
+        yield f"On average about {two_digits(persons)} people would be injured {words} ({interval}){once}.{some}"
     if branches:
         yield from _consequences_over_branches(results)
     elif "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:

@@ -4,12 +4,14 @@ import math
 import warnings
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from scipy.integrate import quad
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.core.doubts import ImplausibleInput
 from toppling.motions.intensity.peaks import displacement, velocity
 from toppling.motions.scaling import parabolic_baseline
 from toppling.motions.simulated.filters import filtered
@@ -206,6 +208,22 @@ def test_labelled_arrays_say_their_units_axes_and_steps():
         mo.from_array(values.assign_attrs(unit="g"), 0.02)
     with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
         mo.from_array(values, 0.01)
+    series = pd.Series(np.sin(np.arange(20.0)), index=0.02 * np.arange(20))
+    assert mo.from_array(series, 0.02).sizes["time"] == 20
+    assert mo.from_array(series.reset_index(drop=True), 0.01).sizes["time"] == 20
+    with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
+        mo.from_array(series, 0.01)
+
+
+@pytest.mark.parametrize("first", [0.0, 10.0])
+def test_a_row_of_times_is_doubted(first):
+    shakes = np.sin(np.arange(50.0))
+    with pytest.warns(ImplausibleInput, match="row 0 rises by equal steps of 0.01: times of the others?"):
+        mo.from_array([first + 0.01 * np.arange(50), shakes], 0.01)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mo.from_array([shakes, shakes.cumsum()], 0.01)
+        mo.from_array(0.01 * np.arange(50), 0.01)  # (alone it is a motion)
 
 
 @pytest.mark.parametrize(("name", "units"), [("time", "min"), ("time", "ms"), ("dt", "ms"), ("dt", "Hz")])

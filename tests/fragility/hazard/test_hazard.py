@@ -668,7 +668,35 @@ def test_a_curve_describes_its_realisations():
                 ("Uniform hazard: Sa(1.0 s)", "pga (g)", "names pga, a comment Sa(1.0)"),
                 ("spectral acceleration at 0.2 s", "Sa(1.0) (g)", "names Sa(1.0), a comment Sa(0.2)"),
                 ("PGV of rock", "pga (g)", "names pga, a comment pgv"),
+                ("levels in %g", "pga (g)", "names levels in g, a comment in %g"),
+                ("rates per 100 years", "pga (g)", "names rates in 1/yr, a comment 'per 100 years': correct"),
+                ("exceedances per 50 years", "pga (g)", "a comment 'per 50 years'"),
+                ("rates are x 1e-3", "pga (g)", "a comment 'x 1e-3'"),
+                ("rates in units of 10^-4", "pga (g)", "a comment 'units of 10^-4'"),
+                ("occurrence rates per bin (not cumulative)", "pga (g)", "a comment 'occurrence rates'"),
+                ("vertical", "pga (g)", "a comment names 'vertical': levels are of horizontal shaking"),
+                ("component: vertical", "pga (g)", "levels are of horizontal shaking"),
+                ("IMC: Vertical", "pga (g)", "levels are of horizontal shaking"),
+                ("damping 2%", "Sa(1.0) (g)", "a comment names 'damping 2%'"),
+                ("damping: 2 %", "Sa(1.0) (g)", "levels are of horizontal shaking, damped by 5 %"),
+                ("damping ratio 0.02", "Sa(1.0) (g)", "damped by 5 %"),
+                ("Dämpfung 2 %", "Sa(1.0) (g)", "damped by 5 %"),
+                ("95% confidence upper bound", "pga (g)", "a comment names a bound"),
             )
+        ),
+        ("pga (g),rate\n# 2% damped\n0.1,0.03\n0.4,0.002\n", "a comment names '2% damp'"),
+        ("pga (g),rate\n0.1,0.03\n0.4,0.002\n# probabilities in 50 years\n", "line 1 names rates, a comment probab"),
+        *(
+            (f"# {comment}\n{heading} (g),rate (1/yr)\n0.1,0.03\n0.4,0.002\n", "")
+            for heading, comments in (
+                ("pga", "FEMA P58; upper bound magnitude 7.5; slip rate 5 mm/kyr; annual rates of exceedance; RotD50"),
+                (
+                    "pga",
+                    "rates per year; rate of 1/475 years; grid of 5 x 10 km; downhole vertical array; 0.002 per year",
+                ),
+                ("Sa(1.0)", "5% damped; damping 5 %; damping ratio 0.05; damping = 5; 5 % Dämpfung; damped 1 s"),
+            )
+            for comment in comments.split("; ")
         ),
         ("# PoE in 50 yr\nPGA (g),rate (1/yr)\n0.1,0.3\n0.4,0.02\n", "line 2 names rates"),
         ("# rates, from probabilities in 50 years\nPGA (g),rate\n0.1,0.03\n0.4,0.002\n", ""),
@@ -704,6 +732,21 @@ def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
 
 
 @pytest.mark.parametrize(
+    ("comment", "heading", "doubted"),
+    [
+        ("RotD100", "pga", True),
+        ("larger horizontal component", "Sa(1.0)", True),
+        ("maximum direction", "pga", True),
+        ("RotD100", "RotD100(pga)", False),
+        ("RotD50, geometric mean", "pga", False),
+    ],
+)
+def test_the_larger_component_of_a_comment_is_doubted(tmp_path, comment, heading, doubted):
+    found = read_hazard(saved(tmp_path, f"# {comment}\n{heading} (g),rate (1/yr)\n0.1,0.03\n0.4,0.002\n"))
+    assert any("larger of both components" in doubt.sentence for doubt in hazard_doubts(found)) == doubted
+
+
+@pytest.mark.parametrize(
     ("comment", "fractile"),
     [
         ("kind='quantile-0.84'", 0.84),
@@ -712,6 +755,14 @@ def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
         ("16th fractile", 0.16),
         ("84% fractile", 0.84),
         ("fractile = 0.84", 0.84),
+        ("Median", 0.5),
+        ("median curve", 0.5),
+        ("percentile = 84", 0.84),
+        ("p84", 0.84),
+        ("84%-Fraktil", 0.84),
+        ("percentil 16", 0.16),
+        ("median Vs30 of 760 m/s", None),
+        ("mean, above the median", None),
     ],
 )
 def test_the_fractile_of_a_comment(tmp_path, comment, fractile):

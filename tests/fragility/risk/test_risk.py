@@ -1,6 +1,7 @@
 """Annual rates: closed forms to fifty digits, published numbers, quadrature, tails."""
 
 import itertools
+import warnings
 
 import mpmath as mp
 import numpy as np
@@ -11,9 +12,11 @@ from scipy.stats import norm
 
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import (
+    Branch,
     HazardCurve,
     annual_rate,
     curve_probability,
+    epistemic_rates,
     probability_in,
     rate_from_probability,
 )
@@ -420,3 +423,22 @@ class TestQuadrature:
         assert found[0] == pytest.approx(1e-6 * np.sqrt(2.0 * np.pi), rel=1e-10, abs=0.0)
         assert found[1] == pytest.approx(0.4, rel=1e-10, abs=0.0)
         assert np.isnan(found[2])
+
+
+@pytest.mark.parametrize(
+    ("hazard", "said"),
+    [
+        (HazardCurve([0.5, 1.0, 2.0], [4e-2, 1e-2, 2e-3], "pga", fractile=0.84), "a fractile of 84 %, not the mean"),
+        (HazardCurve([0.5, 1.0, 2.0, 4.0], [4.0, 1.8, 0.6, 0.1], "pga"), "more often than at any site"),
+        (HazardCurve([0.5, 1.0, 2.0, 4.0], [4e-2, 1.8e-2, 6e-3, 1e-3], "pga"), ""),
+    ],
+)
+@pytest.mark.parametrize("epistemic", [False, True])
+def test_scripts_are_warned_of_their_hazard(hazard, said, epistemic):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        if epistemic:
+            epistemic_rates([Branch("law", "records", "hazard", curves(), hazard, 1.0)])
+        else:
+            annual_rate(curves(), hazard)
+    assert [said in str(one.message) for one in told if "hazard: " in str(one.message)] == [True] * bool(said)

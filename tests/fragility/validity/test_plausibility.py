@@ -70,6 +70,8 @@ STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)
         ({"wall": tp.Wall(20.0)}, "20000 mm to a wall or an edge: metres in place of mm"),
         ({"cm_offset": 2e-5}, "cabinet: an offset of 0.02 mm: metres in place of mm"),
         ({"cm_offset": -0.02}, ""),
+        ({"lean": 3.5e-4}, "cabinet: leans by 0.02 degrees: radians in place of degrees?"),
+        ({"lean": 0.0018}, ""),
         ({"wall": tp.Wall(0.0)}, ""),
         ({"edge": tp.Edge(0.05)}, ""),
     ],

@@ -39,6 +39,9 @@ def kept(folder, patterns=("*",), **options):
             ["C-V.AT2", "D-vert.AT2", "D.Z.AT2", "D_UD.AT2"],
         ),
         (("STA-L1.AT2", "STA-T1.AT2", "STA-V1.AT2"), ["STA-V1.AT2"]),
+        (("NS.AT2", "EW.AT2", "UD.AT2", "s.HNE.D.AT2", "s.HNN.D.AT2", "s.HNZ.D.AT2"), ["UD.AT2", "s.HNZ.D.AT2"]),
+        (("x_North.AT2", "x_East.AT2", "x_Vertical.AT2", "y_UD_acc.AT2"), ["x_Vertical.AT2", "y_UD_acc.AT2"]),
+        (("x_NS_2.AT2", "x_UD_2.AT2", "x_090_corr.AT2", "x_up_corr.AT2"), ["x_UD_2.AT2", "x_up_corr.AT2"]),
         (("GROUP.AT2", "cloud.AT2", "run-v2.AT2", "KOBE.AT2", "setup.AT2"), []),
     ],
 )
@@ -137,17 +140,51 @@ def test_pairs_of_the_ground(tmp_path):
         ("H1,H2,vertical component", "vertical component"),
         ("Chan 1: 90,Chan 2: 360,Chan 3: Up", "Chan 3: Up"),
         ("x-acc,y-acc,z-acc", "z-acc"),
-        ("roof,table,zenith", None),
-        ("acc_a,acc_b,acc_c", None),
+        ("X-axis,Y-axis,Z-axis", "Z-axis"),
+        ("x-direction,y-direction,z-direction", "z-direction"),
+        ("NS成分,EW成分,UD成分", "UD成分"),
+        ("K-G,D-B,Düşey", "Düşey"),
+        ("NORTH-SOUTH,EAST-WEST,UP-DOWN", "UP-DOWN"),
+        ("AccelX,AccelY,AccelZ", "AccelZ"),
+        ("accx,accy,accz", "accz"),
+        ("Comp X,componente NS,componente vertical", "componente vertical"),
+        ("base_x,base_y,base_z", "base_z"),
+        ("С-Ю,В-З,вертикальная", "вертикальная"),
     ],
 )
-def test_columns_of_tables(tmp_path, names, out):
-    heading = ",".join(f"{name} (g)" for name in names.split(","))
+@pytest.mark.parametrize("brackets", ["()", "[]"])
+def test_columns_of_tables(tmp_path, names, out, brackets):
+    start, end = brackets
+    heading = ",".join(f"{name} {start}g{end}" for name in names.split(","))
     rows = "".join(f"{0.01 * i:.2f},{a},{a * a},{a**3}\n" for i, a in enumerate(SHAKE))
     (tmp_path / "b.csv").write_text(f"time (s),{heading}\n{rows}", encoding="utf-8")
     found = kept(tmp_path)
-    assert list(found[0].attrs.get(LEFT_OUT, ())) == [f"b {out} (g)"] * (out is not None)
-    assert found[0].sizes["motion"] == 3 - (out is not None)
+    assert list(found[0].attrs.get(LEFT_OUT, ())) == [f"b {out} {start}g{end}"]
+    assert found[0].sizes["motion"] == 2
+
+
+@pytest.mark.parametrize("names", ["roof,table,zenith", "acc_a,acc_b,acc_c", "acc_1,acc_2,acc_3", "NS,EW,rot z"])
+def test_three_columns_of_which_none_is_known_to_be_vertical(tmp_path, names):
+    heading = ",".join(f"{name} (g)" for name in names.split(","))
+    rows = "".join(f"{0.01 * i:.2f},{a},{a * a},{a**3}\n" for i, a in enumerate(SHAKE))
+    (tmp_path / "b.csv").write_text(f"time (s),{heading}\n{rows}", encoding="utf-8")
+    with pytest.warns(ImplausibleInput, match="b.csv: three components, none of them known to be vertical"):
+        (found,) = kept(tmp_path)
+    assert found.sizes["motion"] == 3
+    assert LEFT_OUT not in found.attrs
+
+
+@pytest.mark.parametrize(
+    ("names", "asked"),
+    [("x_NS,x_EW,x_c", True), ("NS,EW,c", True), ("x_NS,x_EW,x_h2", False), ("x_1,x_2,x_c", False), ("a,b,c", False)],
+)
+def test_three_files_of_which_none_is_known_to_be_vertical(tmp_path, names, asked):
+    for name in names.split(","):
+        at2(tmp_path, f"{name}.AT2", "A synthetic motion")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        assert len(kept(tmp_path)) == 3
+    assert ["none of them known to be vertical" in str(one.message) for one in said] == [True] * asked
 
 
 def test_directions_beside_units_of_names():

@@ -1,7 +1,9 @@
 """All record formats: real files if they are present, and small, damaged and hostile files written here."""
 
+import re
 import time
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from record_files import COUNTS, SAMPLES, shaking
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
+from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions import RecordError
 
@@ -379,7 +382,7 @@ class TestObspy:
             for i, c in enumerate("ENZ")
         ]
         path = tmp_path / "record.dat"
-        obspy.Stream(traces[: 1 if kind.startswith("SAC") else 3]).write(str(path), format=kind)
+        obspy.Stream(traces[: 1 if kind.startswith("SAC") or "channel" in header else 3]).write(str(path), format=kind)
         return path, np_data
 
     @pytest.mark.parametrize("kind", ["MSEED", "SAC", "SACXY", "SLIST", "TSPAIR"])
@@ -417,6 +420,37 @@ class TestObspy:
             changed = [*lines[:second], lines[second].replace("M/S**2", written), *lines[second + 1 :]]
             path.write_text("\n".join(changed), encoding="utf-8")
             refused(path, said)
+
+    @pytest.mark.parametrize("word", ["MG", "NM/S**2"])
+    def test_an_unknown_unit_in_the_header_is_no_other(self, tmp_path, word):
+        path, _ = self.stream(tmp_path, "SLIST")
+        path.write_text(path.read_text(encoding="utf-8").replace("INTEGER, \n", f"INTEGER, {word}\n"), encoding="utf-8")
+        refused(path, f"states an unknown unit ..{re.escape(word)}.., so unit must not be 'g'", unit="g")
+
+    @pytest.mark.parametrize(("channel", "said"), [("HHE", "HHE, by the code a seismometer"), ("HNE", ""), ("CH1", "")])
+    def test_channels_of_seismometers_are_doubted(self, tmp_path, channel, said):
+        path, _ = self.stream(tmp_path, "MSEED", channel=channel)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            assert mo.read_all(path, unit="m/s2")
+        assert [said in str(one.message) for one in told] == [True] * bool(said)
+
+    def test_channels_of_no_motion_and_uneven_steps_are_refused(self, tmp_path):
+        path, _ = self.stream(tmp_path, "MSEED", channel="LDO")
+        refused(path, "channel .ABC..LDO is of no motion, by its code", unit="m/s2")
+        sac = pytest.importorskip("obspy.io.sac").SACTrace(data=np.arange(50, dtype="f4"), delta=0.01, kcmpnm="HNE")
+        sac.leven = False
+        sac.write(str(path))
+        refused(path, "is not evenly sampled .leven.", unit="m/s2")
+
+    def test_counts_in_the_header_beside_a_unit_are_doubted(self, tmp_path):
+        path, _ = self.stream(tmp_path, "SLIST")
+        path.write_text(path.read_text(encoding="utf-8").replace("INTEGER, \n", "INTEGER, Counts\n"), encoding="utf-8")
+        with pytest.warns(ImplausibleInput, match="states counts, which are taken as 'm/s2'"):
+            mo.read(path, unit="m/s2")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            mo.read(path, unit=0.001)
 
     def test_gse(self, tmp_path):
         path, _ = self.stream(tmp_path, "GSE2")

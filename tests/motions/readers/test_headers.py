@@ -31,6 +31,21 @@ TITLE = "PEER RECORD\nSomewhere, 1/2/1999, Station, 090"
 
 
 @pytest.mark.parametrize(
+    ("unit", "factor"), [("Unidad: m/s^2", 1.0), ("ускорение, м/с2", 1.0), ("единицы: см/с2", 0.01)]
+)
+def test_units_in_other_languages(tmp_path, unit, factor):
+    motion = read(tmp_path, f"# {unit}\n# dt = 0.01\n{COLUMN}")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+
+
+def test_columns_above_the_ground_are_doubted(tmp_path):
+    with pytest.warns(ImplausibleInput, match="acc_block .g.: of a structure or block, not of what shakes it?"):
+        read(tmp_path, columns("time (s),acc_block (g),acc_table (g)", 1, 2))
+    with pytest.warns(ImplausibleInput, match="drift is left out: no acceleration, by its name"):
+        assert read(tmp_path, columns("# units: g\ntime (s),ground,drift", 1, 1)).sizes["motion"] == 1
+
+
+@pytest.mark.parametrize(
     ("header", "factor"),
     [
         (f"{TITLE}\nACCELERATION TIME SERIES (M/S/S)\n{NPTS}", 1.0),

@@ -20,6 +20,7 @@ from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.report.summary import plain_answer
 from toppling.studies.report.validity import CARE, checks_of
 from toppling.studies.tables.assessment import annual_rows, level_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
@@ -373,6 +374,13 @@ class TestDecisions:
             assert (annual < 0.1) == (years[name] == 1000.0)
         given = level_rows(found, 2.0)
         assert {"out of use, days", "injured"} <= {*given.headings}
+
+    def test_lines_without_persons_are_said_not_to_count(self, monkeypatch):
+        found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY), kind="performance")
+        for persons, some in ([1.0, np.nan, 1.0], True), ([1.0, 0.0, 1.0], False):
+            given = found.assign_coords(persons_exposed=("item", persons[: found.sizes["item"]]))
+            (sentence,) = (text for text in plain_answer(given) if "people would be injured" in text)
+            assert ("Lines that state no persons do not count." in sentence) == some
 
     def test_nothing_of_it_where_no_line_gives_it(self, monkeypatch):
         plain = shaken(monkeypatch, falls(20)[:1], Inventory(LAB.rows[2:], "EUR"))

@@ -340,6 +340,7 @@ A = "0.5,0.4,,1,"
     ("columns", "rows", "words"),
     [
         ("width_m,downtime_median_days", ["0.4,20000"], r"more than 5 years out of use, .* \(a: 20,000 days\)"),
+        ("width_m,cost_median,cost_dispersion", ["0.4,100,3"], r"a dispersion above 1.5, per cent or .* \(a: 3\)"),
         ("width_m,downtime_median_days", ["0.4,1800"], ""),
         ("width_m,value,anchoring_cost", ["0.4,1000,200000"], r"more than 100 times .* \(a: 200,000 for 1,000\)"),
         ("width_m,cost_median,anchoring_cost", ["0.4,10,5000"], r"more than 100 times .* \(a: 5,000 for 10\)"),
