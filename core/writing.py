@@ -19,7 +19,10 @@ def whole_file(path: Path) -> Iterator[Path]:
     The file is new, with a name of its own, and a link is never followed.  It is on the disk before it takes the place,
     so that after a crash `path` is the old file or the new one.  An OSError leaves nothing of it.
     """
-    if path.exists() and not path.is_symlink() and not path.is_file() and not path.is_dir():
+    if not path.name:
+        raise IsADirectoryError(errno.EISDIR, "is a folder, no file", str(path))
+    stream = path.is_symlink() and os.readlink(path).startswith(("/dev/", "/proc/"))  # (as that of /dev/stdout)
+    if stream or (path.exists() and not path.is_file() and not path.is_dir()):
         raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))
     # (a name of its own: two processes may write one file, and the last of them wins)
     temporary = path.with_name(f"{path.name}.toppling-{os.getpid()}-{threading.current_thread().ident}.part")

@@ -227,7 +227,7 @@ def _single_motion(motion: Any) -> tuple[Array, Array | None, float, str, float]
     if "time" not in motion.dims or any(motion.sizes[d] != 1 for d in extra):
         raise ValueError(f"motion must be exactly one motion over time, got sizes {dict(motion.sizes)}; select one")
     checks.acceleration_units("motion", motion.attrs.get("units"))
-    one = motion.isel(dict.fromkeys(extra, 0))
+    one = motion.isel(dict.fromkeys(extra, 0)).compute()
     label = str(one["motion"].item()) if "motion" in one.coords else "motion"
     values = checks.acceleration("motion", one.values)
     if values.size < 2:

@@ -47,6 +47,7 @@ from .quadrature import event_integral, lower_end
 FAR = 1e30
 """Factor to a level so rare that no share of a rate lies above it."""
 OF_RUNS, MISFIT = "rate_of_runs", "rate_misfit"
+MOST_BINS = 100_000
 POWER = 2.0
 """Power of the ratio of dispersions that studentises a step of ln(rate).
 
@@ -417,7 +418,7 @@ def _weights(hazard: HazardCurve) -> dict[str, xr.Variable]:
 def _bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
     """Return edges of bins of intensity (SI): those given, or bins of equal width in ln x over the hazard's levels."""
     if isinstance(bins, int | np.integer) and not isinstance(bins, bool):
-        count = checks.count("bins", bins, at_least=1)
+        count = int(checks.number("bins", checks.count("bins", bins), at_least=1, at_most=MOST_BINS))
         return np.geomspace(hazard.levels[0], hazard.levels[-1], count + 1)
     edges = checks.finite_array("bins", bins)
     if edges.size < 2 or edges[0] <= 0.0 or np.any(np.diff(edges) <= 0.0):

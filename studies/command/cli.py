@@ -509,17 +509,18 @@ def _out_of_memory() -> int:
 def main(arguments: list[str] | None = None) -> int:
     """Entry point of the command; returns the exit code."""
     try:
-        threads = os.environ.get("NUMBA_NUM_THREADS")
-        if threads is not None and not (threads.strip().isdecimal() and int(threads) > 0):
-            raise RuntimeWarning(
-                f"Environment variable 'NUMBA_NUM_THREADS' must be a number of at least 1, got {threads!r}"
-            )
+        for name, least in (("NUMBA_NUM_THREADS", 1), ("SOURCE_DATE_EPOCH", 0)):
+            given = os.environ.get(name)
+            if given is not None and not (given.strip().isdecimal() and int(given) >= least):
+                raise RuntimeWarning(
+                    f"Environment variable {name!r} must be a number of at least {least}, got {given!r}"
+                )
         app(arguments, exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
-        given = sys.argv[1:] if arguments is None else arguments
-        command = f"toppling {given[0]}" if given and given[0] in COMMANDS else "toppling"
+        words = sys.argv[1:] if arguments is None else arguments
+        command = f"toppling {words[0]}" if words and words[0] in COMMANDS else "toppling"
         print(f"toppling: {printable(sentence)} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
     except OSError as error:

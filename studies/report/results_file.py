@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import xarray as xr
+from pandas.errors import InvalidIndexError
 
 from ... import fragility
 from ...core.labelled import spare_dask
@@ -63,7 +64,7 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
             if "NetCDF" in str(error):
                 raise damaged(path) from None
             raise
-        except (KeyError, IndexError, ValueError, TypeError, AttributeError) as error:
+        except (LookupError, ValueError, TypeError, AttributeError, ArithmeticError, InvalidIndexError) as error:
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise StudyError(
                 f"{path}: does not hold what results of {with_article(stored.attrs['kind'])} study hold ({reason}): "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import io
 import json
+import os
 import sys
 import unicodedata
 from typing import Any
@@ -81,6 +82,8 @@ def write_anything() -> None:
     """Let standard output and error take every text, closed pipe or full log; a full disk is an error as before."""
     for name, ignored in (("stdout", BrokenPipeError), ("stderr", OSError)):
         stream = getattr(sys, name)
+        if stream is None:  # (closed by the shell)
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)
         if isinstance(stream, io.TextIOWrapper) and stream is getattr(sys, f"__{name}__"):

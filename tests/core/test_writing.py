@@ -43,6 +43,19 @@ class TestWholeFile:
         assert (tmp_path / "one.txt").read_bytes() == b"new"
         assert not (tmp_path / "one.txt").is_symlink()
 
+    @pytest.mark.parametrize("target", ["/proc/self/fd/1", "/dev/null"])
+    def test_links_to_streams_stay(self, tmp_path, target):
+        """As root, writing to /dev/stdout took its link away."""
+        link = tmp_path / "stdout"
+        link.symlink_to(target)
+        with pytest.raises(OSError, match="is a device or a pipe"):
+            write_bytes(link, b"new")
+        assert os.readlink(link) == target
+
+    def test_no_name(self):
+        with pytest.raises(IsADirectoryError, match="is a folder"):
+            write_bytes(Path(), b"new")
+
     def test_leftovers_of_killed_processes_go(self, tmp_path):
         """A writer is killed; its file goes with the next write, and nothing else does."""
         path = tmp_path / "one.png"

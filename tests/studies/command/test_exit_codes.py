@@ -117,7 +117,9 @@ def test_full_streams(stream, code):
     assert done.stderr in (None, "toppling: output cannot be written (No space left on device)\n")
 
 
-@pytest.mark.parametrize("given", ["NUMBA_NUM_THREADS=abc", "NUMBA_NUM_THREADS=0", "NUMBA_OPT=abc"])
+@pytest.mark.parametrize(
+    "given", ["NUMBA_NUM_THREADS=abc", "NUMBA_NUM_THREADS=0", "NUMBA_OPT=abc", "SOURCE_DATE_EPOCH=abc"]
+)
 def test_variables_that_numba_cannot_read(tmp_path, given):
     (tmp_path / "study.toml").write_text(crate_study("Variables", 3, 6, 0.02, 3), encoding="utf-8")
     name, value = given.split("=")
