@@ -18,6 +18,7 @@ import xarray as xr
 from ..core import checks
 from ..core.aliases import Array
 from ..core.doubts import warn
+from ..core.linear import orthonormal, times
 from ..core.units import described
 from .arrays import filter_doubts, records
 
@@ -57,10 +58,10 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
     if n <= degree:
         raise ValueError(f"order must be below the number of samples, got {degree} for {n}")
     # with orthonormal columns the fit is one product, which is well conditioned at any order
-    basis = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))[0]
+    basis = orthonormal(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))
 
     def without(a: Array) -> Array:
-        found = a - basis @ (basis.T @ a)
+        found = a - times(basis, times(basis.T, a))
         # What is left of a motion that is nothing but such a polynomial is rounding, and no shaking.
         return found if np.abs(found).max() > _ROUNDING * np.abs(a).max() else np.zeros_like(a)
 

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from ...core.aliases import Array, Index
+from ...core.linear import eigh, times
 
 DRAWS = 20
 RESTARTS = 5
@@ -46,7 +47,7 @@ def misfit(problem: Problem, chosen: Index) -> float:
     off = mean**2
     if len(chosen) > 1:
         off = off + SIGMA_WEIGHT * (some.std(axis=0, ddof=1) - problem.sigmas) ** 2
-    return float(problem.weights @ off)
+    return float(times(problem.weights, off))
 
 
 def choose(problem: Problem, covariance: Array, number: int, rng: np.random.Generator) -> Index:
@@ -71,15 +72,17 @@ def _draw(covariance: Array, number: int, rng: np.random.Generator) -> Array:
     m = covariance.shape[0]
     strata = np.stack([rng.permutation(number) for _ in range(m)], axis=1)
     normal = ndtri((strata + rng.random((number, m))) / number)
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(normal @ (vectors * np.sqrt(np.maximum(values, 0.0))).T)
+    values, vectors = eigh(covariance)
+    return times(normal, (vectors * np.sqrt(np.maximum(values, 0.0))).T)
 
 
 def _roughness(draw: Array, sigmas: Array) -> float:
     """Return by how much the moments of a draw are off the target's, whose means are zero."""
     mean, off = draw.mean(axis=0), draw - draw.mean(axis=0)
     spread = off.std(axis=0)
-    skewness = np.divide((off**3).mean(axis=0), spread**3, out=np.zeros_like(spread), where=spread > 1e-12)
+    skewness = np.divide(
+        (off * off**2).mean(axis=0), spread * spread**2, out=np.zeros_like(spread), where=spread > 1e-12
+    )
     terms = mean**2 + SIGMA_WEIGHT * (spread - sigmas) ** 2 + SKEWNESS_WEIGHT * skewness**2
     return float(terms.sum())
 
@@ -90,7 +93,7 @@ def nearest(problem: Problem, draw: Array) -> Index:
     taken = np.zeros(int(problem.groups.max()) + 1, int)
     found = np.empty(len(draw), int)
     for i, point in enumerate(draw):
-        distance = ((problem.values - point) ** 2) @ problem.weights
+        distance = times((problem.values - point) ** 2, problem.weights)
         distance[~free | (taken[problem.groups] >= problem.most)] = np.inf
         found[i] = distance.argmin()
         free[found[i]] = False

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-import scipy
 import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.linear import expm
 from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
 from ..intensity.dataset import measure
@@ -107,7 +107,7 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         w = np.asarray(omega, dtype=np.float64)[..., None]
         ground = self.frequency(time)
         damping = (2.0 * self.xi_g * ground * w) ** 2
-        squared = (ground**4 + damping) / ((ground**2 - w**2) ** 2 + damping)
+        squared = ((ground**2) ** 2 + damping) / ((ground**2 - w**2) ** 2 + damping)
         return np.asarray(self.s0 * (squared * weight).sum(axis=-1) / weight.sum())
 
     def calibrate_pga(self, target: float, n: int = 200, seed: int = 0) -> Self:
@@ -177,7 +177,7 @@ class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
     def density(self, omega: Array) -> Array:
         w = np.asarray(omega, dtype=np.float64)
         damping = (2.0 * self.xi_f * self.omega_f * w) ** 2
-        return super().density(omega) * w**4 / ((self.omega_f**2 - w**2) ** 2 + damping)
+        return super().density(omega) * (w**2) ** 2 / ((self.omega_f**2 - w**2) ** 2 + damping)
 
     def _post_filter(self, motions: Array) -> Array:
         return filtered(motions, *high_pass(self.omega_f, self.xi_f), self.dt)
@@ -196,6 +196,6 @@ def _propagators(omega: Array, xi: float, dt: float) -> tuple[Array, Array, Arra
     matrix[:, 1, 1] = -2.0 * xi * different * dt
     matrix[:, 1, 2] = dt
     matrix[:, 2, 3] = 1.0
-    step = np.asarray(scipy.linalg.expm(matrix))[where]
+    step = expm(matrix)[where]
     after = step[:, :2, 3]
     return np.ascontiguousarray(step[:, :2, :2]), step[:, :2, 2] - after, np.ascontiguousarray(after)

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy
 
 from ...core.aliases import Array
+from ...core.linear import expm, times
 from ..kernels.constant_filters import second_order
 
 SETTLING = 10.0
@@ -49,8 +49,8 @@ def discrete(numerator: list[float], denominator: list[float], dt: float) -> tup
     """Return the polynomials (3,) and (3,) in 1/z of a filter whose input is linear between samples of step dt (s).
 
     The state space of the filter (observed through its output) is stepped by the exponential of its matrix, which holds
-    the input and its slope as well.  Bit for bit what `scipy.signal.cont2discrete` returns with ``method="foh"``; but
-    `scipy.signal` takes longer to load than thousands of motions take to be filtered.
+    the input and its slope as well.  Up to rounding it is `scipy.signal.cont2discrete` with ``method="foh"``,
+    whose last digits depend on the processor.
     """
     b = np.pad(np.array(numerator, dtype=np.float64), (3 - len(numerator), 0))
     damping, stiffness = denominator[1:]
@@ -59,10 +59,12 @@ def discrete(numerator: list[float], denominator: list[float], dt: float) -> tup
     read = (b[1:] - b[0] * np.array([damping, stiffness]))[None, :]
     step = np.zeros((4, 4))
     step[:2, :2], step[:2, 2:3], step[2, 3] = system * dt, enter * dt, 1.0
-    step = np.asarray(scipy.linalg.expm(step))
+    step = expm(step)
     state, now, slope = step[:2, :2], step[:2, 2:3], step[:2, 3:4]
-    enter = now - slope + state @ slope
-    through = b[0] + (read @ slope)[0, 0]
-    poles: Array = np.asarray(np.poly(state), dtype=np.float64)
-    zeros: Array = np.asarray(np.poly(state - enter @ read), dtype=np.float64)
+    enter = now - slope + times(state, slope)
+    through = b[0] + float(times(read, slope)[0, 0])
+    poles, zeros = (
+        np.array([1.0, -m[0, 0] - m[1, 1], m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]])
+        for m in (state, state - enter * read)
+    )
     return zeros + (through - 1.0) * poles, poles
