@@ -16,7 +16,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from . import checks
-from .aliases import Array
+from .elementary import Array, exp, expm1, log, log1p
 
 BISECTIONS = 64
 """Halvings of an interval after which its ends are neighbouring floats."""
@@ -149,7 +149,7 @@ class Lognormal(Continuous):
 
     def quantile(self, probability: Array) -> Array:
         lower, upper = self._score(self.support)
-        return self.median * np.exp(self.dispersion * _scores(probability, float(lower), float(upper)))
+        return self.median * exp(self.dispersion * _scores(probability, float(lower), float(upper)))
 
     def below(self, value: ArrayLike) -> Array:
         lower, upper = self._score(self.support)
@@ -158,7 +158,7 @@ class Lognormal(Continuous):
     def _score(self, value: ArrayLike) -> Array:
         """Return the standard normal score, minus infinity for values that are not positive."""
         with np.errstate(divide="ignore", over="ignore"):  # a value far above a tiny median gets infinity
-            return np.asarray(np.log(np.maximum(np.asarray(value, dtype=float), 0.0) / self.median) / self.dispersion)
+            return np.asarray(log(np.maximum(np.asarray(value, dtype=float), 0.0) / self.median) / self.dispersion)
 
 
 @dataclass(frozen=True)
@@ -267,14 +267,13 @@ class Least(Continuous):
         return min(lower for lower, _ in ends), min(upper for _, upper in ends)
 
     def below(self, value: ArrayLike) -> Array:
-        return -np.expm1(self._log_above(value))
+        return -expm1(self._log_above(value))
 
     def quantile(self, probability: Array) -> Array:
         p = np.asarray(probability, dtype=float)
-        with np.errstate(divide="ignore"):
-            wanted = np.log1p(-p)
+        wanted = log1p(-p)
         n = len(self.parts)
-        low = np.min([one.quantile(-np.expm1(wanted / n)) for one in self.parts], axis=0)
+        low = np.min([one.quantile(-expm1(wanted / n)) for one in self.parts], axis=0)
         high = np.min([one.quantile(p) for one in self.parts], axis=0)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
@@ -284,5 +283,4 @@ class Least(Continuous):
 
     def _log_above(self, value: ArrayLike) -> Array:
         """Return the logarithm of the probability of more than a value."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(sum(np.log1p(-one.below(value)) for one in self.parts))
+        return np.asarray(sum(log1p(-one.below(value)) for one in self.parts))

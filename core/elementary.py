@@ -1,8 +1,8 @@
-"""exp, log, power and the like of arrays, with the same bits on every processor that fuses multiply and add.
+"""exp, log, power, products and the like of arrays, with the same bits on every processor that fuses multiply and add.
 
 numpy's loops are as wide as the processor's vectors, and their last digits differ by that width.  These functions have
 numpy's names and values, at 0, infinity and NaN too, where they do not warn; they call the C library, whose variants
-for such processors agree: in Python for a few values, else in a compiled loop.
+for such processors agree: in Python for a few values, else in a compiled loop.  Sums of products have one order.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .aliases import Array
+from .aliases import Array as Array, Flags as Flags, Index as Index  # noqa: PLC0414 - for one line of imports
 from .kernels import elementary as engine
 
 FEW = 32
@@ -50,3 +50,8 @@ def geomspace(low: float, high: float, number: int) -> Array:
     found = power(10.0, np.linspace(math.log10(low), math.log10(high), number))
     found[[0, -1]] = low, high
     return found
+
+
+def times(one: Any, other: Any) -> Array:
+    """Return the sums over the last axis of `one` and the first of `other`, a vector (j,) or matrix (j, k)."""
+    return np.asarray(np.einsum("...j,j->..." if np.ndim(other) == 1 else "...j,jk->...k", one, other))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .aliases import Array
+from .elementary import Array, times
 
 SWEEPS, ROUNDING, LEAST = 60, 1e-18, 1e-300
 """Most sweeps of Jacobi's method, which some ten do; what is left of them; and what stands for 0 in a division."""
@@ -19,9 +19,15 @@ TERMS = 15
 """Terms of the exponential of a matrix whose norm is below 0.5: the next one is below 1e-18."""
 
 
-def times(one: Any, other: Any) -> Array:
-    """Return the sums over the last axis of `one` and the first of `other`, a vector (j,) or matrix (j, k)."""
-    return np.asarray(np.einsum("...j,j->..." if np.ndim(other) == 1 else "...j,jk->...k", one, other))
+def crossed(one: Array, other: Array) -> Array:
+    """Return the product of the transpose of a matrix (i, j) with a matrix (i, k), row by row."""
+    return times(np.ascontiguousarray(one).T, np.ascontiguousarray(other))
+
+
+def squares(rows: Array, covariance: Array) -> Array:
+    """Return, of each row (i, j), row' covariance row: its variance, not below 0."""
+    each = np.ascontiguousarray(rows)
+    return np.asarray(np.maximum((times(each, np.ascontiguousarray(covariance)) * each).sum(axis=1), 0.0))
 
 
 def cholesky(matrix: Array) -> Array:

@@ -16,9 +16,9 @@ import scipy
 import xarray as xr
 
 from ..core import checks
-from ..core.aliases import Array
 from ..core.doubts import warn
-from ..core.linear import orthonormal, times
+from ..core.elementary import Array, times
+from ..core.linear import orthonormal
 from ..core.units import described
 from .arrays import filter_doubts, records
 

@@ -14,8 +14,6 @@ import xarray as xr
 
 from ..core.aliases import Array, Index
 from ..core.doubts import Doubt, first_names, first_of
-from ..core.elementary import exp, log
-from ..core.linear import times
 from ..core.units import STANDARD_GRAVITY
 from ..core.wording import counted, short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
@@ -125,8 +123,8 @@ def multiple(samples: Array, other: Array) -> float:
     first, second = (int(np.abs(values).argmax()) for values in (samples, other))
     before, after = min(first, second), min(samples.size - first, other.size - second)
     samples, other = samples[first - before : first + after], other[second - before : second + after]
-    product, square = float(times(samples, other)), float(times(other, other))
-    return product / square if product**2 > SAME * square * float(times(samples, samples)) else math.nan
+    product, square = float(samples @ other), float(other @ other)
+    return product / square if product**2 > SAME * square * float(samples @ samples) else math.nan
 
 
 def pair_doubts(h1: Sequence[Record], h2: Sequence[Record], vertical: Sequence[Record] = ()) -> list[Doubt]:
@@ -160,7 +158,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     for (_, _, floor, _), history in histories.histories.items():
         peaks[floor].append(math.log(np.abs(history.acceleration).max()))
     for lower, upper in pairwise(floor for floor in floors if floor.isdecimal()):
-        ratio = math.exp(np.mean(peaks[upper]) - np.mean(peaks[lower]))
+        ratio = float(np.exp(np.mean(peaks[upper]) - np.mean(peaks[lower])))
         if not 1.0 / UNLIKE < ratio < UNLIKE:
             what = f"the PGA of floor {upper} is {two_digits(ratio)} times that of floor {lower}"
             found.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
@@ -172,7 +170,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     values = np.array([[plain.of_record(record) for record in own] for own in along])
     # (direction, level, motion): the measure may be of either direction, or of both
     ratios = values.reshape(len(along), histories.levels.size, -1) / histories.levels[:, None]
-    means = exp(log(ratios).mean(axis=2))
+    means = np.exp(np.log(ratios).mean(axis=2))
     off = (means.max(axis=0) * LEVEL_APART < 1.0) | (means.min(axis=0) > LEVEL_APART)
     off |= (ratios.max(axis=0) * MOTION_APART < 1.0).any(axis=1) | (ratios.min(axis=0) > MOTION_APART).any(axis=1)
     if off.any():
@@ -197,13 +195,13 @@ def _copies(records: Iterable[Record]) -> list[str]:
                 continue
             group = known.setdefault(record.dt, [])
             # (multiples share the ratio of two norms: few of equal ratio are multiplied with each other)
-            shape = float(np.abs(samples).sum() / math.sqrt(times(samples, samples)))
+            shape = float(np.abs(samples).sum() / math.sqrt(samples @ samples))
             low, high = (bisect_left(group, shape * (1.0 + end * ALIKE), key=itemgetter(0)) for end in (-1.0, 1.0))
             for _, original, other in group[low:high]:
                 factor = 0.0 if original is record else multiple(samples, other)
                 if abs(factor) > 0.0 and (not record.floor or abs(abs(factor) - 1.0) < WHOLE):
-                    by = "" if abs(factor - 1.0) < WHOLE else f" times {short_digits(factor)}"
-                    found.append(f"{part.label}: those of {original.label}{by}")
+                    times = "" if abs(factor - 1.0) < WHOLE else f" times {short_digits(factor)}"
+                    found.append(f"{part.label}: those of {original.label}{times}")
                     break
             else:
                 insort(group, (shape, record, samples), key=itemgetter(0))

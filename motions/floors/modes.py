@@ -13,8 +13,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...core.aliases import Array
-from ...core.linear import eigh, times
+from ...core.elementary import Array, times
+from ...core.linear import eigh
 
 MOST_BEAM_MODES = 100
 

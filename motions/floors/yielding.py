@@ -17,9 +17,8 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.elementary import power
+from ...core.elementary import Array, power
 from ...core.streams import key_of, stream
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records

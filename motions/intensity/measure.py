@@ -6,8 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ...core.aliases import Array
-from ...core.elementary import power
+from ...core.elementary import Array, power
 from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY
 from ..arrays import Record
 from .cumulative import (

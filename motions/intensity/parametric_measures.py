@@ -14,8 +14,7 @@ import numpy as np
 import scipy
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import exp, log
+from ...core.elementary import Array, exp, log
 from ...core.units import ACCELERATION, METRE, VELOCITY
 from ..kernels import oscillators as engine
 from .measure import Measure

@@ -15,10 +15,8 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import noted, warn
-from ...core.elementary import power
-from ...core.linear import times
+from ...core.elementary import Array, power, times
 from ...core.units import HERTZ, SECOND, VELOCITY, described, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95

@@ -9,10 +9,8 @@ import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.elementary import log
-from ...core.linear import times
+from ...core.elementary import Array, log, times
 from ..arrays import records
 from ..intensity.peaks import peak_displacement, peak_velocity
 from .adjustment import (

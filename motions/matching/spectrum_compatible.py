@@ -11,9 +11,8 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.elementary import exp, log, power
+from ...core.elementary import Array, exp, log, power
 from ...core.streams import stream
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine

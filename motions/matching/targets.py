@@ -11,8 +11,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import exp, geomspace, log
+from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
 from ..readers.lines import Lines, RecordError, plain

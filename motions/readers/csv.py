@@ -16,7 +16,6 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
-from ...core.linear import times
 from .components import Component, arrays_of, refuse_gaps, refuse_stated_peak, single
 from .directions import direction_of
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
@@ -229,10 +228,8 @@ def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
         return
     stages = [{word.lower() for word in _STAGES.findall(column.component)} for column in found]
     directions = [direction_of(one.component) for one in found]
-    samples = np.stack([one.acceleration for one in found])
-    products = times(samples, samples.T)
-    norms = np.sqrt(np.maximum(np.diag(products), 1e-300))
-    alike = (np.abs(products / norms / norms[:, None]) > 1.0 - 1e-6) & (samples.shape[1] > FEW)
+    samples = np.stack([one.acceleration / (np.linalg.norm(one.acceleration) or 1.0) for one in found])
+    alike = (np.abs(samples @ samples.T) > 1.0 - 1e-6) & (samples.shape[1] > FEW)
     for i, j in itertools.combinations(range(len(found)), 2):
         apart = None not in (directions[i], directions[j]) and directions[i] != directions[j]
         if stages[i] != stages[j] or (alike[i, j] and not apart):

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Index
-from ...core.elementary import log
+from ...core.elementary import Array, Index, log
 from ...core.units import described
 from ..arrays import records
 from ..intensity.dataset import measure, positive_measure

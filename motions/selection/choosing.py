@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from ...core.aliases import Array, Index
-from ...core.linear import eigh, times
+from ...core.elementary import Array, Index, times
+from ...core.linear import eigh
 
 DRAWS = 20
 RESTARTS = 5

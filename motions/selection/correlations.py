@@ -13,9 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import log
-from ...core.linear import eigh, times
+from ...core.elementary import Array, log, times
+from ...core.linear import eigh
 from ..intensity.measure import MEASURES, Measure
 from ..intensity.parametric_measures import Sa
 from ..intensity.spectra import DAMPING

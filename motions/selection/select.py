@@ -12,8 +12,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Index
-from ...core.elementary import exp, expm1
+from ...core.elementary import Array, Index, exp, expm1
 from ...core.streams import stream
 from ...core.units import described, provenance
 from ..intensity.dataset import measure_named

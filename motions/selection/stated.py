@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import log
+from ...core.elementary import Array, log
 from ..intensity.measure import Measure
 from ..intensity.naming import written_level
 from .target import FORMULAS, Conditional, Target

@@ -11,9 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import exp, log
-from ...core.linear import times
+from ...core.elementary import Array, exp, log, times
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.parametric_measures import AvgSa, Sa

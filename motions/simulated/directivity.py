@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.linear import cholesky, times
+from ...core.elementary import Array, times
+from ...core.linear import cholesky
 from .marginals import BoundedBeta, ExponentialOfBeta, LognormalMarginal, Marginal, TwoSidedExponential
 from .scenario import FAULTINGS, TWO_PI, Parameters
 

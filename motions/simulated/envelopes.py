@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import exp
+from ...core.elementary import Array, exp
 
 
 class Envelope(ABC):

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from ...core.aliases import Array
-from ...core.linear import expm, times
+from ...core.elementary import Array, times
+from ...core.linear import expm
 from ..kernels.constant_filters import second_order
 
 SETTLING = 10.0

@@ -15,8 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import exp, log
+from ...core.elementary import Array, exp, log
 from ...core.streams import stream
 from ...core.units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import records

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
-from ...core.elementary import exp, expm1, log, log1p
+from ...core.elementary import Array, exp, expm1, log, log1p
 
 
 class Marginal(ABC):

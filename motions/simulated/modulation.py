@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
-from ...core.elementary import exp, log
+from ...core.elementary import Array, exp, log
 
 # Range of shapes: from an exponential decay (q finite at 0) to a burst whose length is 0.1 of its delay.
 LEAST_SHAPE, MOST_SHAPE = 1.0, 1000.0

@@ -11,8 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import exp
+from ...core.elementary import Array, exp
 from ..arrays import from_array
 from .generator import Generator
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.linear import cholesky, times
+from ...core.elementary import Array, times
+from ...core.linear import cholesky
 from ...core.units import STANDARD_GRAVITY
 from .marginals import BoundedBeta, GammaLaw, LognormalMarginal, Marginal, TwoSidedExponential
 

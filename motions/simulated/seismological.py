@@ -11,8 +11,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
-from ...core.elementary import exp, log, power
+from ...core.elementary import Array, exp, log, power
 from .generator import Generator, Streams, ensemble, steps_of
 from .ground_motion_models import Scenario
 

@@ -15,9 +15,8 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
-from ...core.elementary import arccos, arcsin
-from ...core.linear import orthonormal, solve, times
+from ...core.elementary import Array, Flags, Index, arccos, arcsin, times
+from ...core.linear import orthonormal, solve
 from ...core.streams import stream
 from ...core.units import STANDARD_GRAVITY, described
 from ..arrays import records
