@@ -57,7 +57,11 @@ def _scores(probability: Array, lower: float, upper: float) -> Array:
     """Return standard normal scores at probabilities of the normal law truncated to scores from lower to upper."""
     if lower == -math.inf and upper == math.inf:
         return np.asarray(scipy.special.ndtri(probability))
-    return np.asarray(scipy.stats.truncnorm.ppf(probability, lower, upper))
+    if lower > 0.0:
+        return -_scores(1.0 - probability, -upper, -lower)
+    last = scipy.special.log_ndtr(upper)
+    inside = probability + math.exp(scipy.special.log_ndtr(lower) - last) * (1.0 - probability)
+    return np.clip(scipy.special.ndtri_exp(last + log(inside)), lower, upper)
 
 
 def _share(value: ArrayLike, lower: float, upper: float) -> Array:

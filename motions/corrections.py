@@ -7,6 +7,8 @@ motion among a thousand.
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Literal
@@ -219,6 +221,36 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     return _corrected(motions, note, lambda a: scipy.signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
 
 
+def _butterworth(order: int, corners: tuple[float, ...], kind: Kind, dt: float) -> Array:
+    """Return the sections (section, 6) of `scipy.signal.butter`, whose last digits depend on the processor.
+
+    Poles of the analog filter go through the bilinear transform; a section has a gain of 1 where the filter has it.
+    """
+    low, high = (math.tan(math.pi * corner * dt) for corner in (corners[0], corners[-1]))
+    s = [cmath.exp(0.5j * math.pi * (2 * k + order + 1) / order) for k in range(order)]
+    if kind == "bandpass":
+        halves = [0.5 * (high - low) * pole for pole in s]
+        s = [half + sign * cmath.sqrt(half * half - low * high) for half in halves for sign in (1.0, -1.0)]
+    else:
+        s = [low * pole if kind == "lowpass" else low / pole for pole in s]
+    z = sorted(((1.0 + pole) / (1.0 - pole) for pole in s), key=lambda pole: (cmath.phase(pole), pole.real))
+    pairs = [[pole, pole.conjugate()] for pole in z if pole.imag >= _ROUNDING]
+    real = [pole for pole in z if abs(pole.imag) < _ROUNDING]
+    if real:  # (of an odd order: one, or two of a wide band)
+        pairs.insert(len(pairs) // 2, real)
+    # slow poles go with zeros of slow motions, fast ones with those of fast motions
+    centre = 1j * math.sqrt(low * high)
+    at = {"lowpass": 1.0, "highpass": -1.0}.get(kind, (1.0 + centre) / (1.0 - centre))
+    zeros = {"lowpass": [-1.0] * order, "highpass": [1.0] * order}.get(kind, [1.0] * order + [-1.0] * order)
+    found = np.empty((len(pairs), 6))
+    for section, poles in zip(found, pairs, strict=True):
+        mine, zeros = zeros[: len(poles)], zeros[len(poles) :]
+        (a, b), (first, second) = [*poles, 0.0][:2], [*mine, 0.0][:2]
+        gain = abs((at - a) * (at - b) / ((at - first) * (at - second)))
+        section[:] = gain, -gain * (first + second), gain * first * second, 1.0, -(a + b).real, (a * b).real
+    return found[np.argsort(found[:, 5], kind="stable")]
+
+
 def _filtered(
     motions: xr.DataArray, corners: tuple[float, ...], kind: Kind, note: str, order: int, zero_phase: bool
 ) -> xr.DataArray:
@@ -228,7 +260,7 @@ def _filtered(
     if not isinstance(zero_phase, bool):
         raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
     values, dt = _values(motions)
-    sections = scipy.signal.butter(poles, corners if len(corners) > 1 else corners[0], kind, fs=1.0 / dt, output="sos")
+    sections = _butterworth(poles, corners, kind, dt)
     note = f"{kind}({note}, order={poles}, zero_phase={zero_phase})"
     warn(filter_doubts([motions.assign_attrs(processing=note)]))
     if not zero_phase:

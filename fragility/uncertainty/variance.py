@@ -80,7 +80,7 @@ def variance_shares(
 
     def mean(array: xr.DataArray, over: Sequence[str]) -> xr.DataArray:
         for dim in over:
-            array = array.dot(shares[dim], dim=dim)
+            array = (array * shares[dim]).sum(dim, skipna=False)
         return array
 
     # about the mean, because rounding would hide small variances of large values
