@@ -24,7 +24,7 @@ STUDIES = (
     *("simulated_earthquakes", "noise", "pulses", "matched_spectra", "shake_table", "selected"),
     *("yielding_building", "adaptive_rate", "uncertain_bookcase", "clinic_branches"),
 )
-"""Of the corpus: all generators, matching, selection, floors, fits, rates, uncertainty, and inventories with branches."""
+"""Of the corpus: all generators, matching, selection, floors, fits, rates, uncertainty, inventories with branches."""
 NARROW = "X86_V4 AVX512_ICL AVX512_SPR"
 """numpy's names of what is wider than AVX2."""
 PROCESSORS = {
