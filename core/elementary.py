@@ -21,16 +21,15 @@ FEW = 32
 """Values up to which Python is as fast as a compiled loop, which would also have to be loaded."""
 PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
 """Python's functions in the order of the compiled loops, those of two numbers last."""
-Elementary = Callable[..., Array]
-"""Function of one or two numbers or arrays, which are broadcast; of numbers it is one of numpy's."""
 
 
-def _of(function: Callable[..., float], at: int, *given: Any) -> Any:
+def _of(at: int, *given: Any) -> Any:
+    """Return a function of one or two numbers or arrays, which are broadcast; of numbers it is one of numpy's."""
     x = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in given))
     flat = [values.ravel() for values in x]
     if flat[0].size <= FEW:
         try:
-            return np.array([*map(function, *(values.tolist() for values in flat))]).reshape(x[0].shape)[()]
+            return np.array([*map(PYTHON[at], *(values.tolist() for values in flat))]).reshape(x[0].shape)[()]
         except (ValueError, OverflowError):  # (NaN or infinite, which Python refuses)
             pass
     found = np.empty(flat[0].size)
@@ -39,10 +38,8 @@ def _of(function: Callable[..., float], at: int, *given: Any) -> Any:
     return found.reshape(x[0].shape)[()]
 
 
-OF_ONE: list[Elementary] = [partial(_of, function, at) for at, function in enumerate(PYTHON[:-2])]
-OF_TWO: list[Elementary] = [partial(_of, function, at) for at, function in enumerate(PYTHON[-2:])]
-exp, log, expm1, log1p, tan, arcsin, arccos, arctan = OF_ONE
-power, arctan2 = OF_TWO
+_all: list[Callable[..., Array]] = [partial(_of, at) for at in range(len(PYTHON))]
+exp, log, expm1, log1p, tan, arcsin, arccos, arctan, power, arctan2 = _all
 
 
 def geomspace(low: float, high: float, number: int) -> Array:

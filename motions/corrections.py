@@ -7,7 +7,6 @@ motion among a thousand.
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable
 from fractions import Fraction
@@ -222,33 +221,26 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
 
 
 def _butterworth(order: int, corners: tuple[float, ...], kind: Kind, dt: float) -> Array:
-    """Return the sections (section, 6) of `scipy.signal.butter`, whose last digits depend on the processor.
+    """Return the sections (section, 6) of `scipy.signal.butter`, whose tangents and products depend on the processor.
 
-    Poles of the analog filter go through the bilinear transform; a section has a gain of 1 where the filter has it.
+    Slow poles go with zeros of slow motions, fast ones with those of fast motions.
     """
-    low, high = (math.tan(math.pi * corner * dt) for corner in (corners[0], corners[-1]))
-    s = [cmath.exp(0.5j * math.pi * (2 * k + order + 1) / order) for k in range(order)]
-    if kind == "bandpass":
-        halves = [0.5 * (high - low) * pole for pole in s]
-        s = [half + sign * cmath.sqrt(half * half - low * high) for half in halves for sign in (1.0, -1.0)]
-    else:
-        s = [low * pole if kind == "lowpass" else low / pole for pole in s]
-    z = sorted(((1.0 + pole) / (1.0 - pole) for pole in s), key=lambda pole: (cmath.phase(pole), pole.real))
-    pairs = [[pole, pole.conjugate()] for pole in z if pole.imag >= _ROUNDING]
-    real = [pole for pole in z if abs(pole.imag) < _ROUNDING]
-    if real:  # (of an odd order: one, or two of a wide band)
-        pairs.insert(len(pairs) // 2, real)
-    # slow poles go with zeros of slow motions, fast ones with those of fast motions
-    centre = 1j * math.sqrt(low * high)
-    at = {"lowpass": 1.0, "highpass": -1.0}.get(kind, (1.0 + centre) / (1.0 - centre))
-    zeros = {"lowpass": [-1.0] * order, "highpass": [1.0] * order}.get(kind, [1.0] * order + [-1.0] * order)
-    found = np.empty((len(pairs), 6))
-    for section, poles in zip(found, pairs, strict=True):
-        mine, zeros = zeros[: len(poles)], zeros[len(poles) :]
-        (a, b), (first, second) = [*poles, 0.0][:2], [*mine, 0.0][:2]
-        gain = abs((at - a) * (at - b) / ((at - first) * (at - second)))
-        section[:] = gain, -gain * (first + second), gain * first * second, 1.0, -(a + b).real, (a * b).real
-    return found[np.argsort(found[:, 5], kind="stable")]
+    warped: Any = [math.tan(math.pi * corner * dt) for corner in corners]
+    analog = scipy.signal.butter(order, warped if len(warped) > 1 else warped[0], kind, analog=True, output="zpk")
+    zeros, poles, gain = scipy.signal.bilinear_zpk(*analog, fs=0.5)
+    real, left = [*poles[np.abs(poles.imag) < _ROUNDING]], sorted(zeros.real, reverse=True)
+    pairs = [[pole, pole.conjugate()] for pole in poles if pole.imag >= _ROUNDING]
+    pairs.sort(key=lambda pair: -pair[0].real / abs(pair[0]))
+    pairs[len(pairs) // 2 : len(pairs) // 2] = [real] if real else []  # (of an odd order: one, or two of a wide band)
+    found = np.ones((len(pairs), 6))
+    for section, pair in zip(found, pairs, strict=True):
+        for at, roots in ((1, left[: len(pair)]), (4, pair)):
+            a, b = [*roots, 0.0][:2]
+            section[at : at + 2] = -(a + b).real, (a * b).real
+        del left[: len(pair)]
+    found = found[np.argsort(found[:, 5], kind="stable")]
+    found[0, :3] *= gain
+    return found
 
 
 def _filtered(
@@ -268,9 +260,17 @@ def _filtered(
     zeros = int(np.ceil(1.5 * poles / (corners[0] * dt)))
     _size(values.shape[1] + 2 * zeros)
 
+    # the state of each section under a constant input, as of `scipy.signal.sosfilt_zi`
+    b, a = sections[:, :3], sections[:, 3:]
+    entry = b[:, 1:] - a[:, 1:] * b[:, :1]
+    state = entry.sum(axis=1) / a.sum(axis=1)
+    gains = np.cumprod([1.0, *(b.sum(axis=1) / a.sum(axis=1))])[:-1, None]
+    steady = gains * np.stack([state, entry[:, 1] - a[:, 2] * state], axis=1)
+
     def both_ways(a: Array) -> Array:
-        padded = scipy.signal.sosfiltfilt(sections, np.pad(a, zeros), padtype=None)
-        return np.asarray(padded[zeros : zeros + a.size])
+        once = scipy.signal.sosfilt(sections, np.pad(a, zeros))
+        twice, _ = scipy.signal.sosfilt(sections, once[::-1], zi=steady * once[-1])
+        return np.asarray(twice[::-1][zeros : zeros + a.size])
 
     return _corrected(motions, note, both_ways)
 

@@ -7,7 +7,7 @@ from ..compiled import kernel
 
 @kernel(keep=True)
 def fill_one(function, x, found):
-    """Write a function of each x, by its place in `elementary.OF_ONE`, into `found`."""
+    """Write a function of each x, by its place in `elementary.PYTHON`, into `found`."""
     for i in range(x.size):
         if function == 0:
             found[i] = np.exp(x[i])
@@ -29,6 +29,6 @@ def fill_one(function, x, found):
 
 @kernel(keep=True)
 def fill_two(function, x, y, found):
-    """Write a function of each x and y, by its place in `elementary.OF_TWO`, into `found`."""
+    """Write a function of each x and y, by its place in `elementary.PYTHON`, into `found`."""
     for i in range(x.size):
-        found[i] = np.power(x[i], y[i]) if function == 0 else np.arctan2(x[i], y[i])
+        found[i] = np.power(x[i], y[i]) if function == 8 else np.arctan2(x[i], y[i])

@@ -111,8 +111,7 @@ def hazard_cells(hazard: HazardCurve, log_median: float, dispersion: float) -> H
     points = log(np.asarray(hazard.levels))
     own = points[(points > low) & (points < high)]
     edges = np.unique(np.concatenate([np.linspace(low, high, CELLS + 1), own]))
-    with np.errstate(over="ignore"):
-        rates = hazard.rate_at(exp(edges))
+    rates = hazard.rate_at(exp(edges))
     if not np.isfinite(rates).all():
         raise ValueError(
             f"hazard is too steep for a rate at a dispersion of {dispersion:.2g}: it falls with the power {slope:.3g}"

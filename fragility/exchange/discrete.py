@@ -23,8 +23,7 @@ def probability_at(parameters: CurveParameters, levels: Array) -> Array:
     """Return the probability of a curve at levels (level,), uplift included."""
     link = LINKS[parameters.link]
     z = log(levels / parameters.median) / parameters.dispersion
-    with np.errstate(over="ignore"):  # (exp of a huge number is as good as infinite)
-        p = link.cumulative(link.quantile(0.5) + link.scale * z)
+    p = link.cumulative(link.quantile(0.5) + link.scale * z)
     if not parameters.uplifting:
         return np.asarray(p)
     if parameters.uplift_dispersion == 0.0:

@@ -194,8 +194,7 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
         ends = []
         for bend in BENDS:
             score = float(bend.inverse(share))
-            with np.errstate(over="ignore"):
-                chance = bend.chance(score + away * steep / bend.density(score))
+            chance = bend.chance(score + away * steep / bend.density(score))
             residual = np.where(near, fell - chance, 0.0)
             spread = np.where(near, chance * (1.0 - chance), 0.0).sum(axis=1)
             if sample.repeated:

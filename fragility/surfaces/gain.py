@@ -76,9 +76,7 @@ def measure_gain(runs: Observations, ratios: Array) -> Gain:
     by_width = 2.0 * explained**2 / first - 2.0 * (width - explained) ** 2 / other
     influence = found.influence[:, 1] * by_slope + found.influence[:, 2] * by_spread
     influence[used] += by_width * 0.5 * (((own - centre) / width) ** 2 - 1.0) / own.size
-    reach = float(scipy.special.stdtrit(own.size - 3, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(
-        float(times(influence, influence))
-    )
+    reach = float(scipy.special.stdtrit(own.size - 3, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(times(influence, influence))
     return Gain(math.exp(value), math.exp(value - min(reach, 700.0)), math.exp(min(value + reach, 700.0)))
 
 

@@ -175,14 +175,13 @@ class RandomInputs:
                 f"from {cube.min():g} to {cube.max():g}"
             )
         inside = np.clip(cube, LEAST, 1.0 - LEAST)
-        probability = (
-            inside if self.independent else scipy.special.ndtr(times(scipy.special.ndtri(inside), self._factor.T))
-        )
+        if not self.independent:
+            inside = scipy.special.ndtr(times(scipy.special.ndtri(inside), self._factor.T))
         variables = {}
         for i, (name, one) in enumerate(self.distributions.items()):
             known = KNOWN.get(name, InputRange(DIMENSIONLESS, name, -math.inf, math.inf))
             attributes = described(known.long_name, known.units)
-            variables[name] = ("sample", one.quantile(probability[:, i]), attributes)
+            variables[name] = ("sample", one.quantile(inside[:, i]), attributes)
         index = np.arange(cube.shape[0])
         return xr.Dataset(
             variables,

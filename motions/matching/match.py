@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import xarray as xr
-from numpy.lib.stride_tricks import sliding_window_view
 
 from ...core import checks
 from ...core.doubts import warn
@@ -132,8 +131,6 @@ def match(
 def _strength(acceleration: Array, dt: float) -> Array:
     """Return the weight of changes of a record: its mean square over a moving window, zero at the ends."""
     window = max(1, min(round(SMOOTHING / dt), acceleration.size // 4))
-    power = times(
-        sliding_window_view(np.pad(acceleration**2, (window // 2, (window - 1) // 2)), window),
-        np.hanning(window + 2)[1:-1],
-    )
+    padded = np.pad(acceleration**2, (window // 2, (window - 1) // 2))
+    power = times(np.lib.stride_tricks.sliding_window_view(padded, window), np.hanning(window + 2)[1:-1])
     return np.asarray(np.maximum(power / power.max(), QUIET)) * end_window(acceleration.size, dt)

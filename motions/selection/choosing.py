@@ -80,9 +80,8 @@ def _roughness(draw: Array, sigmas: Array) -> float:
     """Return by how much the moments of a draw are off the target's, whose means are zero."""
     mean, off = draw.mean(axis=0), draw - draw.mean(axis=0)
     spread = off.std(axis=0)
-    skewness = np.divide(
-        (off * off**2).mean(axis=0), spread * spread**2, out=np.zeros_like(spread), where=spread > 1e-12
-    )
+    size = np.where(spread > 1e-12, spread, np.inf)
+    skewness = (off * off**2).mean(axis=0) / (size * size**2)
     terms = mean**2 + SIGMA_WEIGHT * (spread - sigmas) ** 2 + SKEWNESS_WEIGHT * skewness**2
     return float(terms.sum())
 

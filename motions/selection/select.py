@@ -257,9 +257,7 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
         coords={"measure": names, "unit": ("measure", units)},
         attrs={
             "title": "Selected motions beside the target",
-            "ks_critical": round(
-                float(scipy.stats.kstwo.ppf(CONFIDENCE, n)), 12
-            ),  # (more digits depend on the processor)
+            "ks_critical": round(float(scipy.stats.kstwo.ppf(CONFIDENCE, n)), 12),
             "number": n,
             "consistent": int(np.all(passes[free])),
         },
