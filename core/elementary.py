@@ -34,7 +34,7 @@ def _of(at: int, *given: Any) -> Any:
             pass
     found = np.empty(flat[0].size)
     with np.errstate(all="ignore"):  # (of numpy, where nothing is compiled)
-        (engine.fill_one if len(x) == 1 else engine.fill_two)(at, *flat, found)
+        engine.fill(at, flat[0], flat[-1], found)
     return found.reshape(x[0].shape)[()]
 
 

@@ -13,10 +13,8 @@ import numpy as np
 
 from .elementary import Array, times
 
-SWEEPS, ROUNDING, LEAST = 60, 1e-18, 1e-300
-"""Most sweeps of Jacobi's method, which some ten do; what is left of them; and what stands for 0 in a division."""
-TERMS = 15
-"""Terms of the exponential of a matrix whose norm is below 0.5: the next one is below 1e-18."""
+SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
+"""Of eigh: most sweeps, of which some ten are needed, what they leave, and a divisor for 0; terms of expm."""
 
 
 def crossed(one: Array, other: Array) -> Array:

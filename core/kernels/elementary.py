@@ -6,8 +6,8 @@ from ..compiled import kernel
 
 
 @kernel(keep=True)
-def fill_one(function, x, found):
-    """Write a function of each x, by its place in `elementary.PYTHON`, into `found`."""
+def fill(function, x, y, found):
+    """Write a function of each x, or x and y, by its place in `elementary.PYTHON`, into `found`."""
     for i in range(x.size):
         if function == 0:
             found[i] = np.exp(x[i])
@@ -23,12 +23,9 @@ def fill_one(function, x, found):
             found[i] = np.arcsin(x[i])
         elif function == 6:
             found[i] = np.arccos(x[i])
-        else:
+        elif function == 7:
             found[i] = np.arctan(x[i])
-
-
-@kernel(keep=True)
-def fill_two(function, x, y, found):
-    """Write a function of each x and y, by its place in `elementary.PYTHON`, into `found`."""
-    for i in range(x.size):
-        found[i] = np.power(x[i], y[i]) if function == 8 else np.arctan2(x[i], y[i])
+        elif function == 8:
+            found[i] = np.power(x[i], y[i])
+        else:
+            found[i] = np.arctan2(x[i], y[i])

@@ -271,9 +271,7 @@ class _Sampled(NamedTuple):
     def summed(self, share: Array) -> _Sampled:
         """Return sums over rows with their shares (place, row)."""
         given = (self.mean, self.rates.mean, self.rates.samples, self.rates.modelled)
-        mean, own, plain, modelled = (
-            times(share, values.reshape(len(values), -1)).reshape(-1, *values.shape[1:]) for values in given
-        )
+        mean, own, plain, modelled = (np.einsum("pr,r...->p...", share, values) for values in given)
         return _Sampled(mean, SampledRates(own, plain, modelled, self.rates.weights))
 
     def plus(self, other: _Sampled) -> _Sampled:
