@@ -18,8 +18,7 @@ import xarray as xr
 
 from ..core import checks
 from ..core.doubts import warn
-from ..core.elementary import Array, times
-from ..core.linear import orthonormal
+from ..core.elementary import Array, orthonormal, times
 from ..core.units import described
 from .arrays import filter_doubts, records
 

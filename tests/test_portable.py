@@ -1,7 +1,7 @@
 """Uses of numpy's wide loops, of BLAS, LAPACK and scipy's algorithms in the product stand in `portable.csv`.
 
 It has a row a kind and file (or folder), which says why its bits do not matter or do not differ between processors.
-Results of a study have the same bits on every x86-64 with FMA: use `core.elementary` and `core.linear`, and
+Results of a study have the same bits on every x86-64 with FMA: use `core.elementary`, and
 write powers of arrays but for 2, 1/2 and -1 as `power`, which no pattern can find.
 """
 

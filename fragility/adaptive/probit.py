@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.elementary import Array, Flags, Index, exp, times
-from ...core.linear import inverse
+from ...core.elementary import Array, Flags, Index, exp, inverse, times
 from ..fitting.likelihood import STATUSES, FactorData, FittedLines, fit_lines
 from ..fitting.links import LINKS, LOGNORMAL, Link
 from ..fitting.trials import gap_between

@@ -14,8 +14,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.elementary import Array, Flags, Index, log, times
-from ...core.linear import crossed, inverse, solve
+from ...core.elementary import Array, Flags, Index, crossed, inverse, log, solve, times
 from ...core.units import described
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.elementary import Array, Flags, Index, times
-from ...core.linear import eigh
+from ...core.elementary import Array, Flags, Index, eigh, times
 from ..adaptive.probit import Observations, fit_probit
 from .surface import Surface
 

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.elementary import Array, Flags, Index, exp, times
-from ...core.linear import eigh
+from ...core.elementary import Array, Flags, Index, eigh, exp, times
 from ...core.streams import stream
 from ..adaptive.probit import Observations, student
 from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, StoppingRule, margin, next_wave

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.elementary import Array, Flags, power, times
-from ...core.linear import crossed, eigh, inverse, squares
+from ...core.elementary import Array, Flags, crossed, eigh, inverse, power, squares, times
 from ...core.streams import stream
 from .surface import Cut, terms_at
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.elementary import Array, Flags, exp
-from ...core.linear import squares
+from ...core.elementary import Array, Flags, exp, squares
 from ..adaptive.probit import student
 from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces

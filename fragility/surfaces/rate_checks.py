@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.elementary import Array, Flags, Index, log, times
-from ...core.linear import crossed, solve, squares
+from ...core.elementary import Array, Flags, Index, crossed, log, solve, squares, times
 from ..adaptive.rate import draw_levels, hazard_cells
 from ..hazard.curve import HazardCurve
 from .surface import basis

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.elementary import Array, Flags, Index, exp, times
-from ...core.linear import crossed, eigh, inverse, solve, squares
+from ...core.elementary import Array, Flags, Index, crossed, eigh, exp, inverse, solve, squares, times
 from ..kernels import surfaces as engine
 
 STEPS, HALVINGS = 100, 30

@@ -14,8 +14,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.doubts import Doubt, first_of
-from ...core.elementary import Array, times
-from ...core.linear import cholesky
+from ...core.elementary import Array, cholesky, times
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...models import Block, Law

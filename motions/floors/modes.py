@@ -13,8 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...core.elementary import Array, times
-from ...core.linear import eigh
+from ...core.elementary import Array, eigh, times
 
 MOST_BEAM_MODES = 100
 

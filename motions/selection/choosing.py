@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from ...core.elementary import Array, Index, times
-from ...core.linear import eigh
+from ...core.elementary import Array, Index, eigh, times
 
 DRAWS = 20
 RESTARTS = 5

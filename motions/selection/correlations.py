@@ -13,8 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core import checks
-from ...core.elementary import Array, log, times
-from ...core.linear import eigh
+from ...core.elementary import Array, eigh, log, times
 from ..intensity.measure import MEASURES, Measure
 from ..intensity.parametric_measures import Sa
 from ..intensity.spectra import DAMPING

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core import checks
-from ...core.elementary import Array, times
-from ...core.linear import cholesky
+from ...core.elementary import Array, cholesky, times
 from .marginals import BoundedBeta, ExponentialOfBeta, LognormalMarginal, Marginal, TwoSidedExponential
 from .scenario import FAULTINGS, TWO_PI, Parameters
 

@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 
-from ...core.elementary import Array, times
-from ...core.linear import expm
+from ...core.elementary import Array, expm, times
 from ..kernels.constant_filters import second_order
 
 SETTLING = 10.0

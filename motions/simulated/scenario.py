@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core import checks
-from ...core.elementary import Array, times
-from ...core.linear import cholesky
+from ...core.elementary import Array, cholesky, times
 from ...core.units import STANDARD_GRAVITY
 from .marginals import BoundedBeta, GammaLaw, LognormalMarginal, Marginal, TwoSidedExponential
 

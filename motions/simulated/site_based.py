@@ -15,8 +15,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.elementary import Array, Flags, Index, arccos, arcsin, times
-from ...core.linear import orthonormal, solve
+from ...core.elementary import Array, Flags, Index, arccos, arcsin, orthonormal, solve, times
 from ...core.streams import stream
 from ...core.units import STANDARD_GRAVITY, described
 from ..arrays import records
@@ -396,8 +395,7 @@ def _spectral(a: Array, dt: float, time: Array, t_mid: float, counted: Flags) ->
     # N(t) = N_0 + [omega_mid x + slope x²/2]/(2 pi)
     basis = np.stack([np.ones_like(x), x, 0.5 * x * x], axis=1)
     across = orthonormal(basis).T
-    fitted = solve(times(across, basis), times(across, crossings[counted]))
-    _, apparent, apparent_slope = 2.0 * math.pi * fitted
+    _, apparent, apparent_slope = 2.0 * math.pi * solve(times(across, basis), times(across, crossings[counted]))
     rises, falls = a[1:-1] - a[:-2], a[1:-1] - a[2:]
     extremes = ((rises < 0.0) & (falls < 0.0) & (a[1:-1] > 0.0)) | ((rises > 0.0) & (falls > 0.0) & (a[1:-1] < 0.0))
     observed = int(extremes[counted[1:-1]].sum())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from toppling.core.linear import cholesky, eigh, expm, inverse, orthonormal, solve
+from toppling.core.elementary import cholesky, eigh, expm, inverse, orthonormal, solve
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 24])
