@@ -13,6 +13,7 @@ once) and 9.3 (exponentials).
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -22,8 +23,8 @@ import numpy as np
 from .aliases import Array as Array, Flags as Flags, Index as Index  # noqa: PLC0414 - for one line of imports
 from .kernels import elementary as engine
 
-FEW = 32
-"""Values up to which Python is as fast as a compiled loop, which would also have to be loaded."""
+FEW, UNLOADED = 32, 10_000
+"""Values up to which Python is as fast as a compiled loop, and as fast as loading numba for one."""
 PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
 """Python's functions in the order of the compiled loops, those of two numbers last."""
 SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
@@ -34,7 +35,7 @@ def _of(at: int, *given: Any) -> Any:
     """Return a function of one or two numbers or arrays, which are broadcast; of numbers it is one of numpy's."""
     x = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in given))
     flat = [values.ravel() for values in x]
-    if flat[0].size <= FEW:
+    if flat[0].size <= (FEW if "numba" in sys.modules else UNLOADED):
         try:
             return np.array([*map(PYTHON[at], *(values.tolist() for values in flat))]).reshape(x[0].shape)[()]
         except (ValueError, OverflowError):  # (NaN or infinite, which Python refuses)
