@@ -26,7 +26,7 @@ from .kernels import elementary as engine
 FEW, UNLOADED = 32, 10_000
 """Values up to which Python is as fast as a compiled loop, and as fast as loading numba for one."""
 PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
-"""Python's functions in the order of the compiled loops, those of two numbers last."""
+"""Functions in the order of the compiled loops, those of two numbers last."""
 SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
 """Of eigh: most sweeps, of which some ten are needed, what they leave, and a divisor for 0; terms of expm."""
 
@@ -35,15 +35,26 @@ def _of(at: int, *given: Any) -> Any:
     """Return a function of one or two numbers or arrays, which are broadcast; of numbers it is one of numpy's."""
     x = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in given))
     flat = [values.ravel() for values in x]
-    if flat[0].size <= (FEW if "numba" in sys.modules else UNLOADED):
-        try:
-            return np.array([*map(PYTHON[at], *(values.tolist() for values in flat))]).reshape(x[0].shape)[()]
-        except (ValueError, OverflowError):  # (NaN or infinite, which Python refuses)
-            pass
     found = np.empty(flat[0].size)
-    with np.errstate(all="ignore"):  # (of numpy, where nothing is compiled)
-        engine.fill(at, flat[0], flat[-1], found)
+    if found.size <= (FEW if "numba" in sys.modules else UNLOADED):
+        numbers = [values.tolist() for values in flat]
+        try:
+            found[:] = [*map(PYTHON[at], *numbers)]
+        except (ValueError, OverflowError):
+            found[:] = [_alone(PYTHON[at], *each) for each in zip(*numbers, strict=True)]
+    else:
+        with np.errstate(all="ignore"):  # (of numpy, where nothing is compiled)
+            engine.fill(at, flat[0], flat[-1], found)
     return found.reshape(x[0].shape)[()]
+
+
+def _alone(function: Any, *x: float) -> float:
+    """Return a function of numbers, numpy's where Python refuses: there it is infinite or NaN."""
+    try:
+        return float(function(*x))
+    except (ValueError, OverflowError):
+        with np.errstate(all="ignore"):
+            return float(getattr(np, function.__name__)(*x))
 
 
 _all: list[Callable[..., Array]] = [partial(_of, at) for at in range(len(PYTHON))]
