@@ -1,6 +1,6 @@
 """Coverage of intervals: `python -m toppling.benchmarks.coverage [--full]` prints docs/coverage.md.
 
-Seven minutes; with --full 1,000 studies for each truth, which takes much longer.
+A quarter of an hour; with --full 1,000 studies for each truth, which takes much longer.
 """
 
 from __future__ import annotations
