@@ -141,7 +141,7 @@ def from_array(
         if "time" in acceleration.indexes and acceleration.sizes["time"] > 1:
             checks.time_step("acceleration", acceleration["time"].values, step)
     axis = getattr(getattr(acceleration, "index", None), "values", None)  # (of a series of pandas)
-    if np.ndim(acceleration) == 1 and isinstance(axis, np.ndarray) and axis.dtype.kind == "f" and axis.size > 1:
+    if isinstance(axis, np.ndarray) and axis.dtype.kind == "f" and axis.size > 1 and np.ndim(acceleration) == 1:
         checks.time_step("acceleration", axis, step)
     values = np.atleast_2d(checks.acceleration("acceleration", acceleration, ndim=(1, 2)))
     if values.shape[1] < 2:

@@ -183,7 +183,7 @@ class _SentWork:
 
     def _once(self, value: Any) -> Future[Any]:
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
-            return self._client.submit(pickle.loads, pickle.dumps(value, pickle.HIGHEST_PROTOCOL), pure=False)
+            return self._client.submit(_loaded, pickle.dumps(value, pickle.HIGHEST_PROTOCOL), pure=False)
 
     def _rows(self, chunk: Chunk) -> Future[Any]:
         rows = (chunk.row, chunk.row_stop)
@@ -240,6 +240,10 @@ def _motions_of(made: _MadeMotions) -> list[Record]:
             _latest.clear()
             _latest[made.digests] = [motions[name] for name in made.digests]
         return _latest[made.digests]
+
+
+def _loaded(content: bytes) -> Any:
+    return pickle.loads(content)
 
 
 def _check_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> None:

@@ -70,7 +70,7 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     title = f"Sliding of each piece {when} ({confidence_text(results)} intervals{first})"
     locked = f"; {LOCKED}: as on feet, as long as the brakes hold" if LOCKED in contacts else ""
     decided = f"; trips over obstacles: {NO_SIMULATION}" if trips else ""
-    return Rows(f"{title}: with a friction below b/h it slides and never rocks{locked}{decided}", headings, rows)
+    return Rows(f"{title}: with a friction below b/h it slides and never rocks{locked}{decided}", tuple(headings), rows)
 
 
 def falling_off_sentences(results: xr.Dataset) -> Iterator[str]:

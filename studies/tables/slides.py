@@ -85,7 +85,7 @@ def _sliding(
         f"and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
         f"{f'; trips over obstacles: {NO_SIMULATION}' if trips else ''}{_cut(results.sizes['block'])}"
     )
-    return Rows(title, headings, rows)
+    return Rows(title, tuple(headings), rows)
 
 
 def _adaptive_rows(results: xr.Dataset) -> Rows:

@@ -296,7 +296,7 @@ MESSAGES = [
     (SMALL + "[friction]\ncoefficient = 0.4\n", "unknown key 'friction.coefficient'; did you mean 'static'?"),
     (SMALL + "[friction]\nmu_s = 0.4\n", "unknown key 'friction.mu_s'; did you mean 'static'?"),
     (SMALL + "[fit]\nconfidence = 95\n", "fit.confidence: must be > 0 and < 1, got 95"),
-    (SMALL + "[fit]\nreplicates = 1_000_000\n", "fit.replicates: must be >= 100 and <= 100000, got 1000000"),
+    (SMALL + "[fit]\nreplicates = 1_000_000\n", "fit.replicates: must be >= 100 and <= 100,000, got 1000000"),
     (SMALL + "[fit]\nfractiles = [10]\n", "fit.fractiles[1]: must be > 0 and < 1, got 10"),
     (SMALL + "[uncertainty]\nsamples = 1\n", "key 'uncertainty.inputs' is missing"),
     (SMALL + '[sensitivity]\nparameter = "zeta"\nvalues = [1.0]\n', "sensitivity.parameter: must be 'delta' or 'e'"),
