@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.streams import stream
-from ...fragility import HazardCurve, annual_rate, fit_fragility
+from ...fragility import HazardCurve, annual_rate, fit_fragility, size_for_rate
 from ...fragility.curves.means import mean_interval, resampled_means
 from ...fragility.risk.ratios import ratio_of
 from ..sequential.truths import MEDIAN, Truth
@@ -51,6 +51,7 @@ def rows(full: bool) -> Iterator[Row]:
             yield from of_design("20 common levels", shape, motions, studies, form="isotonic")
         yield from _of_means(motions, studies)
         yield from _of_ratios(motions, studies)
+        yield from _of_sizes(motions, studies)
     for motions in MOTIONS[2:]:
         for shape in SHAPES:
             yield from of_design("cloud", shape, motions, studies)
@@ -170,3 +171,20 @@ def _of_ratios(motions: int, studies: int) -> Iterator[Row]:
         ends, length = _ratios(falls.mean(axis=-1), resampled_means(falls))
         a, b = (float(truth.probability(np.log(LEVELS)) @ weights) for truth in (weak, strong))
         yield row_of("ratio of totals of inventories", shape.name, motions, ends, b / a, length)
+
+
+def _slenderer(truth: Truth, alpha: float, x: Array) -> Array:
+    return truth.probability(x - math.log(alpha / 0.2))
+
+
+def _of_sizes(motions: int, studies: int) -> Iterator[Row]:
+    """Yield the rows of the slenderness that meets the rate of its middle value; medians grow with it."""
+    hazard, alphas = hazards()[TABULATED], np.linspace(0.1, 0.3, 5)
+    for shape in SHAPES:
+        family = [replace(shape, correlation=0.5, probability=partial(_slenderer, shape, each)) for each in alphas]
+        drawn = xr.concat([ida(truth, studies, motions, 1) for truth in family], "block")
+        named = drawn.assign_coords(alpha=("block", alphas), block=[f"{each:g}" for each in alphas])
+        rates = annual_rate(fit_fragility(named, keep_replicates=True), hazard)
+        found = size_for_rate(rates, rate=true_rate(family[2], hazard))
+        ends = found["alpha_lower"].values, found["alpha_upper"].values
+        yield row_of(f"size that meets a rate, {TABULATED}", shape.name, motions, ends, 0.2)
