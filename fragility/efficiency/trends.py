@@ -30,6 +30,9 @@ STATUSES = (OK, NONE, ALL, SEPARATED, DECREASING, FAILED)
 RESAMPLE_TOLERANCE = 0.03
 """Tolerance of a bootstrap fit before its last step, in standard errors; replicates scatter by about 1."""
 
+ROUNDING = 1e-13
+"""Share of a sum of squares up to which what a line leaves of it is rounding."""
+
 
 class DispersionFits(NamedTuple):
     """Dispersions (…, measure, sample) and the status of the first sample; NaN where there is none."""
@@ -137,7 +140,8 @@ def demand_trends(
         with np.errstate(invalid="ignore", divide="ignore"):
             spread, joint = xx - x * x / n, xy - x * sy / n
             b = np.where(spread > 1e-12 * n, joint / spread, np.nan)
-            rest = np.maximum(yy - sy * sy / n - b * joint, 0.0)
+            rest = yy - sy * sy / n - b * joint
+            rest = np.where(rest <= ROUNDING * yy, 0.0, rest)
             slope[:, :, j] = b
             scatter[:, :, j] = np.sqrt(np.where(n > 2.0, rest / (n - 2.0), np.nan))
     return slope, scatter

@@ -26,6 +26,8 @@ DENSITY = 1.0 / math.sqrt(2.0 * math.pi)
 # A probability below this value means that the step was too long.
 LEAST = 1e-280
 SINGULAR = 1e-13
+# Ends nearer than this share of the spread are one: those of one level that was converted differ in last digits.
+SAME = 1e-9
 
 
 @kernel(error_model="python")
@@ -143,9 +145,9 @@ def _existence(lower, upper, weights):
         return NONE
     if last_start == -math.inf:
         return ALL
-    if last_start <= first_end:
+    if last_start <= first_end + SAME:
         return SEPARATED
-    if not closed and first_stood >= last_fell:
+    if not closed and first_stood >= last_fell - SAME:
         return DECREASING
     return OK
 

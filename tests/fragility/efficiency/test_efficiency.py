@@ -116,6 +116,13 @@ class TestCensoredFits:
         assert np.isnan(found[0])
         assert STATUSES[number] == status
 
+    @pytest.mark.parametrize("digits", [-3e-16, 0.0, 3e-16])
+    def test_last_digits_of_one_level_part_no_intervals(self, digits):
+        """A level converted into another measure differs in its last digits, which are those of the processor."""
+        lower, upper = np.array([0.5, 1.0, 0.5, -np.inf]), np.array([1.0, 2.0, 1.0, 1.5])
+        lower[1] += digits
+        assert STATUSES[dispersion(lower, upper)[1]] == "separated"
+
     def test_trend_of_known_capacities_is_ordinary_least_squares(self):
         rng = np.random.default_rng(5)
         x = rng.normal(6.5, 0.5, 40)
@@ -274,6 +281,22 @@ class TestRanking:
             assert one["demand_dispersion"].item() == pytest.approx(np.sqrt(fit.scale), rel=1e-9)
             assert one["proficiency"].item() == pytest.approx(np.sqrt(fit.scale) / fit.params[1], rel=1e-9)
             assert one["practicality_lower"].item() <= one["practicality"].item() <= one["practicality_upper"].item()
+
+    def test_a_line_through_all_demands_leaves_nothing(self, known):
+        """What rounding left of the squares was a scatter of 1e-8, other on every processor."""
+        runs, sets, *_ = known
+        exact = np.exp(0.3 * np.log(LEVELS))[:, None] * np.ones(runs.sizes["motion"])
+        one = runs.isel(block=[0], model=[0], motion=[0])
+        peaks = 1e-3 * exact[None, None, :, :1] * one["alpha"].values[:, None, None, None]
+        shaped = one.assign(
+            peak_rotation=(("block", "model", "level", "motion"), peaks),
+            overturned=(("block", "model", "level", "motion"), np.zeros(peaks.shape, bool)),
+        )
+        found = rank_measures(
+            shaped, sets[:1] if isinstance(sets, list) else sets.isel(motion=[0]), replicates=5, least_demand=0.0
+        )
+        assert found["practicality"].sel(measure="pgv").item() == pytest.approx(0.3, rel=1e-9)
+        assert found["demand_dispersion"].sel(measure="pgv").item() == 0.0
 
     def test_runs_in_the_elastic_zone_do_not_rock(self):
         array = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(6, 3)
