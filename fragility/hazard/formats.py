@@ -198,7 +198,7 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity) -> None:
             per = [match for match in _TIME.finditer(text) if _belongs(match, "rate") and match[0][0] != "1"]
             said += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]
         if said and not _OF_SOURCES.search(text):
-            held, other = (plain(one.strip()) for one in (_WRITTEN[quantity.kind].partition(",")[0], said[0]))
+            held, other = (plain(each.strip()) for each in (_WRITTEN[quantity.kind].partition(",")[0], said[0]))
             raise HazardError(
                 f"{lines.file}: line {lines.number} names {held}, a comment {other!r}: correct one of them"
             )

@@ -184,7 +184,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     if not found:
         other = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
         raise RecordError(f"{file}: its heading names {other}, not acceleration")
-    raised = [one.component for one in found if _ABOVE_GROUND.search(one.component)]
+    raised = [column.component for column in found if _ABOVE_GROUND.search(column.component)]
     if 0 < len(raised) < len(found):
         warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of what shakes it?")])
     _refuse_repeated(file, found)

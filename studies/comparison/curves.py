@@ -60,7 +60,7 @@ class Curves(NamedTuple):
         """Return a number of the results with its interval."""
         ends = [f"{name}{end}" for end in ("", "_lower", "_upper")]
         held = self.side.results
-        return Range(*(float(_spread(held[one]).values[at]) if one in held else math.nan for one in ends))
+        return Range(*(float(_spread(held[end]).values[at]) if end in held else math.nan for end in ends))
 
     def samples(self, name: str, at: Place) -> Array | None:
         """Return the replicates of a parameter of a curve or of its rate, None where there are none."""

@@ -34,8 +34,8 @@ DOWNTIME, INJURIES = "downtime", "injuries"
 """Quantities: the chance of one piece; expected pieces and value that overturn, the longest downtime of them and the
 persons whom they injure; the chance that anything overturns."""
 AMOUNTS = (NUMBER, LOSS, DOWNTIME, INJURIES)
-YEARLY = {**{one: f"annual_{one}" for one in AMOUNTS}, ANY: "any_rate"}
-AT_LEVEL = {**{one: f"{one}_mean" for one in AMOUNTS}, ANY: "any_probability"}
+YEARLY = {**{amount: f"annual_{amount}" for amount in AMOUNTS}, ANY: "any_rate"}
+AT_LEVEL = {**{amount: f"{amount}_mean" for amount in AMOUNTS}, ANY: "any_probability"}
 """Names of the totals in the results, with a hazard and without."""
 WHOLE = "the building"
 NEVER = "none seen to fall"
@@ -196,9 +196,9 @@ def _totals(
     for quantity in known:
         of_years = yearly and quantity == ANY
         stored = [_stored(side, quantity, law, yearly) for side, law in zip((a, b), at, strict=True)]
-        ranges = [_in_years(one, of_years) for one in stored]
+        ranges = [_in_years(rate, of_years) for rate in stored]
         sums = [getattr(one, quantity) @ weights.T for one, weights in zip(shaken, drawn, strict=True)]
-        samples = [_in_years_all(one, of_years) for one in sums]
+        samples = [_in_years_all(rates, of_years) for rates in sums]
         said = [
             "" if one.value != 0.0 else at_most(side.results) if quantity == ANY else NEVER
             for one, side in zip(ranges, (a, b), strict=True)

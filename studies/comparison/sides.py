@@ -158,7 +158,7 @@ def refuse_different(a: Side, b: Side) -> None:
             f"A and B are {a.kind} studies, which compare laws themselves: fragility, uncertainty and performance "
             "studies can be compared"
         )
-    states = [state_in(one.results) for one in (a, b)]
+    states = [state_in(side.results) for side in (a, b)]
     if states[0] != states[1]:
         raise StudyError(f"A is of {states[0]} and B of {states[1]}: only results of one damage state can be compared")
     if a.kind == PIECES:
