@@ -102,9 +102,11 @@ def circle(root=ROOT):
 
 
 class TestImports:
+    @pytest.mark.slow
     def test_packages_use_only_those_below_them(self):
         assert wrong_arrows() == set()
 
+    @pytest.mark.slow
     def test_files_form_no_circle(self):
         """Not even inside a folder, imports inside functions among them."""
         assert circle() is None
@@ -148,6 +150,7 @@ class TestKernels:
             if str(path.parent) in KERNEL_FOLDERS:
                 assert {str(used) for used in imported(path) if used.parent != path.parent} <= {DECORATOR}, path
 
+    @pytest.mark.slow
     def test_kernels_are_defined_in_kernel_folders_only(self):
         """Only files that import the decorator can define a kernel, for only `NUMBA` knows of numba's own."""
         assert {str(path.parent) for path in code() if Path(DECORATOR) in imported(path)} == KERNEL_FOLDERS

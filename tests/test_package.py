@@ -161,6 +161,7 @@ def loaded(code, heavy=HEAVY):
     return done.stderr.split()
 
 
+@pytest.mark.slow
 def test_importing_is_light():
     """No arrays with labels, no compiler, no figures, until they are asked for; nor the faces of the packages."""
     assert loaded("import toppling", (*HEAVY, "numpy", "pydantic")) == []
@@ -222,6 +223,7 @@ levels = { values = [2.0, 4.0, 6.0], unit = "m/s2" }
 """
 
 
+@pytest.mark.slow
 def test_a_study_and_its_report_load_what_they_need(tmp_path):
     """A study no statistics, no arrays of dask and no cluster; a report moreover no compiler and no motions."""
     (tmp_path / "study.toml").write_text(STUDY)

@@ -14,6 +14,7 @@ def run(code):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_plain_arrays_do_not_load_those_of_dask():
     code = """
 one = xr.DataArray([1.0, np.nan], dims="x")
@@ -31,6 +32,7 @@ print("loaded" * ("dask.array" in sys.modules))
 """)
 
 
+@pytest.mark.slow
 def test_arrays_of_dask_stay_arrays_of_dask():
     """Kept as they are, shown as such, with the values hidden behind a mask as NaN."""
     run("""
@@ -45,6 +47,7 @@ assert np.isnan(masked.values).tolist() == [False, True, False]
 """)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["version", "available", "module"])
 def test_what_else_xarray_may_ask(name):
     run(f"""

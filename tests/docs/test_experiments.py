@@ -111,6 +111,7 @@ def measured():
         return {row["id"]: row for row in csv.DictReader(stream)}
 
 
+@pytest.mark.slow
 def test_measured_inputs_have_a_second_prediction(kept, measured):
     own = [name for name, row in ROWS.items() if row.measured is not None]
     assert {"M-1.215-flooring", "M-1.215-tile"} <= set(own)

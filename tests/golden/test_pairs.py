@@ -91,6 +91,7 @@ def check_intervals(results):
             assert not np.any((value.values < -1e-9) | (value.values > 1.0 + 1e-9)), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "number", [pytest.param(row, marks=[pytest.mark.slow] * (at > 2)) for at, row in enumerate(SAMPLE)]
 )

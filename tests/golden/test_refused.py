@@ -32,6 +32,7 @@ def problems(case, folder, monkeypatch, capsys):
             yield f"{name!r} is not named: {told}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", TABLES)
 @pytest.mark.parametrize("quick", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["some", "others"])
 def test_refused(tmp_path, monkeypatch, capsys, table, quick):

@@ -10,6 +10,7 @@ STUDIES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", STUDIES)
 def test_numbers_of_a_study(folder, tmp_path):
     assert not list(differences(read(folder), compute(folder, tmp_path / "study"), tolerances(folder)))

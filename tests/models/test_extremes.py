@@ -18,6 +18,7 @@ def test_numbers_or_one_sentence(first):
     assert "numbers" in ends
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [369, 927, 266, 4491])
 def test_found_before(number):
     """Runs that did not end, took 15 s, fell at no known time, or fell beside a restraint that never breaks."""

@@ -266,6 +266,7 @@ def test_extreme_parameters_end_and_stay_finite(model, alpha, R):
     assert not scaled.overturned.values[0, 0, 0].any()
 
 
+@pytest.mark.slow
 def test_uplift_within_rounding_of_the_threshold_ends():
     """Forcing a few units in the last place about the threshold, then falling, steady or rising: no endless uplift."""
     rng = np.random.default_rng(5)

@@ -277,6 +277,7 @@ class TestOverturning:
         assert np.any(np.diff(overturns(oscillator, pulse, factors).astype(int)) < 0)
 
 
+@pytest.mark.slow
 def test_tables_of_any_shape():
     """Five regions without mirror symmetry (two slendernesses, a soft stop on one side) against a stiff ODE solver."""
     from scipy.integrate import solve_ivp

@@ -79,6 +79,7 @@ class TestMeasures:
         h1, h2 = (float(mo.measures(pair.sel(component=one), ["pgv"]).pgv[0]) for one in ("h1", "h2"))
         assert value(pair, "GeometricMean(pgv)") == pytest.approx(math.sqrt(h1 * h2), rel=1e-14)
 
+    @pytest.mark.slow
     def test_arias_intensity_is_a_quadratic_form(self):
         """Over all directions it is the ellipse of the two principal ones; its median is the mean of the two."""
         pair = noise()

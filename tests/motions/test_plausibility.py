@@ -250,6 +250,7 @@ class TestRecords:
         assert set(kinds(noisy)) >= {"offset", "drift"}
         assert kinds(mo.baseline(noisy, 1)) == {}
 
+    @pytest.mark.slow
     @needs_shared
     def test_real_records(self):
         """No processed record of the suite is doubted; what a slip of units makes of them is."""

@@ -124,6 +124,7 @@ def test_a_difference_of_estimates_from_the_same_motions_is_less_uncertain_than_
     assert 0.0 < error < math.hypot(local.median().error, found.median().error)
 
 
+@pytest.mark.slow
 def test_a_local_fit_follows_a_curve_that_is_not_lognormal():
     """The curve through all runs misses the median of a mixture; a local one does by the square of its reach."""
     random = np.random.default_rng(4)

@@ -65,6 +65,7 @@ def test_layout(found):
         assert one.attrs["long_name"]
 
 
+@pytest.mark.slow
 def test_every_run_is_that_of_its_block_law_motion_and_level(found):
     """30 runs, each by an analysis of its own."""
     for i in np.random.default_rng(0).choice(found.sizes["run"], 30, replace=False):
@@ -74,6 +75,7 @@ def test_every_run_is_that_of_its_block_law_motion_and_level(found):
         assert bool(one["overturned"].item()) == bool(found["overturned"][i])
 
 
+@pytest.mark.slow
 def test_medians_are_those_of_many_levels(found):
     """200 other motions at 60 levels: the medians agree within the two errors."""
     levels = np.geomspace(0.2, 3.0, 60)
@@ -97,6 +99,7 @@ def test_a_curve_is_the_same_among_others_and_alone(found):
         assert alone[name].item() == found[name][1, 1].item()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 3])
 def test_bytes_do_not_depend_on_workers(found, workers):
     with dask.config.set(scheduler="threads", num_workers=workers):
@@ -146,6 +149,7 @@ def test_fits_take_the_runs_with_their_motions(found):
             function()
 
 
+@pytest.mark.slow
 def test_fits_of_selections_are_of_what_was_selected(found):
     whole = tp.fit_fragility(found, replicates=20)
     for b in (0, 1):
@@ -168,6 +172,7 @@ def test_fits_of_selections_are_of_what_was_selected(found):
         tp.fit_fragility(found.isel(motion=0))
 
 
+@pytest.mark.slow
 def test_rates_are_those_of_the_hazard():
     hazard = HazardCurve.power_law(1e-1, 2.0, "pga")
     until = {"rate": 0.25, "motions": {"least": 32, "most": 600}}
@@ -185,6 +190,7 @@ def test_rates_are_those_of_the_hazard():
     assert float(found["rate_lower"].item()) < float(found["rate"].item()) < float(found["rate_upper"].item())
 
 
+@pytest.mark.slow
 def test_a_probability_keeps_within_0_and_1():
     for level in (1.15, 1.2, 1.25):
         until = {"probability": {"level": level, "within": 0.05}, "motions": {"least": 32}}
@@ -203,6 +209,7 @@ def test_sets_are_taken_in_an_order_of_their_own_and_end():
         tp.ida(BLOCK, LAWS[0], SHAKES.sample(20), "adaptive")
 
 
+@pytest.mark.slow
 def test_measures_of_blocks_and_plain_factors():
     """Levels are those of the measure: its value of the motion times the factor that the run had."""
     for im in ("pga_normalised", "scale"):
@@ -223,6 +230,7 @@ def test_levels_of_the_ground_below_a_floor():
     assert "ground_pgv" in above.coords
 
 
+@pytest.mark.slow
 def test_both_polarities_are_one_motion():
     lean = tp.Block(0.4, 1.6, name="lean", wall=tp.Wall(0.05))
     found = tp.ida(lean, LAWS[0], SHAKES, "adaptive", until=COARSE, polarity="both")
@@ -250,6 +258,7 @@ class TestOtherStates:
     SLIDING = tp.Sliding(0.3)
     CASES = [(SLIDING, Slip(0.1), "slide_peak"), (LAWS[0], 0.5, "peak_rotation"), (LAWS[0], "uplifted", "uplifted")]
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("law", "state", "output"), CASES, ids=["slip", "rotation", "uplift"])
     def test_medians_are_those_of_many_levels(self, law, state, output):
         """200 other motions at 60 levels: the medians agree within the two errors."""
@@ -279,6 +288,7 @@ class TestOtherStates:
             one = tp.ida(WIDE, self.SLIDING, motion, [float(found["level"][i])], "RotD50(pgv)")
             assert float(one["slide_peak"].item()) == pytest.approx(float(found["slide_peak"][i]), rel=1e-9)
 
+    @pytest.mark.slow
     def test_other_laws_of_friction_have_curves_of_their_own(self):
         laws = [self.SLIDING, tp.Sliding(0.32)]
         found = tp.ida(WIDE, laws, SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))

@@ -318,6 +318,7 @@ class TestFit:
         assert fit.status.item() == "ok"
         assert bool(fit.converged)
 
+    @pytest.mark.slow
     def test_against_statsmodels(self):
         sm = pytest.importorskip("statsmodels.api")
         rng = np.random.default_rng(4)

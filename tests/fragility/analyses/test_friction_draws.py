@@ -38,6 +38,7 @@ def test_coefficients_are_draws_of_those_below_uplift():
     np.testing.assert_array_equal(draws(LAW, BLOCK, 5, np.array([7, 2]), 3), found[:, [7, 2]])
 
 
+@pytest.mark.slow
 def test_a_run_is_that_of_its_coefficient():
     found = adaptive(outputs=OUTPUTS)
     for k in range(0, found.sizes["run"], 41):
@@ -48,6 +49,7 @@ def test_a_run_is_that_of_its_coefficient():
             np.testing.assert_allclose(found[name][k], own[name].squeeze(), rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_run_in_the_plane_is_that_of_its_coefficient():
     (pairs,) = both_axes(SHAKES.sample_pairs(80))
     found = tp.ida(BLOCK, LAW, pairs, "adaptive", "RotD50(pga)", until={"median": 0.3}, state=Slip(0.05))
@@ -59,6 +61,7 @@ def test_a_run_in_the_plane_is_that_of_its_coefficient():
         np.testing.assert_allclose(found["slide_peak"][k], own["slide_peak"].squeeze(), rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_curve_is_that_of_many_coefficients():
     """Runs of other motions with 100 coefficients each have their half between the ends of the interval."""
     found = adaptive(until={"median": 0.05})
@@ -84,6 +87,7 @@ def test_results_do_not_depend_on_other_blocks_or_threads():
     np.testing.assert_array_equal(both["slide_peak"][mine], alone["slide_peak"])
 
 
+@pytest.mark.slow
 def test_known_and_random_friction_side_by_side():
     found = adaptive(law=[tp.Sliding(0.3), LAW])
     known = found["run_model"].values == 0

@@ -72,6 +72,7 @@ def test_a_share_from_a_sample_has_the_error_that_is_said(fell):
     np.testing.assert_allclose(found["fallen_sampling_error"], np.sqrt((1.0 - 40 / 300) * q * (1.0 - q) / 39))
 
 
+@pytest.mark.slow
 def test_the_sample_is_of_the_seed_alone():
     one = joint_falls(region(300), LAWS[0], SHAKES, LEVELS, sample=40, seed=1)
     assert one.identical(joint_falls(region(300), LAWS[0], SHAKES, LEVELS, sample=40, seed=1))

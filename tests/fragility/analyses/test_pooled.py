@@ -94,6 +94,7 @@ def test_runs_are_runs(found):
         assert bool(own["overturned"].squeeze()) == bool(run["run_overturned"])
 
 
+@pytest.mark.slow
 def test_levels_grow_with_the_square_of_the_scale():
     """Runs at levels of Arias intensity are those of `ida` there, though surfaces take them over (g tan α)²."""
     block = tp.Block.from_slenderness(0.2, 0.8)
@@ -201,6 +202,7 @@ def test_a_kink_that_the_check_misses_is_found_in_the_runs(seed, monkeypatch):
     assert cut_there or float(found["lack_of_fit"][0]) > 0.1
 
 
+@pytest.mark.slow
 def test_laws_whose_checks_take_the_last_motions_end_with_what_is_known(monkeypatch):
     """The check of the first law sends it on, and that of the second takes all motions that were left."""
     answers = iter([True])
@@ -282,6 +284,7 @@ def test_a_set_of_motions_and_its_end():
     assert "no more motions, the precision takes about" in found["account"].values[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "blocks",
     [

@@ -303,6 +303,7 @@ class TestBothComponents:
         np.testing.assert_allclose(found["slide_peak"].item(), float(alone.slide_peak), rtol=1e-12)
         np.testing.assert_allclose(found["slide_forward"].item(), float(alone.slide_peak) / np.sqrt(2.0), rtol=1e-12)
 
+    @pytest.mark.slow
     def test_slips_are_those_of_an_integration_step_by_step(self, runs, pairs):
         found = slide_runs(runs, pairs, 0.2)["slide_peak"].values[0, 0]
         factors = np.array(self.LEVELS)[:, None] / runs["RotD50(pga)"].values
@@ -323,6 +324,7 @@ class TestBothComponents:
         fell = overturning_probability(found, state="fallen_off")
         np.testing.assert_allclose(fell["probability"], found["fallen_off"].mean("motion"))
 
+    @pytest.mark.slow
     def test_one_component_in_the_plane(self):
         """The integration in the plane, of one component, is the sliding of the engine."""
         motions = noise(4, 6)

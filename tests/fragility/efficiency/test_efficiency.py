@@ -215,6 +215,7 @@ class TestRanking:
             assert "units" in found[name].attrs, name
             assert found[name].attrs["long_name"], name
 
+    @pytest.mark.slow
     def test_every_measure_from_runs_in_one(self, known):
         """Capacities converted by hand, motion by motion; Arias intensity grows with the square."""
         runs, sets, _, factor = known
@@ -456,6 +457,7 @@ class TestIntervals:
         alone = np.diff(np.quantile(found[:, 0, 1:], [0.025, 0.975], axis=1), axis=0)
         assert 0.5 < (high - low).mean() / (np.sqrt(2.0) * alone.mean()) < 0.7
 
+    @pytest.mark.slow
     def test_they_hold_the_dispersions_of_other_grids(self):
         """Of the same few motions at other levels: 90 % with samples of the motions alone."""
         held = []
@@ -481,6 +483,7 @@ class TestIntervals:
         ends = np.quantile(np.sqrt(drawn @ noise**2 / 40.0 - mean**2), [0.025, 0.975])
         assert float(found["dispersion_upper"] - found["dispersion_lower"]) == pytest.approx(np.ptp(ends), rel=0.1)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("number", [2, 3])
     def test_those_of_few_motions_contain_their_estimates(self, number):
         """Samples of dispersions are biased to low values, most those of few motions."""

@@ -168,6 +168,7 @@ def test_foreign_metadata_are_left_alone(about, tmp_path):
 
 
 class TestLabels:
+    @pytest.mark.slow
     @given(st.text(max_size=30))
     @settings(max_examples=500, **REPEATABLE)
     def test_no_cell_is_a_formula_and_all_come_back(self, text):

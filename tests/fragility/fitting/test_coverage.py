@@ -33,6 +33,7 @@ def covered(fit, truth):
     return found
 
 
+@pytest.mark.slow
 def test_clustered_studies():
     """300 studies of 60 motions: the default covers, naive intervals fail, percentiles miss on one side.
 
@@ -61,6 +62,7 @@ def test_clustered_studies():
         assert stated == pytest.approx(scatter, rel=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", ["stripes", "cloud"])
 def test_independent_runs(design):
     """600 studies of 100 motions, each run once, by the profile likelihood (told to 0.9 %, one standard error)."""
@@ -86,6 +88,7 @@ def test_first_overturnings():
         assert 0.91 <= share <= 0.985, name
 
 
+@pytest.mark.slow
 def test_separated_studies():
     """Levels so far apart that most studies are separated: penalised intervals still hold the truth."""
     runs = clustered(44, 300, 30, [0.4, 1.05, 2.7], dispersion=0.37)

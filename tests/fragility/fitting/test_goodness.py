@@ -75,6 +75,7 @@ class TestGoodness:
         assert kstest(p, "uniform").pvalue > 0.01
         assert goodness_of_fit(wrong, **options)["p_value"].item() <= 0.02
 
+    @pytest.mark.slow
     def test_runs_of_one_motion_are_not_independent(self):
         """Chi-square's quantile would reject clustered studies wrongly, or hardly ever; the simulation does not."""
         fits = clustered(9, 200, 100, np.geomspace(0.3, 3.0, 20))
@@ -83,6 +84,7 @@ class TestGoodness:
         assert abs((naive < 0.05).mean() - 0.05) > 0.04
         assert (found["p_value"].values < 0.05).mean() == pytest.approx(0.05, abs=0.045)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("correlation", [0.0, 0.3, 0.8])
     def test_runs_of_one_motion_that_differ(self, correlation):
         """One capacity a motion would reject a quarter of these right curves, 5 % of which are to be rejected."""

@@ -311,6 +311,7 @@ class TestNoCurve:
             assert np.isnan(nothing["median"].item())
             assert not bool(nothing["penalised"])
 
+    @pytest.mark.slow
     def test_the_penalty_takes_out_bias(self):
         """Small stripes: ln(dispersion) is nearer to the truth with Jeffreys' prior always on."""
         levels = np.geomspace(0.5, 2.0, 5)

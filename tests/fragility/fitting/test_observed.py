@@ -87,6 +87,7 @@ def test_motions_count_once():
     assert ends(fit_fragility(both, intervals="profile")) == pytest.approx(ends(one), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [LOGNORMAL, WEIBULL, FRECHET, MIXTURE], ids=lambda shape: shape.name)
 @pytest.mark.parametrize("motions", [20, 100])
 @pytest.mark.parametrize("draw", [ida, stripes, cloud])
@@ -100,6 +101,7 @@ def test_how_often_they_hold(draw, motions, shape):
         assert np.mean((low <= level) & (level <= high)) > 0.91
 
 
+@pytest.mark.slow
 def test_more_motions_do_not_make_it_worse():
     """The fitted median of two populations leaves half with more motions; the level from the runs does not."""
     held = {}
@@ -113,6 +115,7 @@ def test_more_motions_do_not_make_it_worse():
     assert min(held["half_level", 40], held["half_level", 400]) > 0.91
 
 
+@pytest.mark.slow
 def test_of_real_runs():
     """The cabinet of exact geometry whose fitted median is 3 % above the level at which half of 4,000 motions fall."""
     shakes = tp.motions.CloughPenzien(duration=20.0, dt=0.01)

@@ -46,6 +46,7 @@ class TestModelling:
         found = tp.annual_rate(with_modelling(curves(), beta), power(k))["rate"].item()
         assert found == pytest.approx(plain * math.exp(0.5 * k * k * beta * beta), rel=1e-10)
 
+    @pytest.mark.slow
     def test_it_is_the_mean_of_shifted_curves(self):
         """Held to the average of 201 shifted curves under a hazard curve with kinks."""
         hazard = tp.HazardCurve([0.1, 0.5, 1.0, 3.0], [1e-2, 8e-4, 2e-4, 1e-5], "pga")

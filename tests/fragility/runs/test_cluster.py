@@ -220,6 +220,7 @@ def test_a_worker_of_other_sources_is_refused():
         _run_part([], [], task)
 
 
+@pytest.mark.slow
 def test_no_worker(machines, monkeypatch):
     from distributed import Client
 

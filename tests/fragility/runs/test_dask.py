@@ -182,6 +182,7 @@ class TestHere:
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
         assert len(seen) == len(plan.plan_chunks(work_of_blocks(shakes)))
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("scheduler", SCHEDULERS)
     def test_a_study_is_stopped_and_goes_on(self, tmp_path, small_chunks, scheduler):
         (tmp_path / "study.toml").write_text(crate_study("Dask", 12, 6, 0.02, 5), encoding="utf-8")

@@ -87,6 +87,7 @@ def test_velocity_saves_most_site_based_motions_as_is_said():
     assert "would take" not in other["account"].item()
 
 
+@pytest.mark.slow
 def test_velocity_saves_no_motions_of_filtered_noise():
     found = tp.ida(CABINET, tp.EnergyConsistent(), NOISE, "adaptive", "pga", until={"median": 0.1})
     assert 0.5 < gains(found)["pgv"] < 1.5

@@ -709,6 +709,7 @@ class TestStudy:
             with pytest.raises(StudyError, match=message):
                 self.study(tmp_path, f"{STUDY}{text}\n")
 
+    @pytest.mark.slow
     def test_the_command_prints_the_notes(self, tmp_path, capsys):
         text = STUDY.replace("height_m = 1.2", "height_m = 0.8")
         (tmp_path / "study.toml").write_text(text)

@@ -113,6 +113,7 @@ def test_motions_may_be_a_set(found, screened):
         assert one.identical(again[name]), name
 
 
+@pytest.mark.slow
 def test_selections_are_screened_as_the_whole(found, screened):
     for block, model in ((0, 1), (1, 0)):
         own = (screened["run_block"].values == block) & (screened["run_model"].values == model)
@@ -242,6 +243,7 @@ def test_blocks_and_laws_in_another_order_keep_their_shares(found):
     np.testing.assert_array_equal(again["verdict"], whole["verdict"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [slice(None, None, -1), np.random.default_rng(3).permutation(64)])
 def test_motions_in_any_order_are_made_again_in_theirs(found, screened, order):
     """More motions than are made at a time: what is of a motion stays with it."""

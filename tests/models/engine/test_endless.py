@@ -29,6 +29,7 @@ WAYS = {
 INPUTS = RandomInputs({"alpha_factor": Uniform(0.99, 1.01)})
 
 
+@pytest.mark.slow
 def test_a_block_that_rattles_in_a_niche_without_loss():
     """Walls 4e-12 m away and e = 1: some 1e10 impacts in the record."""
     compile_engine()
@@ -70,6 +71,7 @@ class TestStiffZones:
         for law in laws:
             assert seconds_per_sample(law.oscillator(tp.Block(0.4, 1.8)), 0.01) == SECONDS_PER_SAMPLE
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("way", WAYS)
     @pytest.mark.parametrize("law", [
         tp.GianniniMasiani(e=0.9, delta=1e-9),

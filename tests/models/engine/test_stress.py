@@ -102,6 +102,7 @@ def _compiled():
 class TestRanges:
     """delta 1e-6 … 0.5, e 0.01 … 1, R 1 cm … 100 m, alpha 0.01 … 1.2, dt 1e-5 … 0.05 s, levels to 1e6."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("law", "options"), CASES, ids=label)
     @settings(max_examples=60, **REPEATABLE)
     @given(draw=draws())

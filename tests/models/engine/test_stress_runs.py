@@ -209,6 +209,7 @@ LANE_COUNTS = (1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 63, 64, 65, 255, 256, 257)
 class TestBatches:
     """A run's bits are its own, whatever else is computed beside it."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("skip", [True, False])
     def test_one_oscillator(self, skip):
         """Many factors of one oscillator, in any order and number, against each alone."""

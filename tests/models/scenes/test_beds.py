@@ -271,6 +271,7 @@ class TestRuns:
         assert run.sizes["peak"] > 300
         np.testing.assert_allclose(run.peak_rotations.values, 0.5 * CABINET.alpha, rtol=1e-11)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("block", "w", "turning", "least", "most"),
         [

@@ -75,6 +75,7 @@ class TestPlane:
                 turned = [c * plain[ALONG] - s * plain[ACROSS], s * plain[ALONG] + c * plain[ACROSS]]
                 np.testing.assert_allclose(found[[ALONG, ACROSS]], turned, rtol=0.0, atol=1e-9)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("static", "ratio", "lifted"),
         [pytest.param(0.1, 1.0, False, marks=pytest.mark.slow), (0.25, 0.8, False), (0.2, 0.9, True)],
@@ -97,6 +98,7 @@ class TestPlane:
             ):
                 np.testing.assert_allclose(found[SLIDES[name]], expected[own], rtol=0.0, atol=1e-9, err_msg=name)
 
+    @pytest.mark.slow
     def test_against_steps_with_friction_at_their_ends(self):
         motions = noise(3, seed=4)
         found = [run(x, y, 0.15)[0, SLIDES["slide_peak"]] for x, y in motions]

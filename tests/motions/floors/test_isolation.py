@@ -87,6 +87,7 @@ def test_elastic_floors_are_those_of_dense_matrices():
     np.testing.assert_allclose(building.floor_motions(ground).values[0], np.array(expected).T, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strength", [None, 0.08])
 def test_yielding_storeys_on_lead_rubber_against_another_integrator(strength):
     ground = shaking(1, 2.0).isel(time=slice(0, 400))

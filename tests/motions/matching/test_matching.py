@@ -176,6 +176,7 @@ class TestKernel:
             np.testing.assert_allclose(np.abs(value), exact, rtol=5e-3)
             assert np.all((when >= 0.0) & (when <= 0.01 * motion.size))
 
+    @pytest.mark.slow
     def test_a_step_delivers_what_is_asked(self):
         """Responses at fixed times are linear in the acceleration: rows times change is the wanted change."""
         rng = np.random.default_rng(3)
@@ -398,6 +399,7 @@ class TestAcceptance:
         with pytest.raises(ValueError, match="must hold the same motions, got 1 beside 2"):
             mo.ac156_acceptance(made, 1.0, other_axes=[other[:1]])
 
+    @pytest.mark.slow
     def test_what_is_not_enforced_is_most_of_the_velocity(self):
         """Matched from 0.1 Hz or from 1.3 Hz on: both are accepted, with velocities far apart."""
         whole, part = (mo.AC156(1.0, lowest_frequency=f).sample(4, seed=3) for f in (0.1, 1.3))

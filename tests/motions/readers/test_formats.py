@@ -529,6 +529,7 @@ class TestHostile:
         assert peak < 40e6
         assert elapsed < 5.0
 
+    @pytest.mark.slow
     def test_memory_follows_the_samples_not_the_text(self, tmp_path):
         n = 300_000
         path = saved(tmp_path, files.at2(np.zeros(n)))

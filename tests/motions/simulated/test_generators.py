@@ -332,6 +332,7 @@ class TestSiteBasedScenario:
         part = generator.parameters(3, seed=3, first=5)
         assert part.equals(drawn.isel(motion=slice(5, 8)))
 
+    @pytest.mark.slow
     def test_peaks_beside_a_ground_motion_model(self):
         """BSSA14 at M 6.5, 20 km, 760 m/s, strike-slip: PGA 0.1218 g, PGV 9.15 cm/s (evaluated from its table).
 

@@ -88,6 +88,7 @@ class TestAgainstIda:
         ground = shaking()
         return tp.ida(block, model, FRAME.floor_motions(ground, [floor]), LEVELS, "pga", "overturned", ground=ground)
 
+    @pytest.mark.slow
     def test_flags(self, found):
         for row in INVENTORY.rows:
             for k, law in enumerate((LAW, tp.DiscreteDamping())):
@@ -337,6 +338,7 @@ class TestPieces:
 
 
 class TestAssessment:
+    @pytest.mark.slow
     def test_units_names_and_bytes(self, found, drawn, tmp_path):
         for result in (found, drawn, anchoring(found)):
             for name in result.variables:

@@ -190,6 +190,7 @@ class TestKits:
     def plain(self, request):
         return self.SHAKE._replace(polarity=request.param).assess(Inventory(self.ROWS, "EUR"), sides=True)
 
+    @pytest.mark.slow
     def test_savings_are_differences_of_assessments(self, plain):
         inventory = Inventory(self.ROWS, "EUR")
         found = kit_savings(inventory, self.KITS, plain, self.SHAKE)
@@ -228,6 +229,7 @@ class TestKits:
         assert (plain["probability"].values[0, 0] > found["probability"].values[0, 0]).any()
 
 
+@pytest.mark.slow
 def test_pieces_that_differ_keep_their_plan_ratio():
     spread = Variability(slenderness_dispersion=0.1, variants=3, realisations=4)
     lines = Inventory(LINES[:1])
@@ -241,6 +243,7 @@ def test_pieces_that_differ_keep_their_plan_ratio():
         np.testing.assert_array_equal(different["sideways"].values[0, 0, k], first == 2)
 
 
+@pytest.mark.slow
 def test_floor_histories_in_two_directions_are_pairs(found):
     """Histories as they are, one set for each level: the floors of the same pairs, scaled beforehand."""
     (array,) = FRAME.floor_motions(TURNED, [1, 2])
@@ -377,6 +380,7 @@ def study(tmp_path, *changes, inventory=INVENTORY):
     return tp.Study.from_toml(tmp_path / "study.toml")
 
 
+@pytest.mark.slow
 def test_a_study_is_the_assessment_in_python(tmp_path):
     plan = study(tmp_path)
     assert "8 motions about both axes" in plan.words

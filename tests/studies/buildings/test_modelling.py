@@ -41,6 +41,7 @@ def assessed(monkeypatch, inventory, levels, hazard=None, run=None, factor=1.0, 
 
 
 class TestAnnualValues:
+    @pytest.mark.slow
     @pytest.mark.parametrize("inventory", [THREE, ALIKE])
     def test_means_have_the_closed_form_s_factor(self, monkeypatch, inventory):
         """Under a power law exp(k² beta_m²/2): rates of pieces, numbers and losses, with their intervals."""
@@ -72,6 +73,7 @@ class TestAnnualValues:
             exponent = 1.28 * BETA * (1.8 if end == "upper" else -1.8)
             np.testing.assert_allclose(found[name], math.exp(exponent) * plain[value], rtol=1e-9, err_msg=name)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("hazard", [None, tp.HazardCurve.log_quadratic(1e-3, 1.5, 0.2, "pga")])
     def test_a_range_ends_where_capacities_times_one_factor_do(self, monkeypatch, hazard):
         """Numbers, losses, any fall and consequences, of a year and at levels: assessments of other capacities."""
@@ -134,6 +136,7 @@ class TestAnnualValues:
 
 
 class TestAtALevel:
+    @pytest.mark.slow
     def test_against_plain_loops(self, monkeypatch):
         """Probabilities, and the distribution of how many fall, of 80,000 buildings."""
         levels = np.array([3.0, 4.0])

@@ -484,6 +484,7 @@ def test_curves_have_no_workbook(tmp_path, capsys):
     assert "--format xlsx is for pieces and annual rates, and there is no [hazard]" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_rates_of_blocks_as_a_workbook(tmp_path):
     """Every block under every law: rate, chances, and the levels at which a tenth and a half fall."""
     text = crate_study("Curves", 8, 6, 0.02, 6) + HAZARD

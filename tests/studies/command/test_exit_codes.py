@@ -93,6 +93,7 @@ def command(*arguments, **options):
     return subprocess.run([sys.executable, "-m", "toppling", *arguments], check=False, **given)
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_ends_the_printing_alone(tmp_path):
     """`toppling run … | head -1`, and a log on a full disk."""
     (tmp_path / "study.toml").write_text(crate_study("Pipe", 3, 6, 0.02, 3), encoding="utf-8")
@@ -130,6 +131,7 @@ def test_variables_that_numba_cannot_read(tmp_path, given):
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_no_backend_of_figures_is_needed(tmp_path):
     """Notebooks set one of their own for what they start, which another environment lacks."""
     (tmp_path / "study.toml").write_text(crate_study("Backend", 3, 6, 0.02, 3), encoding="utf-8")
@@ -138,6 +140,7 @@ def test_no_backend_of_figures_is_needed(tmp_path):
     assert list((tmp_path / "out").glob("*.png"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="no signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_a_signal_leaves_nothing_half_written(tmp_path, number):
@@ -243,6 +246,7 @@ def test_a_folder_removed_before_the_results_are_written(tmp_path, monkeypatch, 
     assert "out: was removed while the study ran" in error
 
 
+@pytest.mark.slow
 def test_names_give_the_terminal_no_orders(tmp_path, capsys):
     """Control characters of names and arguments: on both streams, in lines, tables and warnings."""
     (tmp_path / "study.toml").write_text(crate_study("Colours", 3, 6, 0.02, 3), encoding="utf-8")

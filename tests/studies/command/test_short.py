@@ -33,6 +33,7 @@ def test_an_answer_in_a_few_lines(study, capsys):
     assert "note: vertical shaking" not in text
 
 
+@pytest.mark.slow
 def test_results_that_are_not_valid_are_said_to_be_so_before_anything_is_advised(tmp_path, capsys):
     (tmp_path / "study.toml").write_text(crate_study("Few motions", 2, 6, 0.02, 5), encoding="utf-8")
     assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 0

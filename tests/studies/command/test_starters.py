@@ -159,6 +159,7 @@ def test_the_workbook_is_the_table(written):
     assert all(isinstance(line[header.index("value")], int) for line in lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "im", "lowest", "highest"),
     [
@@ -193,6 +194,7 @@ def test_all_take_one_law_for_one_reason(kind, written):
     assert reason in text.replace("\n# ", " ")
 
 
+@pytest.mark.slow
 def test_an_inventory_with_all_that_its_law_takes(written, tmp_path):
     """Walls however near, leans and centres of mass off the middle, beside the columns that are there."""
     folder = shutil.copytree(written / "scenario", tmp_path / "scenario")
@@ -229,6 +231,7 @@ def test_all_refused_pieces_come_at_once_with_numbers_that_work(tmp_path):
         assert len(tp.Study.from_toml(study).inventory) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["inventory", "scenario"])
 def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
     assert main(["new", kind, str(tmp_path / "one")]) == 0

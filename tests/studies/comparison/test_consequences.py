@@ -113,6 +113,7 @@ def test_at_a_level(folder, name):
     assert quantity.stored == {"loss": "EUR", "downtime": "day", "injuries": "1"}[name]
 
 
+@pytest.mark.slow
 def test_what_is_printed(folder, tmp_path):
     found = compare(folder / "narrow", folder / "wide", tmp_path)
     (whole,) = [rows for rows in found.tables if rows.title.startswith("The whole building")]
@@ -131,6 +132,7 @@ def test_what_only_one_side_has(folder, tmp_path):
     assert "note: losses are not compared: one side has none, or another currency" not in tail
 
 
+@pytest.mark.slow
 def test_losses_in_two_currencies(folder, tmp_path):
     found = compare(folder / "narrow", folder / "dollars", tmp_path)
     assert "note: losses are not compared: one side has none, or another currency" in found.tail

@@ -116,6 +116,7 @@ def test_a_law_of_each(folder, tmp_path, capsys):
     assert "law: housner e=0.9 in A, discrete" in " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written(folder, tmp_path, capsys):
     (tmp_path / "file").write_text("", encoding="utf-8")
     command = ["compare", str(folder / "base"), str(folder / "other_law"), "--laws", "housner", "discrete"]

@@ -80,6 +80,7 @@ class TestNotes:
         assert looks(results).word == GOOD
         assert "offset, drift, displacement" in looks(results).reason
 
+    @pytest.mark.slow
     def test_accepting_later_keeps_the_results(self, tmp_path):
         """The kinds that are accepted are no part of what decides the runs."""
         before = tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out")
@@ -92,6 +93,7 @@ class TestNotes:
         assert set(after.attrs["notes"].splitlines()) < set(before.attrs["notes"].splitlines())
         assert tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out").attrs == before.attrs
 
+    @pytest.mark.slow
     def test_a_missed_spectrum(self, tmp_path, recwarn):
         """A hole that no motion has: a note instead of a warning, and one that can be accepted."""
         (tmp_path / "target.csv").write_text(HOLE, encoding="utf-8")
@@ -608,6 +610,7 @@ class TestUses:
         with pytest.raises(StudyError, match=said):
             tp.Study.from_toml(path)
 
+    @pytest.mark.slow
     def test_stripes_of_the_same_records(self, tmp_path, capsys):
         path = write(tmp_path, keys="baseline_order = 1")
         stripes = "".join(

@@ -95,6 +95,7 @@ def test_many_mutants(tmp_path, first, number):
     assert sum(kinds.values()) == number
 
 
+@pytest.mark.slow
 def test_twenty_through_the_command(tmp_path, capsys, monkeypatch):
     """Exit code 2, one line on standard error, nothing written; nothing is run of those that are studies."""
 

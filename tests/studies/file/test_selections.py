@@ -121,6 +121,7 @@ def test_stripes_without_a_selection_say_so(tmp_path, target):
     assert "selection_consistent" not in found
 
 
+@pytest.mark.slow
 def test_measures_are_ranked_where_motions_are_in_several_stripes(tmp_path, target):
     """A stripe has motions of several tables, and shares some with the next: each is found in its own set."""
     also = """[[stripes.select.also]]
@@ -144,6 +145,7 @@ also = ["Sa(0.5)"]
     np.testing.assert_allclose(results["measure_dispersion"].values, own["dispersion"].values, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_target_is_part_of_the_identity(tmp_path, target):
     first = study(tmp_path, target).identity
     assert study(tmp_path, target).identity == first
@@ -191,6 +193,7 @@ def test_further_candidates(tmp_path, target):
     assert found.run()["selection_candidates"].values.tolist() == [90.0]
 
 
+@pytest.mark.slow
 def test_a_building_moves_the_chosen_motions(tmp_path, target):
     building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\nfloors = [0, 3]\nmodes = 2\n'
     text = STUDY.replace("[stripes]\n", f'{building}[stripes]\nim_at = "ground"\n')

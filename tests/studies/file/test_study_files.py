@@ -330,6 +330,7 @@ MESSAGES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "message"), MESSAGES, ids=range(len(MESSAGES)))
 def test_messages(tmp_path, text, message):
     assert message in refused(tmp_path, text)

@@ -159,6 +159,7 @@ floors = [3]
 """
 
 
+@pytest.mark.slow
 def test_floors_of_buildings(tmp_path):
     """Each component goes through the building by itself; the ground stays as it is, and its measure the level."""
     plan = study(tmp_path, ('im = "RotD50(pga)"', 'im = "RotD50(pga)"\nim_at = "ground"'), more=BUILDINGS)
@@ -249,6 +250,7 @@ unit = "g"
 """
 
 
+@pytest.mark.slow
 def test_blocks_that_slide(tmp_path):
     """Chances of slips and of falls over edges are those of `slide_runs`, and a wider band is near uplift."""
     edge = ("depth_m = 0.3\n", 'depth_m = 0.4\nedge_distance_mm = 30\nfalls_when = "foot"\n')

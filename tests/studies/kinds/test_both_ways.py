@@ -104,6 +104,7 @@ class TestAsking:
         with pytest.raises(StudyError, match="polarity: must be one of as recorded, both, got 'reversed'"):
             study(tmp_path, 'polarity = "reversed"\n')
 
+    @pytest.mark.slow
     def test_words_and_runs(self, tmp_path):
         made = study(tmp_path, after=SETS)
         assert "1 law × 9 motions both ways × 6 levels = 270 runs" in made.words  # (two lines twice, one once)
@@ -132,6 +133,7 @@ class TestAsking:
         assert said[0].startswith("case, strapped: a motion and its reverse differ")
         assert not any("both ways" in note or "reverse" in note for note in study(tmp_path, inventory=ALIKE).notes)
 
+    @pytest.mark.slow
     def test_another_polarity_is_another_study(self, tmp_path):
         kinds = [study(tmp_path, more).identity for more in ("", AS_RECORDED, BOTH)]
         assert len(set(kinds)) == 3
@@ -155,6 +157,7 @@ class TestResults:
             heading = " ".join(text.get_text() for text in levels_figure(results).texts).replace("\n", " ")
             assert "under 9 motions both ways" in heading
 
+    @pytest.mark.slow
     def test_stopped_and_gone_on_with(self, folder, tmp_path):
         """The same bytes after an interruption."""
         made = study(tmp_path)
@@ -188,6 +191,7 @@ class TestResults:
                     assert_array_equal(twice[name].values, once[name].values, err_msg=str(name))
             assert len(tested) > 80
 
+    @pytest.mark.slow
     def test_branches(self, tmp_path):
         """Rates over branches of a study are the means of those of its motions and of their reverses."""
         both = study(tmp_path, after=SETS).run()

@@ -75,6 +75,7 @@ def found(tmp_path_factory):
 
 
 class TestBranches:
+    @pytest.mark.slow
     def test_each_branch_is_a_study_of_its_own(self, found, tmp_path):
         rates, ends = {}, {}
         for name, seed in (("motions", 1), ("other", 5)):
@@ -143,6 +144,7 @@ class TestBranches:
         assert made == {digest(record) for array in one.arrays for record in records(array)}
         assert len(made) == 24
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("weights", ["", branches("hazard", hazard=0.5, high=0.5)])
     def test_a_rate_that_nothing_bounds_is_not_known(self, weights, tmp_path):
         """Every run falls at 3 g, and an isotonic curve may be 1 below: the rate is at least 1e-4 x 3^-2.5."""
@@ -199,6 +201,7 @@ class TestModelling:
         assert "rates hold a modelling uncertainty of β_m = 0.4, in the mean" in found.attrs["notes"]
         assert "rates hold no modelling uncertainty (modelling_dispersion = 0" in plain.attrs["notes"]
 
+    @pytest.mark.slow
     def test_in_the_mean_of_branches(self, tmp_path):
         """Every rate of the branches holds beta_m, as the rates of the laws do, and no fractile spreads it again."""
         of = branches("models", housner=0.75, discrete=0.25)
@@ -234,6 +237,7 @@ class TestModelling:
         assert main(["export", str(tmp_path / "plain"), "--format", "csv", "--with-modelling"]) == 2
         assert "has no modelling uncertainty (modelling_dispersion = 0)" in capsys.readouterr().err
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("where", "option", "dispersion", "rates"),
         [
@@ -385,6 +389,7 @@ class TestInventories:
         assert (wider.isel(epistemic_fractile=0) < 1.0).all()
         assert (wider.isel(epistemic_fractile=-1) > 1.0).all()
 
+    @pytest.mark.slow
     def test_modelling_at_a_level(self, tmp_path):
         """Without a hazard chances at a level hold it, from runs at thirteen levels about each, and a note says so."""
         plain = inventory_study(tmp_path, LAWS, motions(1), LEVELS)
@@ -498,6 +503,7 @@ def test_branches_need_a_hazard(tmp_path):
         study(tmp_path, BLOCK, LAWS, motions(1), IDA, branches("models", housner=1))
 
 
+@pytest.mark.slow
 def test_branches_without_any_rate_have_no_figure(tmp_path):
     """Where every run overturns there is no curve, hence no rate to draw over branches; all else is written."""
     (tmp_path / "study.toml").write_text(

@@ -152,11 +152,13 @@ class TestResults:
         assert not set(FALLS) & set(plain.data_vars)
         assert "more_rate" not in results
 
+    @pytest.mark.slow
     def test_motions_as_recorded_when_the_file_says_so(self, folder, results):
         found = study(folder, polarity='polarity = "as recorded"', name="recorded").run()
         assert (found["fall_off_probability"][0] != results["fall_off_probability"][0]).any()
         np.testing.assert_array_equal(found["slip_probability"], results["slip_probability"])
 
+    @pytest.mark.slow
     def test_an_edge_that_is_not_reached(self, folder, results):
         found = study(folder, blocks=BENCH.replace("= 40", "= 40000"), name="far").run()
         assert (found["fall_off_probability"][0] == 0.0).all()
@@ -172,6 +174,7 @@ class TestResults:
         assert float(found["fall_off_rate"][0, 1]) > float(found["fall_off_rate"][0, 0])
         assert len(edge_rows(found).rows) == 2
 
+    @pytest.mark.slow
     def test_stripes(self, folder):
         (folder / "stripes.toml").write_text(
             TEXT.format(blocks=BENCH, more=FRICTION + YEAR, polarity="", fit="").replace("[ida]", "[stripes]")
@@ -190,6 +193,7 @@ class TestOwnFriction:
 
     OWN = BENCH + "friction = 0.2\nfriction_dispersion = 0.1\n"
 
+    @pytest.mark.slow
     def test_slips_and_chances_are_of_it(self, folder, results):
         found = study(folder, blocks=self.OWN, name="own").run()
         below = LognormalFriction(0.2, 0.1).below(np.array([0.2 / 0.6]))
@@ -246,6 +250,7 @@ class TestNotes:
         assert said in str(found.attrs["notes"])
         assert "fall_off_probability" not in found
 
+    @pytest.mark.slow
     def test_other_states_and_clouds(self, folder):
         found = study(folder, fit='state = "uplifted"', name="uplifted").run()
         assert 'they are evaluated with fit.state = "overturned" alone' in str(found.attrs["notes"])

@@ -537,6 +537,7 @@ def test_the_forecast_of_a_sweep_over_delta_is_of_its_values(tmp_path):
     assert seconds[0] > 1000.0 * seconds[1]
 
 
+@pytest.mark.slow
 def test_uncertain_blocks_of_which_some_have_a_scene(tmp_path):
     """They run together, and the page says of each what stands around it."""
     (tmp_path / "study.toml").write_text(

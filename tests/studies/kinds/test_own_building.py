@@ -499,6 +499,7 @@ class TestStudies:
         assert any("scaled in proportion to their ground motions" in note for note in plan.notes)
         assert plan.run()["probability"].shape == (1, 2, 1)
 
+    @pytest.mark.slow
     def test_branches_of_two_building_models(self, tmp_path):
         """Histories of two models at the same levels, one of them in a single direction."""
         other = ONE + ONE.partition("\n")[2].replace("0.5,A", "1.0,A")

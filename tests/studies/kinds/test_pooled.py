@@ -137,6 +137,7 @@ def test_files_that_are_wrong_are_refused_as_line_by_line(text, said, tmp_path):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_curves_and_rates_are_those_of_the_analysis(finished):
     results, file = finished
     own = tp.fragility.pooled(
@@ -229,6 +230,7 @@ seed = 4"""
     assert sum(array.sizes["motion"] for array in one.arrays) == 80
 
 
+@pytest.mark.slow
 def test_floors_of_a_building_are_made_before(study):
     building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\nfloors = [3]\n[until]'
     text = STUDY.replace("[until]", building).replace("number = 2000", "number = 100").replace("0.25", "0.5")
@@ -314,6 +316,7 @@ def test_maps_of_blocks_without_an_area(finished):
         assert len(drawn.axes[0].texts) == (known == 0)
 
 
+@pytest.mark.slow
 def test_the_report_says_how_curves_were_found(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
@@ -328,6 +331,7 @@ def test_the_export_has_every_curve(finished, tmp_path):
     assert len((tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()) >= 41
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "said"),
     [

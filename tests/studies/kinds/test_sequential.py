@@ -121,6 +121,7 @@ def own_rates(**options):
     )
 
 
+@pytest.mark.slow
 def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
     """Rates and chances are without a form of curve, with its interval; the fitted curve's have names of their own."""
     results, _ = until_a_rate
@@ -169,6 +170,7 @@ def test_replicates_of_a_rate_without_a_form_draw_motions():
         weighted_rate_samples(own.drop_vars("weight"), 10)
 
 
+@pytest.mark.slow
 def test_motions_run_both_ways_count_once_in_a_rate():
     """The rate of a block that both ways are alike for is that of the motions as they are."""
     both, plain = own_rates(polarity="both"), own_rates()
@@ -178,6 +180,7 @@ def test_motions_run_both_ways_count_once_in_a_rate():
     np.testing.assert_allclose(drawn, both["rate"], rtol=0.03)
 
 
+@pytest.mark.slow
 def test_modelling_uncertainty_is_in_the_rate_without_a_form(study, until_a_rate):
     """Under a power law it multiplies any rate by exp(k² β²/2)."""
     plain, _ = until_a_rate
@@ -210,6 +213,7 @@ def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_
     assert not second_opinions(results)
 
 
+@pytest.mark.slow
 def test_ratios_at_walls_are_those_of_the_rates_without_a_form(study):
     """Blocks at walls are shaken both ways, which count as one motion."""
     text = STUDY.replace("median = 0.15", "rate = 0.5").replace(
@@ -222,6 +226,7 @@ def test_ratios_at_walls_are_those_of_the_rates_without_a_form(study):
     np.testing.assert_allclose(results["rate"] / results["fitted_rate"], 1.0, atol=0.15)
 
 
+@pytest.mark.slow
 def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
     """Fewer than two hundred falls do not show what lies below them, so that the interval has no upper end."""
     text = STUDY.replace("median = 0.15", "rate = 0.5").replace("number = 200", "number = 40") + HAZARD
@@ -246,6 +251,7 @@ def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
     assert said in verdict(results, True)
 
 
+@pytest.mark.slow
 def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp_path):
     text = STUDY.replace("median = 0.15", "rate = 0.5").replace("seed = 4", "seed = 5") + HAZARD
     study(text).run(tmp_path / "other")
@@ -264,6 +270,7 @@ def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp
         assert float(own) == pytest.approx(results[name].values[0, 0], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("state", "output"), [('"uplifted"', "uplifted"), ("0.5", "peak_rotation")])
 def test_curves_of_other_states(study, state, output):
     results = study(STUDY + f"[fit]\nstate = {state}\n").run()
@@ -301,6 +308,7 @@ def test_a_generator_makes_only_the_motions_that_are_taken(study, monkeypatch):
     assert sum(made) == 64 + results.sizes["motion"] < 400
 
 
+@pytest.mark.slow
 def test_motions_that_are_matched_one_by_one_are_made_before(study):
     scenario = 'generator = "site-based-scenario"\nmagnitude = 6.8\ndistance_m = 15000\nvs30_m_s = 620\n'
     plain = STUDY.replace('generator = "clough-penzien"', scenario).replace("duration_s = 6\ndt_s = 0.02\n", "")
@@ -319,6 +327,7 @@ def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
     assert results.sizes["run"] % 2 == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [1, 2, 4])
 def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished, tmp_path, monkeypatch):
     from toppling.fragility.analyses import adaptive
@@ -345,6 +354,7 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
     assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
 
 
+@pytest.mark.slow
 def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_path, monkeypatch):
     """A study that goes on repeats its waves from the first one: killed among them, it has what it had."""
     from toppling.fragility.analyses import adaptive
@@ -373,6 +383,7 @@ def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_p
     assert said[3][0] > said[0][0]
 
 
+@pytest.mark.slow
 def test_the_log_counts_runs_and_how_many_there_may_be(study, tmp_path, monkeypatch):
     monkeypatch.setattr("toppling.studies.store.watch.LOG_SECONDS", 0.0)
     made = study(STUDY + FRICTION)
@@ -450,6 +461,7 @@ def test_what_is_not_reached_is_a_note(study):
     assert sum("1 % asked; 64 motions are the most allowed, the precision takes about" in one for one in said) == 2
 
 
+@pytest.mark.slow
 def test_a_median_beyond_any_shaking_is_a_note(study):
     results = study(STUDY.replace("width_m = 0.4\nheight_m = 1.8", "width_m = 12\nheight_m = 15")).run()
     assert float(results["half_level"].max()) > 5.0 * 9.80665
@@ -463,6 +475,7 @@ def slipping(tmp_path_factory):
     return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
 
 
+@pytest.mark.slow
 def test_slips_are_those_of_their_own_analyses(slipping, finished):
     """The same motions and the same precision as for the falls, which friction does not change."""
     results, _ = slipping
@@ -492,6 +505,7 @@ def test_slips_are_those_of_their_own_analyses(slipping, finished):
     assert (results["slip_half_level"][:, 0] < results["slip_half_level"][:, 1]).all()
 
 
+@pytest.mark.slow
 def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     results, path = slipping
     table = slide_rows(results)
@@ -529,6 +543,7 @@ def test_the_level_of_a_requested_probability(study, level, doubted):
     assert any("the highest level, 40 g, is beyond any shaking" in note for note in made.notes) == doubted
 
 
+@pytest.mark.slow
 def test_slips_that_missed_their_precision_are_named(study):
     """Those within what was asked that stopped before a second look are not: their intervals hold."""
     coarse = STUDY.replace("number = 200", "number = 48")
@@ -552,6 +567,7 @@ def test_slips_that_missed_their_precision_are_named(study):
             assert "confirming it takes about" in str(results["slip_account"].values[0, 0])
 
 
+@pytest.mark.slow
 def test_motions_are_made_once_for_falls_and_slips(study, slipping, monkeypatch):
     """Frictions of their own are analyses of their own, of the same motions: their results do not change."""
     made = []
@@ -581,6 +597,7 @@ def test_kept_motions_are_those_of_the_seed():
         np.testing.assert_array_equal(kept.sample(2, seed=seed).values, generator.sample(2, seed=seed).values)
 
 
+@pytest.mark.slow
 def test_runs_are_screened_with_the_friction_of_the_study(slipping, study):
     """The screen of an analysis with the same seed, in which the motions are made again."""
     results, _ = slipping
@@ -600,6 +617,7 @@ def test_runs_are_screened_with_the_friction_of_the_study(slipping, study):
     assert "undecided" not in untested.run()
 
 
+@pytest.mark.slow
 def test_each_block_is_screened_with_its_own_friction(study):
     own = STUDY.replace("width_m = 0.6\n", "width_m = 0.6\nfriction = 2.0\n") + FRICTION
     results = study(own).run()
@@ -609,6 +627,7 @@ def test_each_block_is_screened_with_its_own_friction(study):
     assert sorted(json.loads(results.attrs["screen"])["friction"]) == sorted(results["block"].values)
 
 
+@pytest.mark.slow
 def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     """With a known friction that lies between the two b/h one block always slides, and the other never."""
     results = study(STUDY + HAZARD + "[friction]\nstatic = 0.3\nslips_m = [0.1]\n").run()
@@ -652,6 +671,7 @@ def test_rates_of_slips_without_a_curve(study):
     np.testing.assert_allclose(results["slip_rate"][:, 1], expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     text = STUDY.replace("median = 0.15", "median = 0.02").replace("number = 200", "number = 40")
     text = text.replace("height_m = 1.8", "height_m = 1.8\nwall_gap_mm = 20\nwall_restitution = 0.2", 1)
@@ -663,6 +683,7 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     assert slide_rows(results).rows[0][1:] == ("–", "–", "–")
 
 
+@pytest.mark.slow
 def test_chances_of_slips_at_a_level(study):
     text = STUDY.replace("median = 0.15", 'probability = { level = 0.6, unit = "g", within = 0.15 }')
     results = study(text + FRICTION).run()
@@ -680,6 +701,7 @@ def test_chances_of_slips_at_a_level(study):
     assert "Sliding at 0.6 g" in slide_rows(results).title
 
 
+@pytest.mark.slow
 def test_slips_are_run_one_way(study):
     """A slip to either side is as long under the reversed motion: runs both ways would tell nothing more."""
     text = STUDY.replace('levels = "adaptive"', 'levels = "adaptive"\npolarity = "both"') + FRICTION
@@ -688,6 +710,7 @@ def test_slips_are_run_one_way(study):
     assert forecast(study(text)).slides == forecast(study(STUDY + FRICTION)).slides
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("static", "word"), [(0.15, "not valid"), (0.3, "use with care"), (2.0, "good")])
 def test_the_check_of_sliding(static, word, study):
     results = study(STUDY + FRICTION.replace("static = 0.3", f"static = {static}")).run()
@@ -705,6 +728,7 @@ def test_a_table_that_is_cut_says_so(slipping):
     assert table.title.endswith("; the first 100 of 130 blocks")
 
 
+@pytest.mark.slow
 def test_slips_beyond_any_shaking_are_a_note(study):
     """So far no motion takes a block at 50 g."""
     results = study(STUDY + FRICTION.replace("[0.05, 0.2]", "[0.05, 10.0]")).run()
@@ -740,6 +764,7 @@ def test_a_missed_precision_is_a_check(study, finished):
     assert "The precision that was asked for is reached." in reasons
 
 
+@pytest.mark.slow
 def test_a_law_that_is_elastic_at_rest_is_named_where_uplift_is_sought(study):
     text = STUDY.replace('law = "energy-consistent"', 'law = "energy-consistent"\n[[models]]\nlaw = "discrete"')
     notes = study(text + '[fit]\nstate = "uplifted"\n').run().attrs["notes"]
@@ -765,6 +790,7 @@ def test_stability_is_that_of_falls_at_common_levels_too(study, state, tested):
     assert check.reason == f"Falls alone are tested for stability, and the curves are of {results.attrs['state']}."
 
 
+@pytest.mark.slow
 def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
@@ -773,6 +799,7 @@ def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
     assert "Were the runs screened?" not in text
 
 
+@pytest.mark.slow
 def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
     from toppling.studies.store import folder
 
@@ -842,6 +869,7 @@ def test_a_hazard_of_another_measure_is_refused(study):
         study(STUDY.replace("median = 0.15", "rate = 0.2") + HAZARD.replace('"g"', '"m/s"'))
 
 
+@pytest.mark.slow
 def test_examples_are_of_this_kind():
     folder = Path(tp.__file__).parent / "studies/examples"
     for name in ("adaptive", "adaptive_rate"):

@@ -141,6 +141,7 @@ class TestResults:
         assert "slides_instead" in found
         assert "slip_probability" not in found
 
+    @pytest.mark.slow
     def test_floors(self, folder):
         building = '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.4\nfloors = [0, 3]\n'
         text = TEXT.replace("[ida]\n", building + '[ida]\nim_at = "ground"\n') + YEAR
@@ -167,6 +168,7 @@ class TestPages:
         line = next(one for one in table.splitlines() if one.startswith("| at a wall"))
         assert re.fullmatch(r"\| at a wall \| – \| [0-9.]+ % \| – \| – \| – \|", line.replace("\u00a0", " "))
 
+    @pytest.mark.slow
     def test_without_a_hazard_the_table_is_of_a_level(self, folder, capsys):
         (folder / "level.toml").write_text(TEXT)
         assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0

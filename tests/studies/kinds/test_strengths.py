@@ -39,6 +39,7 @@ def chance(folder, strength, **options):
     return float(found["probability" if at_level else "risk_probability"].values.ravel()[0])
 
 
+@pytest.mark.slow
 def test_the_strength_found_is_needed(results, tmp_path):
     """A study with exactly that strength keeps the target, and one with 7 % less does not."""
     needed = float(results["needed_strength"].item())
@@ -59,6 +60,7 @@ def test_a_target_of_the_command_is_the_key(results, tmp_path):
     assert tp.Study.from_toml(tmp_path / "named.toml", 0.002).targets == found.targets == (0.002,)
 
 
+@pytest.mark.slow
 def test_at_a_level_without_a_hazard(tmp_path):
     found = study(tmp_path, 300, 0.1, ONE_LEVEL).run()
     needed = float(found["needed_strength"].item())
@@ -130,6 +132,7 @@ def test_an_option_without_a_restraint(tmp_path):
         tp.Study.from_toml(tmp_path / "free.toml", 0.001)
 
 
+@pytest.mark.slow
 def test_interrupted_searches_go_on(results, tmp_path):
     """Fewer runs than are announced leave no trace: results in a folder are those without one."""
     kept = study(tmp_path, 600, 0.002).run(tmp_path / "out")

@@ -57,6 +57,7 @@ class TestStudy:
         xr.testing.assert_identical(first, second)
         assert (tmp_path / "out" / "results.nc").read_bytes() == data
 
+    @pytest.mark.slow
     def test_another_studys_results_are_not_overwritten(self, tmp_path):
         tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out")
         other = tp.Study.from_toml(write(tmp_path, SMALL.replace("0.9", "0.8")))

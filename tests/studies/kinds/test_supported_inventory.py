@@ -82,6 +82,7 @@ def wanted(support, floor=0, frame=None):
 FLOOR = ("floor", 0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_on_the_ground_every_run_is_that_of_the_steps_in_python(tmp_path, name):
     result = study(tmp_path, things(FLOOR, (name, 0, name)), table(name), PERFORMANCE).run()

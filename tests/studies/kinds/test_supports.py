@@ -96,6 +96,7 @@ def test_what_is_elastic_scales_with_the_ground(tmp_path, table, support):
     np.testing.assert_allclose(on_top["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("table", "support"),
     [(BILINEAR, Isolator.bilinear(2.5, 0.05)), (PENDULUM, Isolator.pendulum(1.5, 0.05))],

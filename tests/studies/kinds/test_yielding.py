@@ -86,6 +86,7 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     assert apart[~on_ground].sum() > 6
 
 
+@pytest.mark.slow
 def test_motions_as_they_are_and_other_buildings_beside(tmp_path):
     scaled = study(tmp_path).run()
     unscaled = ('unit = "m/s2"', 'unit = "m/s2"\nscale = false')
@@ -114,6 +115,7 @@ def test_collapse_is_said(tmp_path):
     assert "at Sa(0.5) of 60 m/s2 the building collapses under" in result.attrs["notes"]
 
 
+@pytest.mark.slow
 def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     first = float(Building.from_storeys([2e5, 2e5], [2e8, 2e8]).periods[0])
     coefficient = code_strength("ordinary-masonry-wall", first, 0.5, 0.1, 1.25).coefficient
@@ -181,6 +183,7 @@ def test_an_isolated_building(tmp_path, strength):
     assert any("floor 0 is the slab on them" in one for one in assumptions(result))
 
 
+@pytest.mark.slow
 def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
     _ground, floors = steps(yielding)
     _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))

@@ -58,6 +58,7 @@ def ground(seed=3, number=6):
 CODE = '[performance.code]\nstandard = "asce7-22"\nsds_g = 0.5\ndesign_category = "D"\n'
 
 
+@pytest.mark.slow
 def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
     """S_DS of [performance.code] and S_D1 of the building: the same floors as with the strength by hand."""
     by_code = ("yield_coefficient = 0.15", 'system = "special-braced-frame"\nsd1_g = 0.3')
@@ -83,6 +84,7 @@ def test_each_motion_meets_its_own_strength_at_every_level(tmp_path):
         np.testing.assert_array_equal(result["building_strength_factor"], one["strength_factor"])
 
 
+@pytest.mark.slow
 def test_an_isolated_building(tmp_path):
     """Chances are those of the same steps in Python on the slab and above it; the isolators' way is in the results."""
     isolation = '[building.isolation]\nkind = "linear"\nperiod_s = 2.0\ndamping = 0.1\nbase_mass_kg = 2e5\n'
@@ -116,6 +118,7 @@ def chances(floors, folder, levels=LEVELS):
     return found
 
 
+@pytest.mark.slow
 def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     result = study(tmp_path).run()
     scaled = [scale_to(ground(), level, "Sa(0.5)") for level in LEVELS]
@@ -138,6 +141,7 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     assert "elastic" not in sentences.replace("are elastic", "")
 
 
+@pytest.mark.slow
 def test_a_strong_building_is_an_elastic_one(tmp_path):
     """One that never yields gives what the elastic building gives (its damping made alike: none)."""
     undamped = ('kind = "storeys"', 'kind = "storeys"\ndamping = 0.0')
@@ -160,6 +164,7 @@ def test_motions_as_they_are_are_not_scaled(tmp_path):
 HAZARD = '[hazard]\nk0 = 1e-2\nk = 2\nunit = "m/s2"\n'
 
 
+@pytest.mark.slow
 def test_both_ways(tmp_path):
     result = study(tmp_path, ("[performance]", '[performance]\npolarity = "both"'), more=HAZARD).run()
     plain = study(tmp_path, more=HAZARD).run()
@@ -172,6 +177,7 @@ def test_both_ways(tmp_path):
     np.testing.assert_allclose(result["probability"].isel(model=0), np.mean(halves, axis=0), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_branches_of_motions_go_through_the_building_too(tmp_path):
     others = (
         '[[motion_sets]]\nname = "others"\nmotions = { generator = "clough-penzien", number = 6, duration_s = 8, '
@@ -206,12 +212,14 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     assert f"The building collapses in {fallen} of 12 cases of a motion at a level" in sentences
 
 
+@pytest.mark.slow
 def test_the_look_at_motions_says_that_they_are_not_scaled(tmp_path, capsys):
     study(tmp_path)
     assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
     assert "before they are scaled to performance.levels, drifts reach" in " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 def test_results_are_kept_and_other_strengths_are_other_studies(tmp_path):
     first = study(tmp_path)
     kept = first.run(tmp_path / "out")
@@ -250,6 +258,7 @@ PIECES = {"cabinet": (tp.Block(0.4, 1.8), 0, None), "vase": (tp.Block(0.02, 0.12
 """Block, floor, and distance to an obstacle in mm."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("polarity", ["as recorded", "both"])
 def test_slides_and_trips_on_floors_that_do_not_scale(tmp_path, polarity):
     """Chances that are neither 0 nor 1, of the runs of each piece on its own floor at each level, one by one."""

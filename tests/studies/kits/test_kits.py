@@ -179,6 +179,7 @@ class TestBreaks:
 
 
 class TestSavings:
+    @pytest.mark.slow
     def test_savings_are_differences_of_rates(self, found, saved):
         """Each kit on each piece as an inventory of its own, assessed by itself."""
         for k, kit in enumerate(KITS):
@@ -453,6 +454,7 @@ class TestBothWays:
         for name in ("kit_required_force", "kit_static_capacity", "kit_peak_acceleration"):
             assert_array_equal(both[1][name].values, saved[name].values)
 
+    @pytest.mark.slow
     def test_savings_are_differences_of_rates(self, both):
         found, saved = both
         for k, kit in enumerate(KITS):
@@ -484,6 +486,7 @@ class TestBothWays:
         width = float(ends.upper - ends.lower)
         assert width == pytest.approx(np.diff(np.quantile(spread, [0.025, 0.975]))[0], rel=0.35)
 
+    @pytest.mark.slow
     def test_progress_counts_the_runs(self):
         done = []
         found = assessed(polarity="both")

@@ -133,6 +133,7 @@ class TestChecks:
         older = results.drop_vars(["rate_share_below_levels", "rate_share_above_levels"])
         assert self.word(older, about) == UNKNOWN
 
+    @pytest.mark.slow
     def test_rates_say_where_they_stand_that_curves_are_extrapolated(self, folder):
         results = loaded(folder).copy(deep=True)
         said = "comes from shaking stronger than any that was run, where the fitted curve is extrapolated."
@@ -179,6 +180,7 @@ class TestChecks:
             "friction were above 1; "
         )
 
+    @pytest.mark.slow
     def test_what_is_odd_is_said_in_words(self, folder):
         """A clause for every kind of doubt but the spectra, which have a check of their own."""
         assert {*ODD} == {*KINDS} - {"spectra"}

@@ -161,6 +161,7 @@ class TestBrowser:
         script = f"({FOCUS})"
         assert chromium.see(pages["cloud"], 360, script).value == "#answer"
 
+    @pytest.mark.slow
     def test_text_in_figures_can_be_read_on_a_phone(self, chromium, pages):
         """Text drawn with 9 points has at least 9 pixels, and no figure is wider than the page."""
         ratio = "s.getBoundingClientRect().width / s.viewBox.baseVal.width"

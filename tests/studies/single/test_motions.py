@@ -222,6 +222,7 @@ class TestFloors:
 
 
 class TestCommand:
+    @pytest.mark.slow
     def test_target_spectrum(self, tmp_path, capsys):
         """A target from CSV is drawn and its misfit is printed; a wrong target is refused in one sentence."""
         (tmp_path / "target.csv").write_text("period (s), sa (g)\n0.1, 1\n0.5, 1\n2, 0.25\n")
@@ -248,6 +249,7 @@ class TestCommand:
             assert picture[:8] == b"\x89PNG\r\n\x1a\n"
             assert str(tmp_path / "out" / name) in printed
 
+    @pytest.mark.slow
     def test_records_as_json(self, tmp_path, capsys):
         shaking = tp.motions.CloughPenzien(duration=4.0).sample(3)
         for i in range(3):
@@ -340,6 +342,7 @@ class TestLook:
         found = read_motions([str(tmp_path / "a.AT2"), str(tmp_path / "b.AT2")]).motions
         assert [one.sizes["time"] for one in found] == [5046, 2724]
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("distance", "said"),
         [(30_000, "Medians over those of ground-motion models"), (900_000, "no ground-motion model is of M 6, 900 km")],

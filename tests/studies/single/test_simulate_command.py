@@ -81,6 +81,7 @@ class TestCommand:
         assert [Path(one).name for one in found["files"]] == ["history.csv", "history.png"]
         assert all(Path(one).is_file() for one in found["files"])
 
+    @pytest.mark.slow
     def test_overturned_after_the_record(self, tmp_path, capsys):
         """The history continues without shaking until the block lies on its side."""
         pulse = ["one-cycle-sine", "--set", "omega_rad_s=6", "--set", "tail_s=0.3", "--pga", "5m/s2"]
@@ -150,6 +151,7 @@ class TestCommand:
         run(capsys, *arguments)
         assert sorted(one.name for one in tmp_path.iterdir()) == ["history.csv", "history.png", "notes.txt"]
 
+    @pytest.mark.slow
     def test_film(self, tmp_path, capsys, monkeypatch):
         """Without ffmpeg only the GIF is written, and a note says so."""
         monkeypatch.setattr(movies, "ffmpeg", lambda: None)
@@ -163,6 +165,7 @@ class TestCommand:
         with Image.open(tmp_path / "animation.gif") as film:
             assert film.n_frames == 21
 
+    @pytest.mark.slow
     def test_a_long_film_says_beforehand_how_long_it_takes(self, tmp_path, capsys, monkeypatch):
         from toppling.studies.film import animate
 
@@ -178,6 +181,7 @@ class TestCommand:
             assert told.endswith(said)
             assert ("drawing animation.gif and animation.mp4" in told) == bool(said)
 
+    @pytest.mark.slow
     @pytest.mark.skipif(movies.ffmpeg() is None, reason="ffmpeg is not on the PATH")
     def test_film_as_mp4_too(self, tmp_path, capsys):
         arguments = ["bookcase-5-shelf", "half-sine", "--period", "0.4s", "--set", "tail_s=0.1", "--speed", 2]

@@ -63,6 +63,7 @@ class TestCommand:
         assert f"{int(one.wall_impacts)} impacts, the fastest at {float(one.wall_impact_velocity):.3g} rad/s" in said
         assert "overturned forward at " in said
 
+    @pytest.mark.slow
     def test_a_strap_that_holds(self, tmp_path, capsys):
         """The largest force is that at the largest rotation to the front."""
         kit = ["--wall-gap", "20mm", "--mass", "100kg", "--restraint", KIT, "--geometry", "linear"]

@@ -171,6 +171,7 @@ def test_curves_of_a_newer_layout_are_not_exported(copied, capsys):
         assert "was written by a newer toppling" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_study_does_not_seal_what_was_edited(finished, copied):
     """Neither where it finds its results there already, nor where only its title has changed."""
     edit_value(copied)
@@ -218,6 +219,7 @@ def test_a_study_that_is_not_finished(finished, tmp_path, capsys):
     assert "is not finished, there are no results to verify" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_finished_study_stays_as_it_is(tmp_path):
     """Run again, it is not written anew: notes on walls, on inputs that look odd and of its runs keep their order."""
     walls = f"{BLOCKS}wall_gap_mm = 20\n[[blocks]]\nwidth_m = 0.004\nheight_m = 0.02\n"

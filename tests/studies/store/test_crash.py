@@ -120,6 +120,7 @@ def test_interrupted_with_worker_processes(study, tmp_path, uninterrupted):
     assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.1, 0.4, 0.8])
 def test_interrupted_while_it_loads(study, tmp_path, seconds):
     """SIGINT before there is anything to stop: one line and the exit code, whatever is being imported."""
@@ -328,6 +329,7 @@ class TestShards:
         with pytest.raises(StudyError, match="without a manifest"):
             plan.run(out)
 
+    @pytest.mark.slow
     def test_shards_of_the_same_name_from_elsewhere(self, broken_off, study, tmp_path, quiet):
         """A sound shard of another study that got into the folder is no part of this one."""
         plan, out = broken_off
@@ -393,6 +395,7 @@ class TestShards:
         assert (out / "results.nc").read_bytes() == quiet
         assert not (out / "shards").exists()
 
+    @pytest.mark.slow
     def test_status(self, broken_off, capsys, tmp_path):
         plan, out = broken_off
         assert main(["status", str(out)]) == 0

@@ -100,6 +100,7 @@ class TestOlderResults:
         assert (out / "results.nc").read_bytes() == expected
         assert status_of(out).state == "finished"
 
+    @pytest.mark.slow
     def test_killed_between_the_results_and_the_removal_of_shards(self, study, tmp_path, expected, monkeypatch):
         out = tmp_path / "out"
         with monkeypatch.context() as patch:

@@ -102,6 +102,7 @@ def test_decisions_differ(fresh):
     assert "mass_kg is not given" not in fresh["none"].attrs["notes"]
 
 
+@pytest.mark.slow
 def test_an_interrupted_study_goes_on_with_its_runs(tmp_path, monkeypatch, fresh):
     monkeypatch.setattr(plan, "LEAST_SECONDS", 0.001)
     monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.001)
@@ -148,6 +149,7 @@ def test_edited_results_are_not_decided_anew(tmp_path):
         study(tmp_path, DECISIONS["budget"]).run(tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_key_that_changes_runs_is_another_study(tmp_path):
     """What is refused names that key alone."""
     study(tmp_path).run(tmp_path / "out")

@@ -109,6 +109,7 @@ class TestReading:
         options = {"export": ["--format", "csv"], "status": ["--verify"]}
         refused_or_done(disk, tmp_path / "results.nc", ["-c", ALL_ARE_LARGE, kind, str(tmp_path), *options[kind]])
 
+    @pytest.mark.slow
     @pytest.mark.skipif(sys.platform != "linux", reason="descriptors are not replaced")
     def test_a_large_file_is_let_go_with_its_last_dataset(self, quiet, tmp_path, monkeypatch):
         """The library has one descriptor for all of them."""

@@ -88,6 +88,7 @@ def test_another_processor_is_named_and_taken_on_request(folder, monkeypatch, sm
     assert study.run("out").attrs == results.attrs
 
 
+@pytest.mark.slow
 def test_an_interrupted_takeover_goes_on(folder, monkeypatch, small_chunks):
     here = runs.engine_identity()["processor"]
     half(folder)
@@ -103,6 +104,7 @@ def test_an_interrupted_takeover_goes_on(folder, monkeypatch, small_chunks):
     assert json.loads(study.run("out").attrs["machines"]) == [here, "other 01234567"]
 
 
+@pytest.mark.slow
 def test_other_motions_are_no_changed_records(folder, monkeypatch, small_chunks):
     """Libraries that give the motions other last bits: the sentence says so, and the parts are taken on request."""
     half(folder)

@@ -232,6 +232,7 @@ class TestRates:
         (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"), of_formula=True)
         assert "below 0.1, where the formula of the hazard is extrapolated" in note
 
+    @pytest.mark.slow
     def test_levels_that_are_another_for_every_block(self, tmp_path):
         """In multiples of uplift the last level is another ground motion for each block."""
         ida = '[ida]\nim = "pga_normalised"\nlevels = { values = [0.8, 1.2, 2.0, 3.0], unit = "1" }\n'
