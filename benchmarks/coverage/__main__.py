@@ -11,10 +11,10 @@ import time
 from collections.abc import Iterable, Iterator
 
 from ..pages.tables import table
-from . import draws, goodness, levels, others, rates
+from . import draws, goodness, levels, others, pieces, rates
 from .drawn import Row
 
-PARTS = (levels, rates, others, draws, goodness)
+PARTS = (levels, rates, others, pieces, draws, goodness)
 """Modules whose `rows` are measured."""
 PAGE = """# Coverage of intervals
 

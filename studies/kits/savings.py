@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -263,7 +264,7 @@ def _static(
             block = kit.on(row).block
             assert block.restraint is not None  # (it has the kit)
             capacity[k, i] = static_capacity(block)
-            if block.restraint.front is not None:
+            if block.restraint.front is not None and math.isfinite(peaks[i]):
                 force[k, i] = required_force(block, peaks[i], block.restraint.front)
     text = "peak acceleration of its floor for the static check, median over motions"
     strength = np.array([kit.restraint.count * kit.restraint.strength for kit in kits])

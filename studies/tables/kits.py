@@ -218,6 +218,8 @@ def static_rows(results: xr.Dataset) -> Rows | None:
     at = "10 % in 50 years"
     if "item_rate" not in results:
         at = level_text(float(results.attrs["at_level"]), results["level"])
+    elif math.isnan(results["kit_peak_acceleration"].values.min()):
+        at += ", shaking outside the levels that were run"
     first = "" if len(lines) <= MOST_ROWS else f"the first {MOST_ROWS} of {len(lines):,}; "
     title = (
         f"Static checks by hand, of one piece ({first}at {at}; they take a kit as rigid and leave out slack, stiffness "

@@ -65,6 +65,16 @@ def saved(found):
     return kit_savings(INVENTORY, KITS, found, SHAKE)
 
 
+def test_a_design_shaking_outside_the_levels_has_no_static_force():
+    rare = HazardCurve(CURVE.levels, tuple(1e-3 * rate for rate in CURVE.rates), "pga")
+    shake = SHAKE._replace(hazard=rare)
+    saved = kit_savings(INVENTORY, KITS, assessed(hazard=rare), shake)
+    assert np.isnan(saved["kit_required_force"]).all()
+    assert np.isnan(saved["kit_peak_acceleration"]).all()
+    assert np.isnan(saved["kit_breaks_at_design"]).all()
+    assert (saved["kit_falls"] > 0.0).any()
+
+
 @pytest.fixture(scope="module")
 def results(found, saved):
     cost = ("kit", [kit.cost for kit in KITS], {"units": "EUR"})

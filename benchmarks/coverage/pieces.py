@@ -1,0 +1,53 @@
+"""Coverage of ranks of anchoring and of what kits save, in studies of real runs of four pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from ...core.aliases import Array
+from ...fragility import HazardCurve
+from ...models import Block, HousnerImpact, Restraint
+from ...motions import CloughPenzien
+from ...studies.buildings.anchoring import anchoring
+from ...studies.inventory.contents import Contents, Inventory
+from ...studies.inventory.kits import Kit
+from ...studies.kits.savings import Shake, kit_savings
+from .drawn import Row, row_of
+
+SIZES = {"case": (0.3, 1.8), "wider": (0.31, 1.8), "shelf": (0.35, 1.6), "rack": (0.37, 1.65)}
+CONTENTS = Inventory(tuple(Contents(name, Block(*size, mass=60.0), 0) for name, size in SIZES.items()))
+KITS = tuple(Kit(f"{force:g} N", Restraint.strap(1.3, force, 20e3), 15.0, 1.3) for force in (120.0, 240.0))
+LEVELS = np.geomspace(1.0, 10.0, 8)
+HAZARD = HazardCurve(LEVELS.tolist(), (1e-3 * LEVELS**-2.5).tolist(), "pga")
+MANY = 10_000
+
+
+def rows(full: bool) -> Iterator[Row]:
+    """Yield the rows of the table; what is true is what `MANY` other motions say."""
+    studies, ranks, saved = 1000 if full else 200, "rank of anchoring", "share of falls that a kit saves"
+    true, held = _study(MANY, -1)
+    for motions in (20, 80, 400):
+        each = [_study(motions, k) for k in range(studies)]
+        for i, name in enumerate(SIZES):
+            ends = _ends([one for one, _ in each], "rank", (0, i))
+            yield row_of(ranks, name, motions, ends, float(true["rank"][0, i]))
+            for k, kit in enumerate(KITS):
+                ends = _ends([one for _, one in each], "kit_share_saved", (0, k, i))
+                yield row_of(saved, f"{name}, {kit.name}", motions, ends, float(held["kit_share_saved"][0, k, i]))
+
+
+def _study(motions: int, number: int) -> tuple[xr.Dataset, xr.Dataset]:
+    shaken = CloughPenzien(duration=8.0, dt=0.01).sample(motions, seed=number + 1)
+    shake = Shake([HousnerImpact(geometry="linear")], shaken, LEVELS, "pga", hazard=HAZARD, replicates=400)
+    assessment = shake.assess(CONTENTS, sides=True)
+    return anchoring(assessment, "number", replicates=400), kit_savings(CONTENTS, KITS, assessment, shake)
+
+
+def _ends(each: list[xr.Dataset], name: str, at: tuple[int, ...]) -> tuple[Array, Array]:
+    """Return the ends (study,) of the intervals of those studies that have one."""
+    lower, upper = (np.array([float(one[f"{name}_{end}"].values[at]) for one in each]) for end in ("lower", "upper"))
+    known = np.isfinite(lower)
+    return lower[known], upper[known]
