@@ -25,13 +25,7 @@ FLAG_LAWS: tuple[Law, ...] = (
     HousnerImpact(e=0.9, geometry="linear"),
     HousnerImpact(e=0.9),
 )
-USUAL: tuple[Rival, ...] = (
-    runge_kutta(1),
-    runge_kutta(5),
-    newmark(1),
-    newmark(5),
-    located_runge_kutta(1),
-)
+USUAL: tuple[Rival, ...] = (runge_kutta(1), runge_kutta(5), newmark(1), newmark(5), located_runge_kutta(1))
 SEED = 11
 SMALLEST = 0.38  # m: R of the smallest block, to which the levels refer
 

@@ -242,6 +242,10 @@ def test_folders_that_the_page_names_are_there():
     assert len(named) > 8
     for name in named:
         assert (ROOT / name).exists(), name
+    rows = [row.split("|")[2:4] for row in text.split("|---|---|---|\n")[1].split("\n\n")[0].splitlines()]
+    for files, functions in ((re.findall(r"`(.+?)`", cell) for cell in cells) for cells in rows):
+        source = "".join((ROOT / name).read_text(encoding="utf-8") for name in files)
+        assert [name for name in functions if not re.search(rf"(def|class) {name}\b", source)] == []
 
 
 def test_modules_of_core_hide_no_module_of_python():

@@ -63,10 +63,7 @@ def _of_indices(samples: int, studies: int) -> Iterator[Row]:
     factors = np.array([0.0, 1.0, 9.0])
     variances = 1.0 / (3.0 * (1.0 + factors) ** 2)
     total = np.prod(1.0 + variances) - 1.0
-    true = {
-        "first": variances / total,
-        "total": variances * np.prod(1.0 + variances) / (1.0 + variances) / total,
-    }
+    true = {"first": variances / total, "total": variances * np.prod(1.0 + variances) / (1.0 + variances) / total}
     inputs = RandomInputs({name: Uniform(0.0, 1.0) for name in "abc"})
 
     def function(at: xr.Dataset) -> xr.DataArray:

@@ -20,13 +20,7 @@ GENERATORS = {
     NEAR_FAULT: NearFault(magnitude=7.0, distance=5e3, vs30=400.0, with_pulse="probability"),
 }
 """The generator of each kind of motions."""
-CLASSES = {
-    "5-lower": (4.5, 5.0),
-    "5-upper": (5.0, 5.5),
-    "6-lower": (5.5, 6.0),
-    "6-upper": (6.0, 6.5),
-    "7": (6.5, 7.0),
-}
+CLASSES = {"5-lower": (4.5, 5.0), "5-upper": (5.0, 5.5), "6-lower": (5.5, 6.0), "6-upper": (6.0, 6.5), "7": (6.5, 7.0)}
 """Classes of JMA's scale with the instrumental intensities between which they lie; 7 has no upper end on the
 scale and ends here at 7.0, which few records reach (judgement)."""
 

@@ -57,12 +57,9 @@ def predict(experiment: Experiment, replays: Replays | None = None) -> Predictio
         if replays is None:
             return _none(experiment, "the table motions are not in the project: set TOPPLING_GRANITE to their folder")
         return _replayed(experiment, replays)
-    return {
-        OVERTURNED: _overturned,
-        MEDIAN: _median,
-        RESTITUTION: _restitution,
-        FRICTION: _friction,
-    }[experiment.predict](experiment)
+    return {OVERTURNED: _overturned, MEDIAN: _median, RESTITUTION: _restitution, FRICTION: _friction}[
+        experiment.predict
+    ](experiment)
 
 
 def predict_measured(experiment: Experiment, measured: Measured) -> Prediction:

@@ -16,12 +16,7 @@ from .ensembles import kinds_of, scaled_to_class
 from .halves import HalfFits, fit_halves
 from .predictions import Prediction, capacities
 from .replays import CANDIDATES, HALF_WIDTHS, GraniteOutcomes, Replays, fallen, rock, table_motions
-from .scores import (
-    Brier,
-    best_threshold,
-    brier,
-    clustered_interval,
-)
+from .scores import Brier, best_threshold, brier, clustered_interval
 from .specimens import blocks_of, law_of, not_sliding
 from .table import OVERTURNED, REPLAY, Row
 

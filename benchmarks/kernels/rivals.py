@@ -225,10 +225,7 @@ def _runge_kutta(kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c,
     v4 = omega + h * a3
     x4 = theta + h * v3
     a4 = _rate(kind, x4, x4, v4, u1, q2, alpha, reach, zone, held, c, gain)
-    return (
-        theta + h / 6.0 * (omega + 2.0 * v2 + 2.0 * v3 + v4),
-        omega + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4),
-    )
+    return (theta + h / 6.0 * (omega + 2.0 * v2 + 2.0 * v3 + v4), omega + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4))
 
 
 @kernel()
@@ -354,10 +351,7 @@ def _branch_step(exact, stiffness, offset, damping, gain, theta, omega, u, slope
     a3 = _acceleration(exact, stiffness, offset, damping, gain, theta + 0.5 * h * v2, v3, um)
     v4 = omega + h * a3
     a4 = _acceleration(exact, stiffness, offset, damping, gain, theta + h * v3, v4, u + h * slope)
-    return (
-        theta + h / 6.0 * (omega + 2.0 * v2 + 2.0 * v3 + v4),
-        omega + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4),
-    )
+    return (theta + h / 6.0 * (omega + 2.0 * v2 + 2.0 * v3 + v4), omega + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4))
 
 
 @kernel()

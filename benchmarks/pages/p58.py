@@ -132,11 +132,7 @@ def total(shares: xr.Dataset) -> float:
 
 
 def page(
-    found: xr.Dataset,
-    curves: xr.Dataset,
-    known: xr.Dataset,
-    japanese: xr.Dataset,
-    shares: dict[str, xr.Dataset],
+    found: xr.Dataset, curves: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset, shares: dict[str, xr.Dataset]
 ) -> str:
     """Return the page: its template with every number from the datasets."""
     ratios = median_ratio(curves, known)

@@ -19,10 +19,7 @@ from ..claims.figures import figures as figures_of_claims
 from .page import results, save, study, template, write
 from .tables import Interval, body
 
-SHOWN = {
-    "delta": ("decay_error", "median_ratio", "tornado", "sobol"),
-    "e": ("median", "tornado", "sobol"),
-}
+SHOWN = {"delta": ("decay_error", "median_ratio", "tornado", "sobol"), "e": ("median", "tornado", "sobol")}
 """Figures of each study that the page shows."""
 ABOVE = "its median over the rigid block's; above 1: falls too late"
 LARGER = "share of runs with a larger peak than the rigid block's; 0.5: neither"
