@@ -79,7 +79,7 @@ test-slow: $(VENV)/installed-dev
 # test and test-slow (half an hour)
 test-all: test test-slow
 
-# docs/coverage.md: coverage of intervals (a quarter of an hour; FULL=1: 1,000 studies per row)
+# docs/coverage.md: coverage of intervals (half an hour; FULL=1: 1,000 studies per row)
 coverage: $(VENV)/installed-dev
 	$(BIN)/python -m toppling.benchmarks.coverage $(if $(FULL),--full) > $(VENV)/coverage.md
 	mv $(VENV)/coverage.md docs/coverage.md

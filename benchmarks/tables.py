@@ -77,14 +77,7 @@ def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
 
 
 def _sliding(found: Row) -> Iterator[Rows]:
-    headings: tuple[str, ...] = (
-        "shaking",
-        "PFA, m/s²",
-        "vertical, m/s²",
-        "slips in 1,000 samples",
-        "ns",
-        "with skips, ns",
-    )
+    headings = ("shaking", "PFA, m/s²", "vertical, m/s²", "slips in 1,000 samples", "ns", "with skips, ns")
     lines: list[tuple[str, ...]] = [
         (
             row["case"],
@@ -101,13 +94,13 @@ def _sliding(found: Row) -> Iterator[Rows]:
     if not rows:
         return
     steps = dict.fromkeys(row["steps"] for row in rows)
-    headings = ("k_y/PFA", "median slip, m", *(f"{n}: {heading}" for n in steps for heading in ("median", "largest")))
+    columns = ("k_y/PFA", "median slip, m", *(f"{n}: {heading}" for n in steps for heading in ("median", "largest")))
     lines = []
     for ratio in dict.fromkeys(row["ratio"] for row in rows):
         here = [row for row in rows if row["ratio"] == ratio]
         cells = [percent(row[name]) for row in here for name in ("median", "largest")]
         lines.append((f"{ratio:g}", f"{here[0]['slip']:.2g}", *cells))
-    yield Rows("pyslammer's slips of Newmark's block: difference by samples for one of the record", headings, lines)
+    yield Rows("pyslammer's slips of Newmark's block: difference by samples for one of the record", columns, lines)
 
 
 def _scale(found: Row) -> Iterator[Rows]:

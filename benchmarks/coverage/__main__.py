@@ -1,6 +1,6 @@
 """Coverage of intervals: `python -m toppling.benchmarks.coverage [--full]` prints docs/coverage.md.
 
-A quarter of an hour; with --full 1,000 studies for each truth, which takes much longer.
+Half an hour; with --full 1,000 studies for each truth, which takes much longer.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array
 from ...fragility import HazardCurve
 from ...models import Block, HousnerImpact, Restraint
 from ...motions import CloughPenzien
@@ -22,21 +22,22 @@ CONTENTS = Inventory(tuple(Contents(name, Block(*size, mass=60.0), 0) for name, 
 KITS = tuple(Kit(f"{force:g} N", Restraint.strap(1.3, force, 20e3), 15.0, 1.3) for force in (120.0, 240.0))
 LEVELS = np.geomspace(1.0, 10.0, 8)
 HAZARD = HazardCurve(LEVELS.tolist(), (1e-3 * LEVELS**-2.5).tolist(), "pga")
-MANY = 10_000
+MANY, ENDS = 10_000, ("lower", "upper")
+WHAT = [("rank of anchoring", name, 0, "rank", (0, i)) for i, name in enumerate(SIZES)] + [
+    ("share of falls that a kit saves", f"{name}, {kit.name}", 1, "kit_share_saved", (0, k, i))
+    for (i, name), (k, kit) in itertools.product(enumerate(SIZES), enumerate(KITS))
+]
+"""Interval, truth, which dataset of a study holds it, the variable and its place there."""
 
 
 def rows(full: bool) -> Iterator[Row]:
     """Yield the rows of the table; what is true is what `MANY` other motions say."""
-    studies, ranks, saved = 1000 if full else 200, "rank of anchoring", "share of falls that a kit saves"
-    true, held = _study(MANY, -1)
+    true = _study(MANY, -1)
     for motions in (20, 80, 400):
-        each = [_study(motions, k) for k in range(studies)]
-        for i, name in enumerate(SIZES):
-            ends = _ends([one for one, _ in each], "rank", (0, i))
-            yield row_of(ranks, name, motions, ends, float(true["rank"][0, i]))
-            for k, kit in enumerate(KITS):
-                ends = _ends([one for _, one in each], "kit_share_saved", (0, k, i))
-                yield row_of(saved, f"{name}, {kit.name}", motions, ends, float(held["kit_share_saved"][0, k, i]))
+        each = [_study(motions, k) for k in range(1000 if full else 200)]
+        for interval, truth, of, name, at in WHAT:
+            lower, upper = (np.array([one[of][f"{name}_{end}"].values[at] for one in each]) for end in ENDS)
+            yield row_of(interval, truth, motions, (lower, upper), float(true[of][name].values[at]))
 
 
 def _study(motions: int, number: int) -> tuple[xr.Dataset, xr.Dataset]:
@@ -44,10 +45,3 @@ def _study(motions: int, number: int) -> tuple[xr.Dataset, xr.Dataset]:
     shake = Shake([HousnerImpact(geometry="linear")], shaken, LEVELS, "pga", hazard=HAZARD, replicates=400)
     assessment = shake.assess(CONTENTS, sides=True)
     return anchoring(assessment, "number", replicates=400), kit_savings(CONTENTS, KITS, assessment, shake)
-
-
-def _ends(each: list[xr.Dataset], name: str, at: tuple[int, ...]) -> tuple[Array, Array]:
-    """Return the ends (study,) of the intervals of those studies that have one."""
-    lower, upper = (np.array([float(one[f"{name}_{end}"].values[at]) for one in each]) for end in ("lower", "upper"))
-    known = np.isfinite(lower)
-    return lower[known], upper[known]
