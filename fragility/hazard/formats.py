@@ -24,6 +24,7 @@ from .reading import (
     LARGER,
     LOW_PERCENT,
     MOST_LEVELS,
+    NOT_USED,
     UNNAMED,
     HazardError,
     Quantity,
@@ -64,16 +65,20 @@ _WRITTEN = {
     "probability": "probabilities with their time, as 'probability in 50 yr' or 'probability in 50 yr (%)'",
     "rate": "rates in 1/yr, as 'rate (1/yr)'",
 }
+_OF_SHARES = r"(?:(?:per[cz]|c)entile?|fra[ckt]tile?|[qc]uantile?|yüzdelik)"
 _FRACTILES = re.compile(
-    r"(?<![\d.])(?P<percent>\d{1,2})\s?(?:st|nd|rd|th|%|per cent)?[- ]?(?:per[cz]entile?|fra[ck]tile?|quantile?)"
-    r"|(?:per[cz]entile?|fra[ck]tile?|quantile?)\s?[=:]?\s?(?:0?\.(?P<share>\d{1,2})|(?P<after>\d{1,2})(?![\d.]))"
-    r"|(?<![a-z\d] )(?<![a-z\d-])p(?P<short>05|10|1[56]|50|8[45]|9[058])(?![a-z\d])"
-    r"|(?P<median>(?<![a-z])median[ae]?(?![a-z])(?!\s(?:v_?s|mag|dist|depth|gmm|gmpe|ground)))",
+    r"(?<![\d.,])(?P<before>\d{1,2}(?:[.,]\d{1,3})?)[\s-]?(?:st|nd|rd|th|[èeé]?me|[eo.°ºª%]|per cent)?[\s-]{0,2}"
+    rf"{_OF_SHARES}|{_OF_SHARES}[\s=:-]{{0,3}}(?P<after>0?[.,]\d{{1,3}}|\d{{1,2}}(?:[.,]\d{{1,3}})?)(?!\d)"
+    r"|(?:(?<![a-z\d] )(?<![a-z\d-])p|(?<![a-z\d-])q)(?P<short>(?:0?[.,])?(?:05|10|1[56]|50|8[45]|9[058]))(?![a-z\d])"
+    r"|(?:curve|kurve|kurva|courbe|curva)\W{1,3}(?P<curve>1[56]|8[45]|9[058])\s?%(?!\s?(?:in|poe|prob)(?![a-z]))"
+    r"|(?:/\s?(?=1)|(?<![\d.])(?=[89]))(?P<ordinal>1[56]|8[45]|9[058])th(?!\w|\s(?:st|av|of|c))"
+    r"|(?P<median>(?<![a-z])m[eé]dian[ae]?(?![a-z])(?!\s(?:v_?s|mag|dist|depth|gmm|gmpe|ground)))",
     re.IGNORECASE,
 )
 _SPREAD = re.compile(
     r"(?:standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ))"
-    r"|(?P<bound>(?:upper|lower)[- ]bound(?! m))",
+    r"|(?P<bound>(?:upper|lower)[- ](?:bound(?! m)|confidence|\d\d\s?%)|\d\s?% confidence(?!\s?(?:interval|band))|"
+    r"confidence (?:upper|lower|limit)|obere (?:grenze|schranke)(?!\w)|obergrenze|borne sup|limite? superior)",
     re.IGNORECASE,
 )
 _VERTICAL = re.compile(  # (curves are of horizontal shaking with a damping of 5 %)
@@ -83,10 +88,39 @@ _VERTICAL = re.compile(  # (curves are of horizontal shaking with a damping of 5
 )
 _LARGER = re.compile(r"rotd100|larger (?:horizontal|component|of)|max\w*[- ](?:horizontal )?direction", re.IGNORECASE)
 _OTHER_RATES = re.compile(
-    r"(?:not|non)[- ]cumulative|incremental rate\w*|occurrence rate\w*|rates? (?:per|of each) bin|non-?exceed\w*"
+    r"(?:not|non)[- ]cumulative|incremental rate\w*|occurrence rate\w*"
+    r"|(?:rates?|occurrence) (?:per|of each|in each) bin|non-?exceed\w*|(?<![a-z])per ?mill?e|promille|‰"
     r"|(?:(?<![\d\s])\s?[x×*]|times|units of|multipl\w+ by)\s?(?:10\s?(?:\^|\*\*)?\s?-?\d|10⁻|1e-?\d|0\.0*1|1000)[\d]*",
     re.IGNORECASE,
 )
+_PER_CENT = re.compile(
+    r"(?<!levels )(?<![a-z])(?:in|as) (?:%|per ?cent)(?!\w|\s?(?:of|g(?![a-z])))"
+    r"|(?<!\d)(?<!\d )(?:%|per ?cent)\s?(?:per |/\s?)(?:yr|year)",
+    re.IGNORECASE,
+)
+_NOT_USED = re.compile(
+    r"(?:multipl[iy]\w*|scaled|divided?|amplified|reduced|increased) (?:\S+ ){0,3}?by [^#;,]{1,30}"
+    r"|factors?(?![a-z])[^#;,]{0,30} not (?:applied|included)|(?<![a-z\d])t ?= ?0?\.?[1-9][\d.]* ?s(?![a-z])",
+    re.IGNORECASE,
+)
+"""Factors and periods of comments."""
+_ENGLISH = {
+    re.compile(pattern, re.IGNORECASE): word
+    for pattern, word in {
+        r"\b(?:jahr(?:en?|e)?|années?|anni|años?|anos|yıl\w*|yil(?:da)?|(?:(?<=\d )|(?<=par )|(?<=/))ans?)\b": "years",
+        r"\b(?:pro|par|por|pour|sur|su|per) (?=\d|year)": "per ",
+        r"\b(?:en|em|für) (?=[\d%]|gal\b|g\b|[cm]?m/s)": "in ",
+        r"\b(?:rate[n]?|taux|tasas?|tasso|tassi|taxas?)\b": "rates",
+        r"\b(?:häufigkeit\w*|fréquences?|frecuencias?|frequenz[ae])": "frequency",
+        r"\b(?:\w*wahrscheinlichkeit\w*|probabilit[éà]s?|probabilidad\w*|olas[ıi]l[ıi][kğg]\w*)": "probability",
+        r"\b(?:wiederkehrperiode\w*|p[ée]r[ií]od\w+ d[ei] (?:retour|retorno|ritorno))": "return period",
+        r"\b(?:mittelwert\w*|moyenne\w*|promedio)\b": "mean",
+        r"\b(?:umgerechnet|aus|calculad[oa]s?|à partir d\w)\b": "from",
+        r"\bpro(?:zent|cent\w*)\b|\bpour ?cent\b|\bpor ciento\b": "per cent",
+        r"\bpour ?mille\b|\bpor mil\b|\bper mille\b": "per mille",
+    }.items()
+}
+"""Words of comments in German, French, Spanish, Italian, Portuguese and Turkish, for which the English one is read."""
 _OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|from|convert", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """What comments on probabilities say where the numbers are rates all the same."""
@@ -141,12 +175,8 @@ def read_plain(
             f"{lines.file}: line {lines.number} names {len(kinds)} columns of rates: realisations need a weight each, "
             f"as 'rate (1/yr) weight 0.3', got {name!r}"
         )
-    for kind, plural in (("probability", "probabilities"), ("return period", "return periods")):
-        if kinds[0][0].kind == "rate" and _KINDS[kind].search(comment.lower()) and not _RATES.search(comment):
-            raise HazardError(f"{lines.file}: line {lines.number} names rates, a comment {plural}: correct one of them")
-    _refuse_other_comments(lines, comment, label, units if unit is None else unit)
-    _refuse_other_time(lines, comment, kinds[0][0])
-    fractile = _fractile_of(lines, comment)
+    of_kind = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
+    fractile, notes = _read_comments(lines, comment, label, units if unit is None else unit, kinds[0][0])
     table: list[list[float]] = []
     unsure: list[tuple[int, str, str]] = []
     periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]
@@ -183,25 +213,55 @@ def read_plain(
         quantity.unit == 0.01 and quantity.years > 1.0 and -np.expm1(-column.max() * quantity.years) < 0.01
         for column, (quantity, _) in zip(values[1:], kinds, strict=True)
     )
-    larger = _LARGER.search(comment) and not label.startswith("RotD100")
-    text = f"table ({LOW_PERCENT if low else LARGER})" if low or larger else "table"
+    text = f"table ({LOW_PERCENT})" if low else f"table{notes}"
+    fractile = of_kind or fractile
     return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text, fractile)
 
 
-def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity) -> None:
+def _read_comments(
+    lines: Lines, comment: str, label: str, unit: str | None, quantity: Quantity, format_: str = ""
+) -> tuple[float | None, str]:
+    """Return the fractile that comments name, None for a mean, and a text for the source of what is not used.
+
+    format_: the format whose rows are of the `quantity`, '' where a heading names it.
+
+    Raises
+    ------
+    HazardError
+        Comments of another measure, unit, kind of rates, time or curve.
+    """
+    text = comment
+    for pattern, word in _ENGLISH.items():
+        text = pattern.sub(word, text)
+    where = f"{lines.file}: {format_ or f'line {lines.number}'} names"
+    for kind, plural in (("probability", "probabilities"), ("return period", "return periods")):
+        if quantity.kind == "rate" and _KINDS[kind].search(text.lower()) and not _RATES.search(text):
+            raise HazardError(f"{where} rates, a comment {plural}: correct one of them")
+    _refuse_other_comments(lines, text, label, unit, where)
+    _refuse_other_time(lines, text, quantity, where)
+    larger = _LARGER.search(text) and not label.startswith("RotD100")
+    found = (match[0].strip() for match in _NOT_USED.finditer(text))
+    other = next((part for part in found if part[0] not in "tT" or "Sa(" not in label), None)
+    notes = f" ({LARGER})" if larger else f" ({NOT_USED} {plain(other)})" if other else ""
+    return _fractile_of(lines, text), notes
+
+
+def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: str) -> None:
     """Raise HazardError where comments speak of probabilities in another time than the heading, or of rates."""
     time = stated(lines, comment, "investigation_time")
     words = comment.lower()
     for text in words.split("#"):
         said = [match[0] for match in _OTHER_RATES.finditer(text)]
-        if quantity.kind == "rate" and re.search("rate|frequen|exceed", text):
+        said += [match[0] for match in _PER_CENT.finditer(text) if quantity.unit != 0.01]
+        probable = (
+            quantity.kind == "probability" and _KINDS["probability"].search(text) and not re.search(r"\d ?%", text)
+        )
+        if probable or (quantity.kind == "rate" and re.search("rate|frequen|exceed", text)):
             per = [match for match in _TIME.finditer(text) if _belongs(match, "rate") and match[0][0] != "1"]
             said += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]
         if said and not _OF_SOURCES.search(text):
-            held, other = (plain(each.strip()) for each in (_WRITTEN[quantity.kind].partition(",")[0], said[0]))
-            raise HazardError(
-                f"{lines.file}: line {lines.number} names {held}, a comment {other!r}: correct one of them"
-            )
+            own = f"probabilities in {quantity.years:g} yr" if probable else _WRITTEN[quantity.kind].partition(",")[0]
+            raise HazardError(f"{where} {own}, a comment {plain(said[0].strip())!r}: correct one of them")
     if time is None and _ANNUAL.search(words) and _KINDS["probability"].search(words) and not _RATES.search(words):
         time = "1"
     if time is None:
@@ -210,12 +270,11 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity) -> None:
     if quantity.kind != "probability" or quantity.years != years:
         held = f"probabilities in {quantity.years:g} yr" if quantity.kind == "probability" else f"{quantity.kind}s"
         other = f"a comment probabilities in {years:g} yr"
-        raise HazardError(f"{lines.file}: line {lines.number} names {held}, {other}: correct one of them")
+        raise HazardError(f"{where} {held}, {other}: correct one of them")
 
 
 def _fractile_of(lines: Lines, comment: str) -> float | None:
     """Return the fractile that comments name, None for a mean; HazardError for other curves than of a plain mean."""
-    fractile = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
     spread, vertical = _SPREAD.search(comment), _VERTICAL.search(comment)
     if spread is not None:
         what = "a bound" if spread["bound"] else "a standard deviation"
@@ -223,24 +282,24 @@ def _fractile_of(lines: Lines, comment: str) -> float | None:
     other = vertical[0].strip("# ") if vertical else other_damping(comment, DAMPING)
     if other:
         raise HazardError(f"{lines.file}: a comment names {other!r}: levels are of horizontal shaking, damped by 5 %")
-    match = _FRACTILES.search(comment)
-    if match is None or (match["median"] and re.search(r"(?<![a-z])mean(?![a-z])", comment, re.IGNORECASE)):
-        return fractile
-    percent = match["percent"] or match["after"] or match["short"] or "50"
-    return float(f"0.{match['share']}" if match["share"] else int(percent) / 100.0) or fractile
+    for match in _FRACTILES.finditer(comment):
+        number = next((text for name, text in match.groupdict().items() if text and name != "median"), "")
+        share = float(number.replace(",", ".") or 0.5) / (1.0 if re.match("0?[.,]|$", number) else 100.0)
+        if 0.0 < share < 1.0 and not (
+            match["median"] and re.search(r"(?<![a-z])mean(?![a-z])", comment, re.IGNORECASE)
+        ):
+            return share
+    return None
 
 
-def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None) -> None:
+def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None, where: str) -> None:
     """Raise HazardError where comments name other measures alone, or another unit of the levels, than the heading."""
     named = {
         f"Sa({float(match['period'])!r})" if match["period"] else f"pg{(match['peak'] or match['word']).lower()[-1]}"
         for match in _NAMED.finditer(comment)
     }
     if named and not any(label == name or label.startswith(f"{name[:-1]}, ") for name in named):
-        raise HazardError(
-            f"{lines.file}: line {lines.number} names {label}, a comment {first_names(sorted(named))}: correct one of "
-            "them"
-        )
+        raise HazardError(f"{where} {label}, a comment {first_names(sorted(named))}: correct one of them")
     for text in comment.split("#"):
         # (a measure is what its levels are of, not a peak of something else)
         words = _NAMED.sub(lambda match: "velocity" if re.search("v$|ve", match[0].lower()) else "acceleration", text)
@@ -252,10 +311,7 @@ def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | N
             or (levels.quantity == "acceleration" and math.isnan(levels.factor))
         ]
         if other and len(other) == len(stated):
-            raise HazardError(
-                f"{lines.file}: line {lines.number} names levels in {unit}, a comment in {plain(other[0])}: correct "
-                "one of them"
-            )
+            raise HazardError(f"{where} levels in {unit}, a comment in {plain(other[0])}: correct one of them")
 
 
 def _si(unit: str | None, label: str) -> float | None:
@@ -370,13 +426,15 @@ def read_openquake(
     if units is not None:
         raise HazardError(f"{lines.file}: OpenQuake's units are known, so units must not be given, got {units!r:.40}")
     name = _curve_kind(lines, comment)
-    fractile = _fractile(lines, name)
+    of_kind, quantity = _fractile(lines, name), Quantity("probability", period)
+    said, notes = _read_comments(lines, comment, label, unit_of_program(label), quantity, "OpenQuake's format")
+    fractile = of_kind if name else said
     heading = lines.number
     columns = [at for at, one in enumerate(names) if one.startswith("poe-")]
     levels = [lines.value(names[at][4:], "a level", at=heading) for at in columns]
     row = _selected_site(lines, _sites(lines, names, columns), site)
-    rates = [rate_of_word(lines, word, "poe", Quantity("probability", period), row.line) for word in row.words]
-    text = f"OpenQuake{f' {name}' if name else ''}{unnamed}, {_site_text(row)}"
+    rates = [rate_of_word(lines, word, "poe", quantity, row.line) for word in row.words]
+    text = f"OpenQuake{f' {name}' if name else ''}{unnamed}{notes}, {_site_text(row)}"
     return curve_of(lines.file, label, unit_of_program(label), levels, [rates], None, text, fractile)
 
 
@@ -472,8 +530,11 @@ def read_nshmp(
         problem = f"got a column {other[0][:40]!r}" if other else f"got {len(columns)} levels"
         raise HazardError(f"{lines.file}: line {heading} must name name, lon, lat and at least two levels, {problem}")
     levels = [lines.value(names[at], "a level", at=heading) for at in columns]
-    row = _selected_site(lines, _sites(lines, names, columns), site)
     quantity = Quantity("rate") if years is None else Quantity("probability", years)
+    of_kind = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
+    without = f"nshmp-haz' format{' without years' if years is None else ''}"
+    fractile, notes = _read_comments(lines, comment, label, units or unit_of_program(label), quantity, without)
+    row = _selected_site(lines, _sites(lines, names, columns), site)
     rates = [rate_of_word(lines, word, quantity.kind, quantity, row.line) for word in row.words]
     return curve_of(
         lines.file,
@@ -482,7 +543,8 @@ def read_nshmp(
         levels,
         [rates],
         None,
-        f"nshmp-haz{unnamed}, {_site_text(row)}",
+        f"nshmp-haz{unnamed}{notes}, {_site_text(row)}",
+        of_kind or fractile,
     )
 
 

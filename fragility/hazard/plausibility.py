@@ -13,7 +13,7 @@ from ...motions.intensity.naming import written_level
 from .curve import HazardCurve
 from .pieces import NONE
 from .rates import IMPOSSIBLY_OFTEN
-from .reading import LARGER, LOW_PERCENT, UNNAMED
+from .reading import LARGER, LOW_PERCENT, NOT_USED, UNNAMED
 
 MOST_OFTEN = 0.2
 """Annual rate of the weakest damaging shaking above which no site is."""
@@ -55,6 +55,9 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
         found.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
     if LARGER in hazard.source:
         found.append(Doubt(KIND, f"{name}: {LARGER}: it is taken as {hazard.im}, of one component, not as RotD100"))
+    if NOT_USED in hazard.source:
+        text = hazard.source.partition(f"{NOT_USED} ")[2].partition(")")[0]
+        found.append(Doubt(KIND, f"{name}: a comment says {text!r}, which is not used: are levels and rates right so?"))
     if hazard.fractile is not None:
         what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: all rates are of this fractile"
         found.append(Doubt(KIND, what, settled=True))

@@ -21,6 +21,7 @@ UNNAMED = "the file names no measure"
 """Part of the source of a curve whose measure is only that of the levels."""
 
 LARGER = "a comment names the larger of both components"
+NOT_USED = "not used of a comment:"
 LOW_PERCENT = "all per cent are below 1"
 """Part of the source of such a curve."""
 

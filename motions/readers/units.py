@@ -26,7 +26,7 @@ _QUANTITY = {
     for quantity, words, characters in (
         (
             "acceleration",
-            r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]celera\w+|beschleunigung|ускорени\w+",
+            r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]?celera\w+|beschleunigung|ускорени\w+",
             "加速度",
         ),
         ("velocity", r"vel(?:ocity|ocities|ocidad|ocit[àa])?|geschwindigkeit|vitesse", "(?<!加)速度"),

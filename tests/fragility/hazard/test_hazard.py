@@ -682,6 +682,26 @@ def test_a_curve_describes_its_realisations():
                 ("damping ratio 0.02", "Sa(1.0) (g)", "damped by 5 %"),
                 ("Dämpfung 2 %", "Sa(1.0) (g)", "damped by 5 %"),
                 ("95% confidence upper bound", "pga (g)", "a comment names a bound"),
+                ("95% confidence upper limit", "pga (g)", "a comment names a bound"),
+                ("upper 84 %", "pga (g)", "a comment names a bound"),
+                ("84% confidence", "pga (g)", "a comment names a bound"),
+                ("rates in % per year", "pga (g)", "names rates in 1/yr, a comment 'in %'"),
+                ("values in per cent", "pga (g)", "a comment 'in per cent'"),
+                ("values given in per mille", "pga (g)", "a comment 'per mille'"),
+                ("Raten in Prozent pro Jahr", "pga (g)", "a comment 'in per cent'"),
+                ("rate of occurrence per bin", "pga (g)", "a comment 'occurrence per bin'"),
+                ("Raten pro 50 Jahre", "pga (g)", "a comment 'per 50 years'"),
+                ("taux pour 100 ans", "pga (g)", "a comment 'per 100 years'"),
+                ("tasa en 50 años", "pga (g)", "a comment 'in 50 years'"),
+                ("probabilidad en 50 años", "pga (g)", "names rates, a comment probabilities"),
+                ("Wahrscheinlichkeit in 50 Jahren", "pga (g)", "names rates, a comment probabilities"),
+                ("Überschreitungswahrscheinlichkeiten in 50 Jahren", "pga (g)", "names rates, a comment probabilities"),
+                ("probabilité sur 50 ans", "pga (g)", "names rates, a comment probabilities"),
+                ("probabilità in 50 anni", "pga (g)", "names rates, a comment probabilities"),
+                ("50 yılda aşılma olasılığı", "pga (g)", "names rates, a comment probabilities"),
+                ("50 yilda asilma olasiligi", "pga (g)", "names rates, a comment probabilities"),
+                ("période de retour 475 ans", "pga (g)", "names rates, a comment return periods"),
+                ("aceleraciones en gal", "pga (g)", "names levels in g, a comment in gal"),
             )
         ),
         ("pga (g),rate\n# 2% damped\n0.1,0.03\n0.4,0.002\n", "a comment names '2% damp'"),
@@ -693,6 +713,12 @@ def test_a_curve_describes_its_realisations():
                 (
                     "pga",
                     "rates per year; rate of 1/475 years; grid of 5 x 10 km; downhole vertical array; 0.002 per year",
+                ),
+                (
+                    "pga",
+                    "taux par an; jährliche Raten; tasa anual; 0.002 / an; Raten pro Jahr; Grid of 10 % of the sites; "
+                    "mean with 95 % confidence intervals; discount rate 3 % per year; values in % of rock taken off; "
+                    "Raten, aus Wahrscheinlichkeiten in 50 Jahren; rate of occurrence of exceedances",
                 ),
                 ("Sa(1.0)", "5% damped; damping 5 %; damping ratio 0.05; damping = 5; 5 % Dämpfung; damped 1 s"),
             )
@@ -714,6 +740,10 @@ def test_a_curve_describes_its_realisations():
             "# annual probabilities\npga (g),probability in 50 yr\n0.1,0.03\n0.4,0.002\n",
             "a comment probabilities in 1 yr",
         ),
+        ("# PoE in 50 years\npga (g),probability in 1 yr\n0.1,0.03\n0.4,0.002\n", "a comment 'in 50 years'"),
+        ("# 10 % PoE in 50 years: 0.2 g\npga (g),probability in 1 yr\n0.1,0.03\n0.4,0.002\n", ""),
+        ("# values in %\npga (g),probability in 50 yr (%)\n0.1,30\n0.4,2\n", ""),
+        ("# values in %\npga (g),probability in 50 yr\n0.1,0.3\n0.4,0.02\n", "a comment 'in %'"),
         ("# annual probabilities, converted\npga (g),probability in 50 yr\n0.1,0.03\n0.4,0.002\n", ""),
         ("# mean + 1 sigma\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names a standard deviation"),
         ("# vertical component\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "levels are of horizontal shaking"),
@@ -747,8 +777,110 @@ def test_the_larger_component_of_a_comment_is_doubted(tmp_path, comment, heading
 
 
 @pytest.mark.parametrize(
+    ("comment", "text"),
+    [
+        ("PGA on rock; multiply by S = 1.35 for soil C", "multiply by S = 1.35 for soil C"),
+        ("PGA at bedrock; site factor 1.5 not applied", "factor 1.5 not applied"),
+        ("values scaled by 0.5", "scaled by 0.5"),
+        ("design spectrum divided by q = 4", "divided by q = 4"),
+        ("T = 0.3 s", "T = 0.3 s"),
+        ("site factor 1.5 included; 84 sites; T = 475 years", None),
+    ],
+)
+def test_factors_of_comments_are_doubted(tmp_path, comment, text):
+    """Factors that nothing applies, and a period above the PGA; of other formats, too."""
+    plain = read_hazard(saved(tmp_path, f"# {comment}\npga (g),rate (1/yr)\n0.1,0.03\n0.4,0.002\n"))
+    others = [
+        read_hazard(saved(tmp_path, f"# {comment}\n{FILES[name][0]}", name), site=0, im="pga")
+        for name in ("total.csv", "openquake.csv")
+    ]
+    for hazard in (plain, *others):
+        said = [doubt.sentence for doubt in hazard_doubts(hazard) if "is not used" in doubt.sentence]
+        assert said == [
+            f"{hazard.source.partition(',')[0]}: a comment says {text!r}, which is not used: "
+            "are levels and rates right so?"
+        ] * (text is not None)
+
+
+@pytest.mark.parametrize(
+    ("name", "comment", "message"),
+    [
+        ("total.csv", "Poisson probability of exceedance in 50 years", "without years names rates, a comment probab"),
+        ("total.csv", "investigation_time=50", "names rates, a comment probabilities in 50 yr"),
+        ("total.csv", "vertical component", "levels are of horizontal shaking"),
+        ("total.csv", "levels in m/s2", "names levels in g, a comment in m/s2"),
+        ("total.csv", "Sa(1.0 s)", "names pga, a comment Sa(1.0)"),
+        ("total.csv", "kind='std'", "holds standard deviations"),
+        ("total.csv", "rates x 1e-3", "a comment 'x 1e-3'"),
+        ("openquake.csv", "vertical component", "levels are of horizontal shaking"),
+        ("openquake.csv", "levels in m/s2", "OpenQuake's format names levels in g, a comment in m/s2"),
+        ("openquake.csv", "PoE in 10 years", "names probabilities in 50 yr, a comment 'in 10 years'"),
+        ("total.csv", "annual rates of exceedance, mean", ""),
+        ("openquake.csv", "probability of exceedance in 50 years, mean", ""),
+    ],
+)
+def test_comments_of_other_programs(tmp_path, name, comment, message):
+    path = saved(tmp_path, f"# {comment}\n{FILES[name][0]}", name)
+    if not message:
+        assert read_hazard(path, "pga", site=0).fractile is None
+        return
+    with pytest.raises(HazardError, match=re.escape(message)):
+        read_hazard(path, "pga", site=0)
+
+
+def test_comments_beside_given_years(tmp_path):
+    path = saved(tmp_path, f"# Poisson probability of exceedance in 50 years\n{NSHMP}")
+    assert read_hazard(path, "pga", site=0, years=50).rates
+    with pytest.raises(HazardError, match="names probabilities in 1 yr, a comment 'in 50 years'"):
+        read_hazard(path, "pga", site=0, years=1)
+
+
+def test_fractiles_of_other_programs(tmp_path):
+    for name, comment, fractile in (
+        ("total.csv", "84th percentile", 0.84),
+        ("total.csv", "kind='quantile-0.84'", 0.84),
+        ("total.csv", "kind='quantile-0.025'", 0.025),
+        ("old.csv", "", 0.15),
+    ):
+        path = saved(tmp_path, f"# {comment}\n{FILES[name][0]}" if comment else FILES[name][0], name)
+        assert read_hazard(path, None if name == "old.csv" else "pga", site=0).fractile == fractile
+
+
+@pytest.mark.parametrize(
     ("comment", "fractile"),
     [
+        *(
+            (text, 0.84)
+            for text in (
+                *("84. Perzentil", "percentil 84", "84e centile", "84° percentile", "frattile 84", "Fractil 0.84"),
+                *(
+                    "curve 84%",
+                    "Quantil 0,84",
+                    "84-%-Quantil",
+                    "q0.84",
+                    "curve: q84",
+                    "84 ème percentile",
+                    "cuantil 0,84",
+                ),
+                *(
+                    "percentile=84th",
+                    "kurva 84%",
+                    "mean/84th",
+                    "84th-percentile UHS",
+                    "0.84 quantile",
+                    "84.0th percentile",
+                ),
+            )
+        ),
+        ("97.5th percentile", 0.975),
+        ("5. Perzentil", 0.05),
+        ("mediana", 0.5),
+        ("courbe médiane", 0.5),
+        ("Mittelwert, über dem Median", None),
+        ("84th Street", None),
+        ("behaviour factor q = 4", None),
+        ("curve, 5% damped; 10% in 50 years", None),
+        ("hazard curve 16% in 50 years", None),
         ("kind='quantile-0.84'", 0.84),
         ("kind='mean'", None),
         ("84th percentile curve", 0.84),
