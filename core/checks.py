@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any
@@ -70,7 +72,11 @@ def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
 
 
 def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> Array:
-    """Return a C-contiguous float64 copy of `values`; ValueError for NaN, infinity, no values or wrong dimensions."""
+    """Return a C-contiguous float64 copy of `values`; ValueError for NaN, infinity, no values or wrong dimensions.
+
+    Labelled values that state another unit than `unit` are refused, too.
+    """
+    stated_unit(name, values, unit)
     if np.ma.is_masked(values):
         raise ValueError(f"{name} must hold no masked values")
     try:
@@ -134,6 +140,33 @@ def time_step(what: str, time: Array | None, dt: float | None) -> float:
     if step is not None and abs(step - stated) > UNIFORMITY * stated:
         raise ValueError(f"{what} states dt = {stated:g} s, but its time steps by {step:g} s: drop or correct dt")
     return stated
+
+
+def stated_unit(name: str, values: Any, unit: str) -> None:
+    """Raise ValueError if labelled values (xarray, pandas) state another unit than `unit`; '' accepts any."""
+    attributes = getattr(values, "attrs", None)
+    units = attributes.get("units", attributes.get("unit")) if isinstance(attributes, Mapping) else None
+    if unit and units not in (None, "") and _spelled(str(units)) != _spelled(unit):
+        raise ValueError(f"{name} must be in {unit}, got units {units!r:.40}: convert the values, or correct units")
+
+
+def _spelled(unit: str) -> str:
+    """Return a unit in the spelling ``m s-2``, from ``m/s²``, ``m s**-2``, ``meter / second ** 2`` or ``m/s/s``."""
+    text = unicodedata.normalize("NFKC", unit).replace("\u2212", "-").strip().lower()
+    for pattern, word in (
+        (r"\b(?:met(?:er|re)s?)\b", "m"),
+        (r"\bsec(?:ond)?s?(?=\b|\d|\^)", "s"),
+        (r"\b(?:years?|yrs?|annum|a)\b", "year"),
+        (r"\s*(?:/|\bper\b)\s*", "/"),
+        (r"\s*(?:\*\*|\^)\s*", ""),
+        (r"[*·.\s]+", " "),
+        (r"/s/s$", "/s2"),
+        (r"/\(?([a-z]+)(\d*)\)?$", r" \1-\2"),
+        (r"-$", "-1"),
+        (r"^1? ?(?=year-1$)|^(?:dimensionless|none|-)?$", ""),
+    ):
+        text = re.sub(pattern, word, text)
+    return text.strip() or "1"
 
 
 def acceleration_units(what: str, units: Any) -> None:

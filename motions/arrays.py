@@ -22,6 +22,7 @@ from ..core.aliases import Array, Flags
 from ..core.doubts import Doubt, warn
 from ..core.labelled import spare_dask
 from ..core.units import ACCELERATION, METRE, RADIAN, SECOND, described
+from .readers.units import in_name, quantities
 
 spare_dask()
 
@@ -140,9 +141,18 @@ def from_array(
             acceleration = acceleration.transpose(..., "time")
         if "time" in acceleration.indexes and acceleration.sizes["time"] > 1:
             checks.time_step("acceleration", acceleration["time"].values, step)
-    axis = getattr(getattr(acceleration, "index", None), "values", None)  # (of a series of pandas)
-    if isinstance(axis, np.ndarray) and axis.dtype.kind == "f" and axis.size > 1 and np.ndim(acceleration) == 1:
-        checks.time_step("acceleration", axis, step)
+    axis = getattr(acceleration, "columns" if np.ndim(acceleration) == 2 else "index", None)  # (of pandas)
+    axis = getattr(axis, "values", None)
+    if isinstance(axis, np.ndarray) and axis.dtype.kind in "fmM" and axis.size > 1:
+        seconds = axis if axis.dtype.kind == "f" else (axis - axis[0]) / np.timedelta64(1, "s")
+        checks.time_step("acceleration", seconds, step)
+    attributes = getattr(acceleration, "attrs", None) or {}
+    for text in (getattr(acceleration, "name", None), attributes.get("standard_name")):
+        named = quantities(text) if isinstance(text, str) else []
+        unit = next(iter(in_name(text, 0)), None) if isinstance(text, str) and not attributes.get("units") else None
+        scaled = unit is not None and unit.quantity == "acceleration" and unit.factor != 1.0
+        if scaled or (named and "acceleration" not in named):
+            raise ValueError(f"acceleration must be acceleration in m s-2, got values of the name {text!r:.40}")
     values = np.atleast_2d(checks.acceleration("acceleration", acceleration, ndim=(1, 2)))
     if values.shape[1] < 2:
         raise ValueError(f"acceleration must have at least 2 samples, got {values.shape[1]}")

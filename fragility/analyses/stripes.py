@@ -111,7 +111,7 @@ def stripes(
         raise TypeError(f"scale must be True or False, got {scale!r:.40}")
     if not isinstance(inconsistent, bool):
         raise TypeError(f"inconsistent must be True or False, got {inconsistent!r:.40}")
-    values = increasing(levels)
+    values = increasing(levels, intensity_measure(im))
     consistent = _consistent(motions, values, im, inconsistent)
     arrays, sets = _sets("motions", motions, values.size, polarity)
     below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)[1]

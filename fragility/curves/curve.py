@@ -279,6 +279,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     arrays, dims = curve_arrays(curves)
     values = arrays.probability(np.log(levels), outside)
     reference = curves["level"] if form_name(curves) in TABULATED else curves["median"]
+    checks.stated_unit("x", x, str(reference.attrs.get("units", "")))
     attributes = {
         "units": reference.attrs.get("units", DIMENSIONLESS),
         "long_name": str(curves["level"].attrs.get("long_name", "level")) if "level" in curves.coords else "level",

@@ -149,7 +149,7 @@ class HazardCurve:
         0.980665
         """
         factor = unit_to_si(units, im)
-        values = checks.finite_array("levels of a hazard curve", levels, unit=units or "SI")
+        values = checks.finite_array("levels of a hazard curve", levels, unit=units or hazard_measure(im).units)
         if units is not None:
             check_points(values, [np.asarray(rates, dtype=np.float64)], units)
         with np.errstate(over="ignore"):
@@ -230,6 +230,7 @@ class HazardCurve:
 
     def rate_at(self, levels: Any, below: str = EXTEND, above: str = EXTEND) -> Array:
         """Annual rate of exceedance at `levels` (SI, any shape), 1/year; rules beyond its points as `annual_rate`."""
+        checks.stated_unit("levels", levels, self.units)
         x = np.asarray(levels, dtype=np.float64)
         if not np.all(x > 0.0):
             raise ValueError(f"levels must be > 0, got {np.min(x):g}")

@@ -253,9 +253,8 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: st
     for text in words.split("#"):
         said = [match[0] for match in _OTHER_RATES.finditer(text)]
         said += [match[0] for match in _PER_CENT.finditer(text) if quantity.unit != 0.01]
-        probable = (
-            quantity.kind == "probability" and _KINDS["probability"].search(text) and not re.search(r"\d ?%", text)
-        )
+        spoken = [kind for kind, pattern in _KINDS.items() if pattern.search(text)]
+        probable = quantity.kind == "probability" and spoken == ["probability"] and not re.search(r"\d ?%", text)
         if probable or (quantity.kind == "rate" and re.search("rate|frequen|exceed", text)):
             per = [match for match in _TIME.finditer(text) if _belongs(match, "rate") and match[0][0] != "1"]
             said += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]

@@ -130,7 +130,7 @@ def scaling(
     elastic building are proportional to it. Levels are > 0 and increase.
     """
     one = intensity_measure(im)
-    values = increasing(levels)
+    values = increasing(levels, one)
     if one is None:
         alike = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
         check_factors(alike, motions)
@@ -148,8 +148,12 @@ def scaling(
     return Scaling(values, factors, one.label, one.units, text, measured, ground is not None, base)
 
 
-def increasing(levels: Any) -> Array:
-    """Return levels as an array (level,); ValueError unless they are finite, > 0 and strictly increasing."""
+def increasing(levels: Any, one: Measure | BlockMeasure | None) -> Array:
+    """Return levels of a measure (None: factors) as an array (level,).
+
+    ValueError unless they are finite, > 0 and strictly increasing, and state no unit or that of the measure.
+    """
+    checks.stated_unit("levels", levels, DIMENSIONLESS if one is None else one.units)
     values = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
     if values[0] <= 0.0:
         raise ValueError(f"levels must be > 0, got {values[0]:g}")

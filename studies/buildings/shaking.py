@@ -243,7 +243,8 @@ class Shaking:
                     f"RotD100(…) or GeometricMean(…), got {im!r}"
                 )
             return scaling(levels, self.ground, im, (), self.ground)
-        values, one = increasing(levels), intensity_measure(im)
+        one = intensity_measure(im)
+        values = increasing(levels, one)
         own = self.histories.levels
         if self.histories.elastic:
             if own.size != 1 or one is None:

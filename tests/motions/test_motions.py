@@ -215,6 +215,29 @@ def test_labelled_arrays_say_their_units_axes_and_steps():
         mo.from_array(series, 0.01)
 
 
+def test_times_of_tables_are_checked():
+    shakes, times = np.sin(np.arange(20.0)), 0.02 * np.arange(20)
+    for index in (pd.to_timedelta(times, unit="s"), pd.date_range("2020", periods=20, freq="20ms"), times):
+        for table in (pd.Series(shakes, index=index), pd.DataFrame([shakes, -shakes], columns=index)):
+            assert mo.from_array(table, 0.02).sizes["time"] == 20
+            with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
+                mo.from_array(table, 0.01)
+    assert mo.from_array(pd.DataFrame([shakes, -shakes]), 0.01).sizes["motion"] == 2
+
+
+def test_names_of_other_quantities_and_units():
+    shakes = np.sin(np.arange(20.0))
+    for name in ("velocity", "displacement", "acc (g)", "acc_g", "acceleration [cm/s2]"):
+        for values in (xr.DataArray(shakes, dims="time", name=name), pd.Series(shakes, name=name)):
+            with pytest.raises(ValueError, match="acceleration must be acceleration in m s-2, got values of the name"):
+                mo.from_array(values, 0.01)
+    with pytest.raises(ValueError, match="got values of the name 'velocity'"):
+        mo.from_array(xr.DataArray(shakes, dims="time", attrs={"standard_name": "velocity"}), 0.01)
+    for name in ("acceleration", "acc (m/s2)", "floor 3", "a", "acc_ms2", None):
+        assert mo.from_array(xr.DataArray(shakes, dims="time", name=name), 0.01).sizes["time"] == 20
+        assert mo.from_array(pd.Series(shakes, name=name), 0.01).sizes["time"] == 20
+
+
 @pytest.mark.parametrize("first", [0.0, 10.0])
 def test_a_row_of_times_is_doubted(first):
     shakes = np.sin(np.arange(50.0))

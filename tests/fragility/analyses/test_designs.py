@@ -18,6 +18,10 @@ LEVELS = [2.0, 3.5, 6.0]
 ALL = ["overturned", "peak_rotation", "uplifted", "impact_velocity", "direction", "top_displacement"]
 
 
+def of_unit(values, units):
+    return xr.DataArray(values, dims="level", attrs={"units": units})
+
+
 def shakes(n, seed=0):
     return tp.motions.CloughPenzien(duration=8.0, dt=0.01).sample(n, seed)
 
@@ -105,6 +109,32 @@ class TestStripes:
     def test_wrong_arguments(self, motions, levels, options, message):
         with pytest.raises((TypeError, ValueError), match=message):
             tp.stripes(BLOCKS, MODELS, motions, levels, **options)
+
+
+@pytest.mark.parametrize(
+    ("im", "own", "others"),
+    [
+        ("pgv", ("m/s", "m s-1", ""), ("ft/s", "cm/s", "g")),
+        ("pga", ("m/s²", "m s-2"), ("g", "cm/s2", "m/s")),
+        ("pga_normalised", ("1", ""), ("g",)),
+        ("scale", ("1", "dimensionless"), ("m s-2",)),
+    ],
+)
+def test_units_of_labelled_levels(im, own, others):
+    """Levels of xarray may say the unit of the measure; another one is refused."""
+    motions = shakes(2)
+    plain = tp.ida(BLOCKS[0], MODELS[0], motions, [1.0], im, outputs="overturned")
+    for units in own:
+        labelled = tp.ida(BLOCKS[0], MODELS[0], motions, of_unit([1.0], units), im, outputs="overturned")
+        xr.testing.assert_equal(labelled, plain)
+    again = tp.ida(BLOCKS[0], MODELS[0], motions, plain.level, im, outputs="overturned")
+    xr.testing.assert_equal(again, plain)
+    for units in others:
+        with pytest.raises(ValueError, match=f"levels must be in {plain.level.attrs['units']}, got units '{units}'"):
+            tp.ida(BLOCKS[0], MODELS[0], motions, of_unit([1.0], units), im)
+        if im != "scale":
+            with pytest.raises(ValueError, match=f"got units '{units}'"):
+                tp.stripes(BLOCKS[0], MODELS[0], [motions], of_unit([1.0], units), im)
 
 
 class TestCloud:

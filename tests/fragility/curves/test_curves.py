@@ -149,3 +149,12 @@ def test_a_tabulated_curve_without_an_estimate_is_nan():
     found = curve_probability(curves, [1.0, 2.0, 8.0])
     assert np.isnan(found.values[1]).all()
     assert not np.isnan(found.values[0]).any()
+
+
+def test_units_of_labelled_levels():
+    levels = np.array([1.0, 2.0])
+    curves = xr.Dataset({"median": ((), 2.0, {"units": "m s-2"}), "dispersion": 0.5}, attrs={"im": "pga"})
+    labelled = xr.DataArray(levels, dims="level", attrs={"units": "m/s²"})
+    xr.testing.assert_identical(curve_probability(curves, labelled), curve_probability(curves, levels))
+    with pytest.raises(ValueError, match="x must be in m s-2, got units 'g'"):
+        curve_probability(curves, labelled.assign_attrs(units="g"))

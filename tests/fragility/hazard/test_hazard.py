@@ -15,6 +15,7 @@ import toppling as tp
 from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
+from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.hazard.plausibility import hazard_doubts
 from toppling.studies.file.hazard import HazardTable
 
@@ -196,6 +197,34 @@ class TestPoints:
     def test_refused(self, arguments, message):
         with pytest.raises(ValueError, match=message):
             HazardCurve(*arguments)
+
+    def test_units_of_labelled_levels_and_rates(self):
+        """Values of xarray may say their unit, which must be the curve's."""
+
+        def labelled(values, units, key="units"):
+            return xr.DataArray(values, dims="level", attrs={key: units})
+
+        levels, rates = [0.2, 0.4, 0.8], [1e-2, 3e-3, 5e-4]
+        plain = HazardCurve(levels, rates, "pgv")
+        for units in ("m/s", "m s-1", "m s**-1", "meter / second", "m·s⁻¹", ""):
+            assert HazardCurve(labelled(levels, units), labelled(rates, "1/yr"), "pgv") == plain
+            assert plain.rate_at(labelled(levels, units)).tolist() == pytest.approx(rates)
+        from_points = HazardCurve.from_points(labelled([20.0, 40.0, 80.0], "cm/s"), rates, "pgv", "cm/s")
+        assert from_points.levels == pytest.approx(levels)
+        for units, key in (("ft/s", "units"), ("cm/s", "units"), ("g", "unit"), ("m s-2", "units")):
+            wrong = labelled(levels, units, key)
+            for given in (
+                lambda wrong=wrong: HazardCurve(wrong, rates, "pgv"),
+                lambda wrong=wrong: HazardCurve.from_points(wrong, rates, "pgv"),
+                lambda wrong=wrong: HazardCurve.from_points(wrong, rates, "pgv", "mm/s"),
+                lambda wrong=wrong: plain.rate_at(wrong),
+                lambda wrong=wrong: plain.resampled(wrong),
+                lambda wrong=wrong: level_weights(wrong, plain),
+            ):
+                with pytest.raises(ValueError, match=rf"must be in (m s-1|mm/s), got units '{units}'"):
+                    given()
+        with pytest.raises(ValueError, match="rates of a hazard curve must be in 1/year, got units 'percent'"):
+            HazardCurve(levels, labelled(rates, "percent"), "pgv")
 
     def test_other_refusals(self):
         hazard = HazardCurve([1.0, 2.0], [2e-3, 1e-3], "pga")
@@ -826,6 +855,16 @@ def test_comments_of_other_programs(tmp_path, name, comment, message):
         return
     with pytest.raises(HazardError, match=re.escape(message)):
         read_hazard(path, "pga", site=0)
+
+
+def test_the_starter_with_other_columns(tmp_path):
+    """Its comments name all columns that it may have."""
+    text = (Path(tp.__file__).parent / "studies/starters/hazard.csv").read_text(encoding="utf-8")
+    for heading in ("rate (1/yr)", "probability in 10 yr", "probability in 50 yr", "return period (yr)"):
+        other = text.replace(",rate (1/yr)\n", f",{heading}\n")
+        rows = other.partition(f",{heading}\n")[0] + f",{heading}\n0.1,{'4' if 'return' in heading else '0.04'}\n"
+        rows += f"0.4,{'400' if 'return' in heading else '0.002'}\n"
+        assert not [doubt for doubt in hazard_doubts(read_hazard(saved(tmp_path, rows))) if "comment" in doubt.sentence]
 
 
 def test_comments_beside_given_years(tmp_path):
