@@ -34,22 +34,38 @@ from .units import (
 
 _SAMPLING = r"(?:muestreo|campionamento|amostragem|[ée]chantillonnage)"
 """Sampling in Spanish, Italian, Portuguese and French."""
-_STEP = re.compile(
+_STEP_WORDS = (
     r"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{0,5} ?(?:interval|period|step|time)|"
     rf"\b(?:interval\w{{1,2}}|p[ée]r[ií]od[oe]|pass?o?) d(?:[ei] |['’]){_SAMPLING}|\b(?:paso de tiempo|pas de temps|"
     r"passo (?:temporale|de tempo)|zeitschritt|abtast(?:intervall|schritt|zeit|periode)|zaman ad[ıi]m[ıi]|"
     r"[öo]rnekleme (?:aral\w+|periyodu)|шаг (?:по времени|дискретизации)|интервал дискретизации)|"
     r"サンプリング間隔|サンプリング周期|時間刻み|時間間隔|[采採取][样樣]间?間?隔|时间间隔)"
-    rf"\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
+)
+_STEP = re.compile(
+    rf"{_STEP_WORDS}\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
     re.IGNORECASE,
 )
-_FREQUENCY = re.compile(
+_RATE_WORDS = (
     r"(?:\bsampl\w{0,5} ?(?:rate|freq\w{0,6})|\b(?:tasa|taxa|raz[óo]n|velocidad|fr[eé][cq]u?\w{3,6}|taux|tasso) "
     rf"d(?:[ei] |['’]){_SAMPLING}|\babtast(?:rate|frequenz)|\b[öo]rnekleme (?:frekans\w*|h[ıi]z[ıi]|oran[ıi])|"
     r"частота дискретизации|サンプリング(?:周波数|レート)|[采採取][样樣](?:频率|頻率|率))"
-    rf"\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
+)
+_FREQUENCY = re.compile(
+    rf"{_RATE_WORDS}\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
     re.IGNORECASE,
 )
+_IN_WORDS = re.compile(
+    rf"(?:(?P<word>{_STEP_WORDS}|\b(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?"
+    r"|\b(?:equally|evenly|uniformly) spaced|\bspacing|\bincrement)"
+    rf"|(?P<rate>{_RATE_WORDS}|\bf_?s\b)|\b(?:re)?sampl(?:ed|ing)|\bdigiti[sz](?:ed|ation)|\babgetastet|\bmuestreado)"
+    r"[\s=:()\[\]]{0,4}(?:(?:was|is|at|of|with|every|in|mit|von|a|de|hz|sps|m?s|sec)[\s=:()\[\]]{1,4}){0,4}"
+    r"(?P<number>\d+(?:\.\d+)?|\.\d+)(?![\d.])\s?(?:(?P<hz>hz|sps|1/s|samples?\s?(?:/|per )\s?s\w*)|(?P<ms>ms|msec\w*|"
+    r"milli\w+)|(?P<s>s|sec\w*))?(?!\w|\s?(?:h|min|hours?|days?|[ckm]?m|%)(?!\w)|\s?[-x:/]\s?\d)"
+    r"|\b(?P<sps>\d+(?:\.\d+)?)\s?(?:sps\b|samples? ?(?:/|per ) ?s|hz sampl)"
+    r"|^\W*(?P<count>\d{2,8})[\s,]+(?P<step>0?\.\d+)\b",
+    re.IGNORECASE,
+)
+"""A time step or sampling rate in other wordings, which none is read from: a given one must agree with them."""
 _STANDARD = re.compile(r", C1-C6(?P<unit> \(s\))?\s*:\s*/(?P<step>[\d.]+)(?:/(?P=step))*\s*$")  # (of Mexico)
 _CHANGED = re.compile(
     r"original|ursprünglich|resampl|remuestr|ricampion|r[ée]-?[ée]chantillon|before|prototype", re.IGNORECASE
@@ -346,8 +362,9 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
         return found
     if dt is not None:
         step = checks.number("dt", dt, above=0.0, unit="s")
-        if written is not None and not doubtful and not math.isclose(step, written, rel_tol=0.01):
-            raise RecordError(f"{file}: its header says dt = {written:g} s, so dt must not be {dt:g}")
+        steps = [written] if written is not None else _steps_in_words(header, len(time))
+        if steps and not doubtful and not any(math.isclose(step, stated, rel_tol=0.01) for stated in steps):
+            raise RecordError(f"{file}: its header says dt = {steps[0]:g} s, so dt must not be {step:g}")
         return step
     if written is None:
         raise RecordError(f"{file}: has no time column, so dt must be given (s), in a study motions.dt_s")
@@ -390,6 +407,23 @@ def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | 
             return step, f"line {number} says {text.lstrip('# ')[:60]!r}"
     other = next((line for line, another in found if not math.isclose(another, step, rel_tol=0.01)), None)
     return step, f"lines {first} and {other} state two steps" if other else ""
+
+
+def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
+    """Return the time steps, s, that a header of n samples states in words; none where it says what changed them."""
+    if any(_THINNED.search(text) or _CHANGED.search(text) for _, text in header):
+        return []
+    found = []
+    for match in (match for _, text in header for match in _IN_WORDS.finditer(text)):
+        number = float(match["number"] or match["sps"] or match["step"])
+        if match["sps"] or match["hz"] or (match["rate"] and number > 1.0 and not (match["ms"] or match["s"])):
+            number = 1.0 / (number or math.inf)
+        elif match["ms"]:
+            number *= 1e-3
+        elif not (match["s"] or match["word"] or match["rate"] or match["count"] == str(n)):
+            continue
+        found += [number] if 0.0 < number < LONGEST_STEP else []
+    return found
 
 
 def _stated_step(lines: Lines, match: re.Match[str], frequency: bool) -> float:

@@ -85,6 +85,14 @@ _FACTOR = re.compile(
     r"(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|(?!(?:is |was )?not\b)[a-z]))",
     re.IGNORECASE,
 )
+_AMPLITUDE = re.compile(
+    r"\b(?:multiplied|amplified|divided) by (?!a factor)[^,;]{1,20}"
+    r"|\b(?:peak[- ]?)?normali[sz]ed (?:to|by|acc|amp|rec|sig)[^,;]{0,20}"
+    r"|\bpeak[- ]?normali[sz]ed|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
+    r"|\bin (?:m?V|(?:milli)?volts?)\b(?! ?/)|(?<![\d/])(?<!\d )\b(?:milli)?volts?\b(?! ?/| per)",
+    re.IGNORECASE,
+)
+"""What says that samples may be of another amplitude, or volts."""
 RELATIVE = re.compile(
     r"\brel(?:ative|\.)?[ _]+(?:floor[ _]+)?acc|\bacc[a-z]*[ _,(]{1,3}rel(?:ative)?\b(?! to g)|\ba_rel\b", re.IGNORECASE
 )
@@ -250,6 +258,10 @@ def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
             if float(match["number"]) != 1.0 and not _APPLIED.search(text[: match.start()]):
                 what = f"{file}: line {line} says {match[0].strip()!r}, which is not applied"
                 warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])
+        other = None if re.search("convert|applied|original", text, re.IGNORECASE) else _AMPLITUDE.search(text)
+        if other is not None and not _FACTOR.search(text):
+            said = f"{file}: line {line} says {plain(other[0].strip(), 40)!r}"
+            warn([Doubt("table", f"{said}: are its samples the accelerations that shake, in the unit that is stated?")])
 
 
 def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:

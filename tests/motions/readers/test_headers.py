@@ -190,6 +190,49 @@ def test_steps_of_other_languages(tmp_path, heading):
         read(tmp_path, f"{heading}\nacc (g)\n{COLUMN}", dt=0.005)
 
 
+@pytest.mark.parametrize(
+    "heading",
+    [
+        *("SAMPLING FREQUENCY (HZ) 200", "# Sampling rate 200 Hz", "# sampled at 200 Hz", "fs = 200", "# fs 200 Hz"),
+        *(
+            "# Time increment: 0.005 s",
+            "12 points equally spaced at 0.005 sec",
+            "# 12 points at equal intervals of .005 s",
+        ),
+        *("# DT 0.005", "# dt(s) 0.005", "12 0.005 g", "# Frecuencia de muestreo 200 Hz", "# sampling interval 5 ms"),
+        *(
+            "# 200 sps",
+            "# 200 samples per second",
+            "# digitized at 200 Hz",
+            "# Abtastrate 200 Hz",
+        ),
+        *("# sampling rate 200", "# Fréquence d'échantillonnage 200 Hz", "# Zeitschritt 0.005 s", "# 200 Hz sampling"),
+    ],
+)
+def test_steps_in_words_are_not_contradicted(tmp_path, heading):
+    text = f"{heading}\nacc (g)\n{COLUMN}"
+    assert float(read(tmp_path, text, dt=0.005)["dt"][0]) == 0.005
+    with pytest.raises(RecordError, match=r"its header says dt = 0.005 s, so dt must not be 0.01"):
+        read(tmp_path, text, dt=0.01)
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        *("# sampled, low-pass filter 25 Hz", "# bandpass 0.1-25 Hz", "# Samples: 2000", "# 11 0.005", "# fs"),
+        *(
+            "# originally sampled at 200 Hz",
+            "# sampled at 200 Hz, resampled",
+            "# recorded at 200 Hz, sampled at 100 Hz",
+        ),
+        *("# sampling period 12 h", "# time interval 10 s to 30 s", "# dt 0.5 h", "# station spacing 0.5 km"),
+        *("# sampled at 200 Hz, decimated by 2", "# sampling rate 100 Hz, digitized at 200 Hz", "# fs 0.2 m"),
+    ],
+)
+def test_steps_in_words_of_something_else(tmp_path, heading):
+    assert float(read(tmp_path, f"{heading}\nacc (g)\n{COLUMN}", dt=0.01)["dt"][0]) == 0.01
+
+
 @pytest.mark.parametrize("words", ["Número de muestras", "numero di punti", "Anzahl der Messwerte", "Veri sayısı:"])
 def test_numbers_of_samples_of_other_languages(tmp_path, words):
     read(tmp_path, f"# {words} 12\nacc (g)\n{COLUMN}", dt=0.01)
@@ -481,6 +524,30 @@ def test_factors_that_are_not_applied_are_doubted(tmp_path, line, said, kind):
     assert [f"line 1 says {said!r}, which is not applied" in str(one.message) for one in told] == [True] * (
         said is not None
     )
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("# output in V, sensitivity 2.5 V/g", "in V"),
+        ("# volts; sensitivity 2.5 V/g", "volts"),
+        ("# signal in millivolts", "in millivolts"),
+        ("# values multiplied by 10 for storage", "multiplied by 10 for storage"),
+        ("# amplified by 10", "amplified by 10"),
+        ("# normalised to a PGA of 1", "normalised to a PGA of 1"),
+        ("# peak-normalized", "peak-normalized"),
+        ("# shape function, to be scaled to 0.25 g", "shape function"),
+        ("# supply 12 V; 4 volts/g; gain 4 V/g", None),
+        ("# converted from volts", None),
+        ("# normalised Arias intensity", None),
+    ],
+)
+def test_amplitudes_and_volts_are_doubted(tmp_path, line, said):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        motion = read(tmp_path, f"{line}\ndt = 0.01\n{COLUMN}", unit="g")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+    assert [f"line 1 says {said!r}: are its samples" in str(one.message) for one in told] == [True] * (said is not None)
 
 
 @pytest.mark.parametrize(("stated", "doubted"), [(0.06, True), (0.12, True), (0.18, False), (0.6, True), (0.0, False)])
