@@ -152,21 +152,12 @@ def stated_unit(name: str, values: Any, unit: str) -> None:
 
 def _spelled(unit: str) -> str:
     """Return a unit in the spelling ``m s-2``, from ``m/s²``, ``m s**-2``, ``meter / second ** 2`` or ``m/s/s``."""
-    text = unicodedata.normalize("NFKC", unit).replace("\u2212", "-").strip().lower()
-    for pattern, word in (
-        (r"\b(?:met(?:er|re)s?)\b", "m"),
-        (r"\bsec(?:ond)?s?(?=\b|\d|\^)", "s"),
-        (r"\b(?:years?|yrs?|annum|a)\b", "year"),
-        (r"\s*(?:/|\bper\b)\s*", "/"),
-        (r"\s*(?:\*\*|\^)\s*", ""),
-        (r"[*·.\s]+", " "),
-        (r"/s/s$", "/s2"),
-        (r"/\(?([a-z]+)(\d*)\)?$", r" \1-\2"),
-        (r"-$", "-1"),
-        (r"^1? ?(?=year-1$)|^(?:dimensionless|none|-)?$", ""),
-    ):
-        text = re.sub(pattern, word, text)
-    return text.strip() or "1"
+    text = unicodedata.normalize("NFKC", unit).replace("\u2212", "-").strip().lower().replace("/s/s", "/s2")
+    text = re.sub(r"\bmet(?:er|re)s?\b", "m", re.sub(r"\bsec(?:ond)?s?(?=\b|\d|\^)", "s", text))
+    text = re.sub(r"\b(?:years?|yrs?|annum|a)\b", "year", re.sub(r"\s*(?:/|\bper\b)\s*", "/", text))
+    text = re.sub(r"[*·.\s]+", " ", re.sub(r"\s*(?:\*\*|\^)\s*", "", text))
+    text = re.sub(r"-$", "-1", re.sub(r"/\(?([a-z]+)(\d*)\)?$", r" \1-\2", text))
+    return re.sub(r"^1? ?(?=year-1$)|^(?:dimensionless|none|-)?$", "", text).strip() or "1"
 
 
 def acceleration_units(what: str, units: Any) -> None:

@@ -147,10 +147,9 @@ def from_array(
         seconds = axis if axis.dtype.kind == "f" else (axis - axis[0]) / np.timedelta64(1, "s")
         checks.time_step("acceleration", seconds, step)
     attributes = getattr(acceleration, "attrs", None) or {}
-    for text in (getattr(acceleration, "name", None), attributes.get("standard_name")):
-        named = quantities(text) if isinstance(text, str) else []
-        unit = next(iter(in_name(text, 0)), None) if isinstance(text, str) and not attributes.get("units") else None
-        scaled = unit is not None and unit.quantity == "acceleration" and unit.factor != 1.0
+    for text in map(str, (getattr(acceleration, "name", None), attributes.get("standard_name"))):
+        named, units = quantities(text), [] if attributes.get("units") else in_name(text, 0)
+        scaled = any(unit.quantity == "acceleration" and unit.factor != 1.0 for unit in units)
         if scaled or (named and "acceleration" not in named):
             raise ValueError(f"acceleration must be acceleration in m s-2, got values of the name {text!r:.40}")
     values = np.atleast_2d(checks.acceleration("acceleration", acceleration, ndim=(1, 2)))

@@ -67,41 +67,35 @@ _WRITTEN = {
 }
 _OF_SHARES = r"(?:(?:per[cz]|c)entile?|fra[ckt]tile?|[qc]uantile?|yüzdelik)"
 _FRACTILES = re.compile(
-    r"(?<![\d.,])(?P<before>\d{1,2}(?:[.,]\d{1,3})?)[\s-]?(?:st|nd|rd|th|[èeé]?me|[eo.°ºª%]|per cent)?[\s-]{0,2}"
+    r"(?i)(?<![\d.,])(?P<before>\d{1,2}(?:[.,]\d{1,3})?)[\s-]?(?:st|nd|rd|th|[èeé]?me|[eo.°ºª%]|per cent)?[\s-]{0,2}"
     rf"{_OF_SHARES}|{_OF_SHARES}[\s=:-]{{0,3}}(?P<after>0?[.,]\d{{1,3}}|\d{{1,2}}(?:[.,]\d{{1,3}})?)(?!\d)"
     r"|(?:(?<![a-z\d] )(?<![a-z\d-])p|(?<![a-z\d-])q)(?P<short>(?:0?[.,])?(?:05|10|1[56]|50|8[45]|9[058]))(?![a-z\d])"
     r"|(?:curve|kurve|kurva|courbe|curva)\W{1,3}(?P<curve>1[56]|8[45]|9[058])\s?%(?!\s?(?:in|poe|prob)(?![a-z]))"
     r"|(?:/\s?(?=1)|(?<![\d.])(?=[89]))(?P<ordinal>1[56]|8[45]|9[058])th(?!\w|\s(?:st|av|of|c))"
-    r"|(?P<median>(?<![a-z])m[eé]dian[ae]?(?![a-z])(?!\s(?:v_?s|mag|dist|depth|gmm|gmpe|ground)))",
-    re.IGNORECASE,
+    r"|(?P<median>(?<![a-z])m[eé]dian[ae]?(?![a-z])(?!\s(?:v_?s|mag|dist|depth|gmm|gmpe|ground)))"
 )
 _SPREAD = re.compile(
-    r"(?:standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ))"
+    r"(?i)(?:standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ))"
     r"|(?P<bound>(?:upper|lower)[- ](?:bound(?! m)|confidence|\d\d\s?%)|\d\s?% confidence(?!\s?(?:interval|band))|"
-    r"confidence (?:upper|lower|limit)|obere (?:grenze|schranke)(?!\w)|obergrenze|borne sup|limite? superior)",
-    re.IGNORECASE,
+    r"confidence (?:upper|lower|limit)|obere (?:grenze|schranke)(?!\w)|obergrenze|borne sup|limite? superior)"
 )
 _VERTICAL = re.compile(  # (curves are of horizontal shaking with a damping of 5 %)
-    r"verti[ck]ale? (?:component|motion|pga|hazard|acc|spec)|(?:component|comp|imc|direction)\w*\W{0,3}verti[ck]al"
-    r"|#\W*verti[ck]ale?\W*(?=#|$)",
-    re.IGNORECASE,
+    r"(?i)verti[ck]ale? (?:component|motion|pga|hazard|acc|spec)|(?:component|comp|imc|direction)\w*\W{0,3}verti[ck]al"
+    r"|#\W*verti[ck]ale?\W*(?=#|$)"
 )
 _LARGER = re.compile(r"rotd100|larger (?:horizontal|component|of)|max\w*[- ](?:horizontal )?direction", re.IGNORECASE)
 _OTHER_RATES = re.compile(
-    r"(?:not|non)[- ]cumulative|incremental rate\w*|occurrence rate\w*"
+    r"(?i)(?:not|non)[- ]cumulative|incremental rate\w*|occurrence rate\w*"
     r"|(?:rates?|occurrence) (?:per|of each|in each) bin|non-?exceed\w*|(?<![a-z])per ?mill?e|promille|‰"
-    r"|(?:(?<![\d\s])\s?[x×*]|times|units of|multipl\w+ by)\s?(?:10\s?(?:\^|\*\*)?\s?-?\d|10⁻|1e-?\d|0\.0*1|1000)[\d]*",
-    re.IGNORECASE,
+    r"|(?:(?<![\d\s])\s?[x×*]|times|units of|multipl\w+ by)\s?(?:10\s?(?:\^|\*\*)?\s?-?\d|10⁻|1e-?\d|0\.0*1|1000)[\d]*"
 )
 _PER_CENT = re.compile(
-    r"(?<!levels )(?<![a-z])(?:in|as) (?:%|per ?cent)(?!\w|\s?(?:of|g(?![a-z])))"
-    r"|(?<!\d)(?<!\d )(?:%|per ?cent)\s?(?:per |/\s?)(?:yr|year)",
-    re.IGNORECASE,
+    r"(?i)(?<!levels )(?<![a-z])(?:in|as) (?:%|per ?cent)(?!\w|\s?(?:of|g(?![a-z])))"
+    r"|(?<!\d)(?<!\d )(?:%|per ?cent)\s?(?:per |/\s?)(?:yr|year)"
 )
 _NOT_USED = re.compile(
-    r"(?:multipl[iy]\w*|scaled|divided?|amplified|reduced|increased) (?:\S+ ){0,3}?by [^#;,]{1,30}"
-    r"|factors?(?![a-z])[^#;,]{0,30} not (?:applied|included)|(?<![a-z\d])t ?= ?0?\.?[1-9][\d.]* ?s(?![a-z])",
-    re.IGNORECASE,
+    r"(?i)(?:multipl[iy]\w*|scaled|divided?|amplified|reduced|increased) (?:\S+ ){0,3}?by [^#;,]{1,30}"
+    r"|factors?(?![a-z])[^#;,]{0,30} not (?:applied|included)|(?<![a-z\d])t ?= ?0?\.?[1-9][\d.]* ?s(?![a-z])"
 )
 """Factors and periods of comments."""
 _ENGLISH = {
@@ -135,9 +129,8 @@ _PLAIN_WORDS = frozenset(
 _BRANCH = re.compile(r"(?:rlz|branch|realisation|realization|model|b)?\d{0,4}|[a-z]")
 """Names of realisations beside their weight."""
 _NAMED = re.compile(
-    r"(?<![a-z\d_])(?:(?P<peak>pg[avd])(?![a-z])|peak ground (?P<word>[avd])\w+"
-    r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?)",
-    re.IGNORECASE,
+    r"(?i)(?<![a-z\d_])(?:(?P<peak>pg[avd])(?![a-z])|peak ground (?P<word>[avd])\w+"
+    r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?)"
 )
 """Measures that comments name: PGA, peak ground velocity, Sa(1.0 s), SA(1.0), spectral acceleration at 1 s."""
 _WEIGHT = re.compile(r"weight\s{0,9}[=:]?\s{0,9}([\d.]{1,20}(?:e-?\d{1,3})?)")
@@ -175,7 +168,6 @@ def read_plain(
             f"{lines.file}: line {lines.number} names {len(kinds)} columns of rates: realisations need a weight each, "
             f"as 'rate (1/yr) weight 0.3', got {name!r}"
         )
-    of_kind = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
     fractile, notes = _read_comments(lines, comment, label, units if unit is None else unit, kinds[0][0])
     table: list[list[float]] = []
     unsure: list[tuple[int, str, str]] = []
@@ -214,36 +206,31 @@ def read_plain(
         for column, (quantity, _) in zip(values[1:], kinds, strict=True)
     )
     text = f"table ({LOW_PERCENT})" if low else f"table{notes}"
-    fractile = of_kind or fractile
     return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text, fractile)
 
 
 def _read_comments(
-    lines: Lines, comment: str, label: str, unit: str | None, quantity: Quantity, format_: str = ""
+    lines: Lines, comment: str, label: str, unit: str | None, quantity: Quantity, format_: str = "", kind: str = ""
 ) -> tuple[float | None, str]:
     """Return the fractile that comments name, None for a mean, and a text for the source of what is not used.
 
-    format_: the format whose rows are of the `quantity`, '' where a heading names it.
-
-    Raises
-    ------
-    HazardError
-        Comments of another measure, unit, kind of rates, time or curve.
+    HazardError for another measure, unit, quantity or curve than that of the heading, or of the rows of `format_`.
     """
     text = comment
     for pattern, word in _ENGLISH.items():
         text = pattern.sub(word, text)
     where = f"{lines.file}: {format_ or f'line {lines.number}'} names"
-    for kind, plural in (("probability", "probabilities"), ("return period", "return periods")):
-        if quantity.kind == "rate" and _KINDS[kind].search(text.lower()) and not _RATES.search(text):
+    for other, plural in (("probability", "probabilities"), ("return period", "return periods")):
+        if quantity.kind == "rate" and _KINDS[other].search(text.lower()) and not _RATES.search(text):
             raise HazardError(f"{where} rates, a comment {plural}: correct one of them")
     _refuse_other_comments(lines, text, label, unit, where)
     _refuse_other_time(lines, text, quantity, where)
     larger = _LARGER.search(text) and not label.startswith("RotD100")
-    found = (match[0].strip() for match in _NOT_USED.finditer(text))
-    other = next((part for part in found if part[0] not in "tT" or "Sa(" not in label), None)
-    notes = f" ({LARGER})" if larger else f" ({NOT_USED} {plain(other)})" if other else ""
-    return _fractile_of(lines, text), notes
+    unused = (match[0].strip() for match in _NOT_USED.finditer(text))
+    used = next((part for part in unused if part[0] not in "tT" or "Sa(" not in label), None)
+    notes = f" ({LARGER})" if larger else f" ({NOT_USED} {plain(used)})" if used else ""
+    fractile, said = _fractile(lines, kind or (stated(lines, comment, "kind") or "").lower()), _fractile_of(lines, text)
+    return fractile if kind else fractile or said, notes
 
 
 def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: str) -> None:
@@ -284,9 +271,7 @@ def _fractile_of(lines: Lines, comment: str) -> float | None:
     for match in _FRACTILES.finditer(comment):
         number = next((text for name, text in match.groupdict().items() if text and name != "median"), "")
         share = float(number.replace(",", ".") or 0.5) / (1.0 if re.match("0?[.,]|$", number) else 100.0)
-        if 0.0 < share < 1.0 and not (
-            match["median"] and re.search(r"(?<![a-z])mean(?![a-z])", comment, re.IGNORECASE)
-        ):
+        if 0.0 < share < 1.0 and not (match["median"] and re.search(r"(?i)(?<![a-z])mean(?![a-z])", comment)):
             return share
     return None
 
@@ -425,9 +410,8 @@ def read_openquake(
     if units is not None:
         raise HazardError(f"{lines.file}: OpenQuake's units are known, so units must not be given, got {units!r:.40}")
     name = _curve_kind(lines, comment)
-    of_kind, quantity = _fractile(lines, name), Quantity("probability", period)
-    said, notes = _read_comments(lines, comment, label, unit_of_program(label), quantity, "OpenQuake's format")
-    fractile = of_kind if name else said
+    quantity, format_ = Quantity("probability", period), "OpenQuake's format"
+    fractile, notes = _read_comments(lines, comment, label, unit_of_program(label), quantity, format_, name)
     heading = lines.number
     columns = [at for at, one in enumerate(names) if one.startswith("poe-")]
     levels = [lines.value(names[at][4:], "a level", at=heading) for at in columns]
@@ -530,7 +514,6 @@ def read_nshmp(
         raise HazardError(f"{lines.file}: line {heading} must name name, lon, lat and at least two levels, {problem}")
     levels = [lines.value(names[at], "a level", at=heading) for at in columns]
     quantity = Quantity("rate") if years is None else Quantity("probability", years)
-    of_kind = _fractile(lines, (stated(lines, comment, "kind") or "").lower())
     without = f"nshmp-haz' format{' without years' if years is None else ''}"
     fractile, notes = _read_comments(lines, comment, label, units or unit_of_program(label), quantity, without)
     row = _selected_site(lines, _sites(lines, names, columns), site)
@@ -543,7 +526,7 @@ def read_nshmp(
         [rates],
         None,
         f"nshmp-haz{unnamed}{notes}, {_site_text(row)}",
-        of_kind or fractile,
+        fractile,
     )
 
 

@@ -262,17 +262,15 @@ class TargetSpectrum:
 
 _OTHER_SPECTRUM = re.compile(r"displacement|velocity|\bp?s_?[dv]\b", re.IGNORECASE)
 _DAMPING = re.compile(
-    r"(?:damp|dämpf|amorti|smorz)\w*(?: ratio)?\s*(?:of|is|[:=])?\s*(?P<before>\d+(?:\.\d+)?|\.\d+)"
+    r"(?i)(?:damp|dämpf|amorti|smorz)\w*(?: ratio)?\s*(?:of|is|[:=])?\s*(?P<before>\d+(?:\.\d+)?|\.\d+)"
     r"(?![\d.]|\s*(?:s|hz)\b)\s*(?P<per_cent>%|per ?cent)?"
-    r"|(?P<after>\d+(?:\.\d+)?)\s*(?:%|per ?cent)[- ]?(?:of critical |critical )?(?:damp|(?:ge)?dämpf|amorti|smorz)",
-    re.IGNORECASE,
+    r"|(?P<after>\d+(?:\.\d+)?)\s*(?:%|per ?cent)[- ]?(?:of critical |critical )?(?:damp|(?:ge)?dämpf|amorti|smorz)"
 )
 # a unit is written in brackets, period (s), or after an underscore, period_s
 _UNIT = r"\s*[\[(_]\s*(?P<{}>[^\])\s,;\"]+)\s*[\])]?\"?"
 _HEADING = re.compile(
-    r"\"?(?P<axis>period|frequency|t|f)" + _UNIT.format("axis_unit") + r"[\s,;]+"
-    r"\"?(?:p?sa|acceleration|spectral[ _]acceleration)" + _UNIT.format("unit") + r"[\s,;]*",
-    re.IGNORECASE,
+    r"(?i)\"?(?P<axis>period|frequency|t|f)" + _UNIT.format("axis_unit") + r"[\s,;]+"
+    r"\"?(?:p?sa|acceleration|spectral[ _]acceleration)" + _UNIT.format("unit") + r"[\s,;]*"
 )
 
 

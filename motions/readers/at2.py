@@ -25,9 +25,8 @@ _OLDER = re.compile(
     rf"(?<!\d)(?P<npts>\d{{1,12}})\s+{STEP.replace('.{0,20}', '')}\s{{1,9}}NPTS\s{{0,9}},\s{{0,9}}DT", re.IGNORECASE
 )
 _OTHER = re.compile(
-    r"\b(?:velocity|displacement|geschwindigkeit|verschiebung|vitesse|d[ée]placement|veloci(?:dad|t[àa])|spostamento)"
-    r"\s*(?:$|[(\[]|(?:time|history|series|trace|record|data|in|units?)\b)",
-    re.IGNORECASE,
+    r"(?i)\b(?:velocity|displacement|geschwindigkeit|verschiebung|vitesse|d[ée]placement|veloci(?:dad|t[àa])|spostamento)"
+    r"\s*(?:$|[(\[]|(?:time|history|series|trace|record|data|in|units?)\b)"
 )
 
 

@@ -67,9 +67,8 @@ def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, facto
 
 
 _STATED = re.compile(
-    r"\b(?:pga|peak(?: ground| floor)?(?: acc\w*| value)?|max\w* acc\w*)\s*(?:[\[(](?P<unit>[^\])]{1,12})[\])])?\s*"
-    r"(?:[:=]|is|of)?\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+))\s*(?P<after>[^\d\s,;)\]]\S*)?",
-    re.IGNORECASE,
+    r"(?i)\b(?:pga|peak(?: ground| floor)?(?: acc\w*| value)?|max\w* acc\w*)\s*(?:[\[(](?P<unit>[^\])]{1,12})[\])])?\s*"
+    r"(?:[:=]|is|of)?\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+))\s*(?P<after>[^\d\s,;)\]]\S*)?"
 )
 _NOT_THEIRS = re.compile(
     r"original|scaled(?! to)|raw|uncorrected|before|target|event|hazard|sensor|range|full|limit|bedrock", re.IGNORECASE

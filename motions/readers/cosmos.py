@@ -23,9 +23,8 @@ _INTEGERS = re.compile(
 _REALS = re.compile(r"(?<!\d)(\d{1,6})\s+Real-header values follow on\s+\d{1,6}\s+lines,\s*Format\s*=", re.IGNORECASE)
 _COMMENTS = re.compile(r"(?<!\d)(\d{1,4})\s+Comment line\(?s?\)? follow", re.IGNORECASE)
 _DATA = re.compile(
-    r"(?<!\d)(?P<count>\d{1,12})\s{1,20}(?:raw\s{1,9})?(?P<quantity>[a-z]{3,20})\.?\s{1,9}(?:pts|points?),?\s{0,9}approx\s{0,9}(?P<seconds>[\d.]{1,12})"
-    r"\s{1,9}secs?,\s{0,9}units\s{0,3}=\s{0,3}(?P<unit>[^,(]{1,20})(?:\(\s{0,3}\d{1,3}\s{0,3}\))?\s{0,3},?\s{0,3}Format",
-    re.IGNORECASE,
+    r"(?i)(?<!\d)(?P<count>\d{1,12})\s{1,20}(?:raw\s{1,9})?(?P<quantity>[a-z]{3,20})\.?\s{1,9}(?:pts|points?),?\s{0,9}approx\s{0,9}(?P<seconds>[\d.]{1,12})"
+    r"\s{1,9}secs?,\s{0,9}units\s{0,3}=\s{0,3}(?P<unit>[^,(]{1,20})(?:\(\s{0,3}\d{1,3}\s{0,3}\))?\s{0,3},?\s{0,3}Format"
 )
 _FORMAT = re.compile(r"Format\s{0,3}=\s{0,3}\(\s{0,3}(\d{0,3})\s{0,3}[IFEG](\d{1,3})", re.IGNORECASE)
 _END = re.compile(r"\s*(?:/&|End-of-data)", re.IGNORECASE)

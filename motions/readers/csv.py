@@ -42,28 +42,23 @@ _STEP_WORDS = (
     r"サンプリング間隔|サンプリング周期|時間刻み|時間間隔|[采採取][样樣]间?間?隔|时间间隔)"
 )
 _STEP = re.compile(
-    rf"{_STEP_WORDS}\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
-    re.IGNORECASE,
+    rf"(?i){_STEP_WORDS}\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}"
 )
 _RATE_WORDS = (
     r"(?:\bsampl\w{0,5} ?(?:rate|freq\w{0,6})|\b(?:tasa|taxa|raz[óo]n|velocidad|fr[eé][cq]u?\w{3,6}|taux|tasso) "
     rf"d(?:[ei] |['’]){_SAMPLING}|\babtast(?:rate|frequenz)|\b[öo]rnekleme (?:frekans\w*|h[ıi]z[ıi]|oran[ıi])|"
     r"частота дискретизации|サンプリング(?:周波数|レート)|[采採取][样樣](?:频率|頻率|率))"
 )
-_FREQUENCY = re.compile(
-    rf"{_RATE_WORDS}\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}",
-    re.IGNORECASE,
-)
+_FREQUENCY = re.compile(rf"(?i){_RATE_WORDS}\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}")
 _IN_WORDS = re.compile(
-    rf"(?:(?P<word>{_STEP_WORDS}|\b(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?"
+    rf"(?i)(?:(?P<word>{_STEP_WORDS}|\b(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?"
     r"|\b(?:equally|evenly|uniformly) spaced|\bspacing|\bincrement)"
     rf"|(?P<rate>{_RATE_WORDS}|\bf_?s\b)|\b(?:re)?sampl(?:ed|ing)|\bdigiti[sz](?:ed|ation)|\babgetastet|\bmuestreado)"
     r"[\s=:()\[\]]{0,4}(?:(?:was|is|at|of|with|every|in|mit|von|a|de|hz|sps|m?s|sec)[\s=:()\[\]]{1,4}){0,4}"
     r"(?P<number>\d+(?:\.\d+)?|\.\d+)(?![\d.])\s?(?:(?P<hz>hz|sps|1/s|samples?\s?(?:/|per )\s?s\w*)|(?P<ms>ms|msec\w*|"
     r"milli\w+)|(?P<s>s|sec\w*))?(?!\w|\s?(?:h|min|hours?|days?|[ckm]?m|%)(?!\w)|\s?[-x:/]\s?\d)"
     r"|\b(?P<sps>\d+(?:\.\d+)?)\s?(?:sps\b|samples? ?(?:/|per ) ?s|hz sampl)"
-    r"|^\W*(?P<count>\d{2,8})[\s,]+(?P<step>0?\.\d+)\b",
-    re.IGNORECASE,
+    r"|^\W*(?P<count>\d{2,8})[\s,]+(?P<step>0?\.\d+)\b"
 )
 """A time step or sampling rate in other wordings, which none is read from: a given one must agree with them."""
 _STANDARD = re.compile(r", C1-C6(?P<unit> \(s\))?\s*:\s*/(?P<step>[\d.]+)(?:/(?P=step))*\s*$")  # (of Mexico)
@@ -77,10 +72,9 @@ _HERTZ = re.compile(
     r"\s*(?:hz|sps|1/s|(?:[^\W\d]|\.)+\s?(?:/|per |por |al |pro |par |a )\s?s\w*)?\s*(?:[,;]|$)", re.IGNORECASE
 )
 _COUNT = re.compile(
-    r"\b(?:npts|(?:number|no\.) of (?:data|points|samples)|n[uú]m(?:ero|\.)(?: total)? d[ei] (?:muestras|datos|puntos|"
-    r"campioni|dati|punti|amostras)|nombre d(?:e points|e donn[ée]es|['’][ée]chantillons)|"
-    r"anzahl (?:der )?\w*(?:werte|punkte)|(?:veri|[öo]rnek) say[ıi]s[ıi])\s*[=:]?\s*(\d{1,9})\b",
-    re.IGNORECASE,
+    r"(?i)\b(?:npts|(?:number|no\.) of (?:data|points|samples)|n[uú]m(?:ero|\.)(?: total)? d[ei] (?:muestras|datos|"
+    r"puntos|campioni|dati|punti|amostras)|nombre d(?:e points|e donn[ée]es|['’][ée]chantillons)|"
+    r"anzahl (?:der )?\w*(?:werte|punkte)|(?:veri|[öo]rnek) say[ıi]s[ıi])\s*[=:]?\s*(\d{1,9})\b"
 )
 _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
 _TIME = re.compile(r"(?:t(?:ime|empo|emps|iempo)?|zeit)(?![a-z])|[^,;]+[\[(]\s*m?s(?:ec)?\s*[\])]\s*$", re.IGNORECASE)
@@ -90,17 +84,14 @@ _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d"
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
 _CLOCK = re.compile(r'"?(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]', re.IGNORECASE)
 _RESULTANT = re.compile(
-    r"resultant|magnitude|mean\b|average|avg\b|geo\w*.?mean|rotd|vector.?sum|\bnorm\b|\bsrss\b|"
-    r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b",
-    re.IGNORECASE,
+    r"(?i)resultant|magnitude|mean\b|average|avg\b|geo\w*.?mean|rotd|vector.?sum|\bnorm\b|\bsrss\b|"
+    r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b"
 )
 _STAGES = re.compile(
-    r"raw\b|measured|filtered|corrected|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference",
-    re.IGNORECASE,
+    r"(?i)raw\b|measured|filtered|corrected|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
 )
 _NO_MOTION = re.compile(
-    r"(?:drift|jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat",
-    re.IGNORECASE,
+    r"(?i)(?:drift|jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
 )
 _ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
@@ -416,14 +407,11 @@ def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
     found = []
     for match in (match for _, text in header for match in _IN_WORDS.finditer(text)):
         number = float(match["number"] or match["sps"] or match["step"])
-        if match["sps"] or match["hz"] or (match["rate"] and number > 1.0 and not (match["ms"] or match["s"])):
-            number = 1.0 / (number or math.inf)
-        elif match["ms"]:
-            number *= 1e-3
-        elif not (match["s"] or match["word"] or match["rate"] or match["count"] == str(n)):
-            continue
-        found += [number] if 0.0 < number < LONGEST_STEP else []
-    return found
+        in_time = match["ms"] or match["s"]
+        rate = match["sps"] or match["hz"] or (match["rate"] and number > 1.0 and not in_time)
+        if rate or in_time or match["word"] or match["rate"] or match["count"] == str(n):
+            found.append(1.0 / (number or math.inf) if rate else number * (1e-3 if match["ms"] else 1.0))
+    return [step for step in found if 0.0 < step < LONGEST_STEP]
 
 
 def _stated_step(lines: Lines, match: re.Match[str], frequency: bool) -> float:

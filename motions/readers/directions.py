@@ -30,9 +30,8 @@ _PLACE = re.compile(rf"[-_ ]+(?:surface|downhole|{BOREHOLE[1:]}|{STRUCTURE[1:]})
 _AWAY = re.compile(rf"\b(?:borehole|downhole)\b|{STRUCTURE}$", re.IGNORECASE)
 _BELOW = re.compile(r"down-?hole|bore-?hole|\bdepth\b|\bdeep\b|-\s?\d+(?:\.\d+)?\s*(?:m|ft)\b", re.IGNORECASE)
 _ABOVE = re.compile(
-    r"\broof\b|\bpenthouse|\bdeck\b|\bcrest\b|\b(?:[2-9]|\d\d)(?:st|nd|rd|th) (?:floor|story|level)\b|"
-    r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b",
-    re.IGNORECASE,
+    r"(?i)\broof\b|\bpenthouse|\bdeck\b|\bcrest\b|\b(?:[2-9]|\d\d)(?:st|nd|rd|th) (?:floor|story|level)\b|"
+    r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b"
 )
 _POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
@@ -50,9 +49,8 @@ _AROUND = re.compile(
 )
 _TURNING = re.compile(r"rot|gyr|theta|omega", re.IGNORECASE)
 _NAME = re.compile(
-    r"(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|up|dwn|down|dn|vrt|vert?|ver|ns|ew|we|"
-    r"ud|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))",
-    re.IGNORECASE,
+    r"(?i)(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|up|dwn|down|dn|vrt|vert?|ver|ns|ew|we|"
+    r"ud|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))"
 )
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<place>[12]?)", re.IGNORECASE)
 _RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases

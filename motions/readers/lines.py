@@ -322,8 +322,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?=$|[\s,+-])"
 # A number as headers have it, and what follows it, which must not be cut off.
 STEP = r"(?P<number>[-+]?(?:\d{1,12}\.?\d{0,15}|\.\d{1,15})(?:[eEdD][-+]?\d{1,3})?)(?P<rest>.{0,20})"
 _AFTER_STEP = re.compile(
-    r"(?!\s*(?:milli|micro|[µun]s\b|min|h(?:ours?|r)?\b|hz|sps))\s*(?:/\s*(?P<divisor>[1-9]\d{0,5}(?:\.\d{1,6})?)\s*)?(?P<unit>m?s(?:ec)?(?:onds?)?)?\.?(?:$|[\s)\]]|[,;](?!\d))",
-    re.IGNORECASE,
+    r"(?i)(?!\s*(?:milli|micro|[µun]s\b|min|h(?:ours?|r)?\b|hz|sps))\s*(?:/\s*(?P<divisor>[1-9]\d{0,5}(?:\.\d{1,6})?)\s*)?(?P<unit>m?s(?:ec)?(?:onds?)?)?\.?(?:$|[\s)\]]|[,;](?!\d))"
 )
 FEW = 10
 """Samples that no record has, and lines of numbers whose digits may be equal by chance."""

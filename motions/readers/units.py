@@ -45,14 +45,12 @@ _BEFORE = (
 _AFTER = r"(?:[)\]]?\s*[(\[]?\s*(?:[x×*/]\s*\d|times\s+\d|[%‰])[\d.,^e+-]*[)\]]?)"
 _MULTIPLE = re.compile(rf"^\s*{_BEFORE}|{_AFTER}\s*$", re.IGNORECASE)
 _TIMES = re.compile(
-    r"[%‰]|\bper ?cent|(?<![*s])[*×]\s*\d|\d\s*[*×](?!\*)|(?<![a-z])x ?(?:10|0?\.\d|\de)|\b10+ ?x\b|\b10 ?\^|\b1/\d",
-    re.IGNORECASE,
+    r"(?i)[%‰]|\bper ?cent|(?<![*s])[*×]\s*\d|\d\s*[*×](?!\*)|(?<![a-z])x ?(?:10|0?\.\d|\de)|\b10+ ?x\b|\b10 ?\^|\b1/\d"
 )
 # "UNITS OF G", "units: cm/s2", "The units are (g)", "UNIT = gal(cm/s/s)", "acceleration units in m/s²"
 _TOLD = re.compile(
-    r"(?:units?|unidad(?:es)?|unità|unités?|einheit(?:en)?|единиц\w+)(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*"
-    rf"(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)",
-    re.IGNORECASE,
+    r"(?i)(?:units?|unidad(?:es)?|unità|unités?|einheit(?:en)?|единиц\w+)(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*"
+    rf"(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)"
 )
 # ("0.2 in g" is of another number)
 _IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)", re.IGNORECASE)
@@ -62,9 +60,8 @@ _LAST = re.compile(r"(?:,\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс
 _NONE_OF_OURS = re.compile(r"/s|^(?:counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?)$", re.IGNORECASE)
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
-    rf"(?<![a-z\d.,/%(\[=])(?<![=\d]\s)(?P<unit>{_BEFORE}?(?:(?:[cm]?m|in|ft)\s?/\s?s(?:ec)?(?:\s?/\s?s(?:ec)?|(?:\^|\*\*)?[2²])?"
-    r"|gals?|[cm]?m[ .·]?s(?:\^?-2|⁻²)))(?![\w/²^*)\]-])",
-    re.IGNORECASE,
+    rf"(?i)(?<![a-z\d.,/%(\[=])(?<![=\d]\s)(?P<unit>{_BEFORE}?(?:(?:[cm]?m|in|ft)\s?/\s?s(?:ec)?(?:\s?/\s?s(?:ec)?|(?:\^|\*\*)?[2²])?"
+    r"|gals?|[cm]?m[ .·]?s(?:\^?-2|⁻²)))(?![\w/²^*)\]-])"
 )
 # Values of another thing than the samples: "Vs30 (m/s)", "elevation (m)", "offset (cm): 12".
 _OF_ANOTHER = re.compile(
@@ -80,17 +77,15 @@ PEAK_TOLERANCE = 0.02
 _ONCE = re.compile(r"\b(?:original(?:ly)?|before|raw units?|converted from)\b[^,;]*$", re.IGNORECASE)
 _THEN = re.compile(r"[\s.)\]]*[(\[]?\s*(?:original|before|prior)", re.IGNORECASE)
 _FACTOR = re.compile(
-    r"(?<!full.)\b(?:(?:scal(?:e|ing)|amplification|calibration|conversion|gain)(?:[ _-]?factor)?|factor|"
+    r"(?i)(?<!full.)\b(?:(?:scal(?:e|ing)|amplification|calibration|conversion|gain)(?:[ _-]?factor)?|factor|"
     r"multipl(?:y|ier)|(?:to|must|should) be (?:multipli|scal)ed)\s*(?:by|of|is|[:=])?\s*"
-    r"(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|(?!(?:is |was )?not\b)[a-z]))",
-    re.IGNORECASE,
+    r"(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|(?!(?:is |was )?not\b)[a-z]))"
 )
 _AMPLITUDE = re.compile(
-    r"\b(?:multiplied|amplified|divided) by (?!a factor)[^,;]{1,20}"
+    r"(?i)\b(?:multiplied|amplified|divided) by (?!a factor)[^,;]{1,20}"
     r"|\b(?:peak[- ]?)?normali[sz]ed (?:to|by|acc|amp|rec|sig)[^,;]{0,20}"
     r"|\bpeak[- ]?normali[sz]ed|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
-    r"|\bin (?:m?V|(?:milli)?volts?)\b(?! ?/)|(?<![\d/])(?<!\d )\b(?:milli)?volts?\b(?! ?/| per)",
-    re.IGNORECASE,
+    r"|\bin (?:m?V|(?:milli)?volts?)\b(?! ?/)|(?<![\d/])(?<!\d )\b(?:milli)?volts?\b(?! ?/| per)"
 )
 """What says that samples may be of another amplitude, or volts."""
 RELATIVE = re.compile(

@@ -305,10 +305,9 @@ YES = ("yes", "y", "true", "1")
 NO = ("no", "n", "false", "0")
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _TOTAL = re.compile(
-    r"(grand |sub[- ]?)?(totals?|sum)( général| general|e|es)?( (of )?(pieces|items|value|number))?[\W\d]*"
+    r"(?i)(grand |sub[- ]?)?(totals?|sum)( général| general|e|es)?( (of )?(pieces|items|value|number))?[\W\d]*"
     r"|((zwischen|gesamt)?summe|(ins)?gesamt|(sous-|sub)?totaa?l|somme|suma|summa|soma|toplam|celkem|razem|yhteensä"
-    r"|итого|всего|合計|小計|総計|合计|小计|总计|합계|σύνολο)[\W\d]*",
-    re.IGNORECASE,
+    r"|итого|всего|合計|小計|総計|合计|小计|总计|합계|σύνολο)[\W\d]*"
 )
 _COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
 _MARKED = re.compile(r"[ \t]*#\S")
