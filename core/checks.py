@@ -72,10 +72,7 @@ def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
 
 
 def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> Array:
-    """Return a C-contiguous float64 copy of `values`; ValueError for NaN, infinity, no values or wrong dimensions.
-
-    Labelled values that state another unit than `unit` are refused, too.
-    """
+    """Return a C-contiguous float64 copy; ValueError for NaN, infinity, no values, wrong dimensions or another unit."""
     stated_unit(name, values, unit)
     if np.ma.is_masked(values):
         raise ValueError(f"{name} must hold no masked values")

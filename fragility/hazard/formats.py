@@ -97,7 +97,6 @@ _NOT_USED = re.compile(
     r"(?i)(?:multipl[iy]\w*|scaled|divided?|amplified|reduced|increased) (?:\S+ ){0,3}?by [^#;,]{1,30}"
     r"|factors?(?![a-z])[^#;,]{0,30} not (?:applied|included)|(?<![a-z\d])t ?= ?0?\.?[1-9][\d.]* ?s(?![a-z])"
 )
-"""Factors and periods of comments."""
 _ENGLISH = {
     re.compile(pattern, re.IGNORECASE): word
     for pattern, word in {
@@ -212,10 +211,7 @@ def read_plain(
 def _read_comments(
     lines: Lines, comment: str, label: str, unit: str | None, quantity: Quantity, format_: str = "", kind: str = ""
 ) -> tuple[float | None, str]:
-    """Return the fractile that comments name, None for a mean, and a text for the source of what is not used.
-
-    HazardError for another measure, unit, quantity or curve than that of the heading, or of the rows of `format_`.
-    """
+    """Return the fractile of comments, None for a mean, and a note on the rest; HazardError for contradictions."""
     text = comment
     for pattern, word in _ENGLISH.items():
         text = pattern.sub(word, text)

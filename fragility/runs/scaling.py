@@ -149,10 +149,7 @@ def scaling(
 
 
 def increasing(levels: Any, one: Measure | BlockMeasure | None) -> Array:
-    """Return levels of a measure (None: factors) as an array (level,).
-
-    ValueError unless they are finite, > 0 and strictly increasing, and state no unit or that of the measure.
-    """
+    """Return levels as an array (level,); ValueError unless finite, > 0, increasing and of the unit of the measure."""
     checks.stated_unit("levels", levels, DIMENSIONLESS if one is None else one.units)
     values = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
     if values[0] <= 0.0:
