@@ -133,8 +133,9 @@ def candidates(domain: Domain, seed: int) -> Array:
     shares = random.dirichlet(np.ones(domain.size + 1), CANDIDATES)
     inside = np.einsum("ij,ijk->ik", shares, corners[which])
     found = np.concatenate([domain.vertices, inside])
-    # (neighbours in the order of the tree's leaves are neighbours in the region)
-    return np.asarray(found[scipy.spatial.cKDTree(found, leafsize=1).indices])
+    # (neighbours in the order of the tree's leaves are neighbours in the region; its first cut is across the widest
+    # axis, and all axes are as wide but for rounding)
+    return np.asarray(found[scipy.spatial.cKDTree(found.round(12), leafsize=1).indices])
 
 
 def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | None = None) -> Array:
