@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.elementary import Array, Flags, Index, crossed, eigh, exp, inverse, solve, squares, times
+from ...core.elementary import Array, Flags, Index, crossed, exp, inverse, solve, squares, times
 from ..kernels import surfaces as engine
 
 STEPS, HALVINGS = 100, 30
@@ -266,10 +266,13 @@ def _solved(information: Array, score: Array) -> Array | None:
     if not (scale > 0.0).all() or not np.isfinite(scale).all():
         return None
     correlation = information / np.outer(scale, scale)
-    values = np.abs(eigh(correlation)[0])
-    if values.max() > 1e12 * values.min():
+    try:
+        found = solve(correlation, np.column_stack([score / scale, np.eye(scale.size)]))
+    except np.linalg.LinAlgError:
         return None
-    return solve(correlation, score / scale) / scale
+    # (numbers of condition by sums of columns)
+    sums = (np.abs(part).sum(axis=0).max() for part in (correlation, found[:, 1:]))
+    return None if math.prod(sums) > 1e12 else found[:, 0] / scale
 
 
 def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
