@@ -104,9 +104,10 @@ def solve(matrix: Array, right: Array) -> Array:
         both[[j, pivot]] = both[[pivot, j]]
         if both[j, j] == 0.0:
             raise np.linalg.LinAlgError("singular matrix")
-        both[j] /= both[j, j]
-        rest = np.arange(n) != j
-        both[rest] -= both[rest, j, None] * both[j]
+        both[j, j:] /= both[j, j]
+        factors = both[:, j].copy()
+        factors[j] = 0.0
+        both[:, j:] -= factors[:, None] * both[j, j:]
     return both[:, n:].reshape(np.shape(right))
 
 
