@@ -19,6 +19,7 @@ import numpy as np
 
 import toppling as tp
 from toppling.core import elementary
+from toppling.core.machine_code import processor
 
 STUDIES = (
     *("simulated_earthquakes", "noise", "pulses", "matched_spectra", "shake_table", "selected"),
@@ -34,8 +35,6 @@ PROCESSORS = {
     "SkylakeX without numpy's wide loops": {"NPY_DISABLE_CPU_FEATURES": NARROW, "OPENBLAS_CORETYPE": "SkylakeX"},
     "Haswell with numpy's wide loops": {"OPENBLAS_CORETYPE": "Haswell"},
 }
-TARGETS = ("haswell", "znver2", "x86-64-v3", "x86-64-v4", "skylake-avx512")
-"""Targets of numba, each with its own features."""
 WIDE = ("x86-64-v4", "skylake-avx512")
 SETTINGS = ("NPY_DISABLE_CPU_FEATURES", "OPENBLAS_CORETYPE", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_CACHE_DIR")
 
@@ -87,7 +86,10 @@ def kernels() -> dict[str, dict[str, str]]:
     runs = tp.ida(tp.Block(width=0.3, height=1.2), tp.EnergyConsistent(), motions, [2.0, 3.0, 5.0])
     fitted = tp.fit_fragility(runs, replicates=20)
     found |= {name: digest(fitted[name].values) for name in ("median", "dispersion", "median_lower")}
-    return {"kernels": found | {"motions": digest(motions.values), "overturned": digest(runs["overturned"].values)}}
+    return {
+        "kernels": found
+        | {"processor": processor(), "motions": digest(motions.values), "overturned": digest(runs["overturned"].values)}
+    }
 
 
 if __name__ == "__main__":
