@@ -86,10 +86,8 @@ def kernels() -> dict[str, dict[str, str]]:
     runs = tp.ida(tp.Block(width=0.3, height=1.2), tp.EnergyConsistent(), motions, [2.0, 3.0, 5.0])
     fitted = tp.fit_fragility(runs, replicates=20)
     found |= {name: digest(fitted[name].values) for name in ("median", "dispersion", "median_lower")}
-    return {
-        "kernels": found
-        | {"processor": processor(), "motions": digest(motions.values), "overturned": digest(runs["overturned"].values)}
-    }
+    found |= {"motions": digest(motions.values), "overturned": digest(runs["overturned"].values)}
+    return {"kernels": found | {"processor": processor()}}
 
 
 if __name__ == "__main__":
