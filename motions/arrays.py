@@ -141,7 +141,7 @@ def from_array(
             acceleration = acceleration.transpose(..., "time")
         if "time" in acceleration.indexes and acceleration.sizes["time"] > 1:
             checks.time_step("acceleration", acceleration["time"].values, step)
-    axis = getattr(acceleration, "columns" if np.ndim(acceleration) == 2 else "index", None)  # (of pandas)
+    axis = getattr(acceleration, "columns" if getattr(acceleration, "ndim", 1) == 2 else "index", None)  # (of pandas)
     axis = getattr(axis, "values", None)
     if isinstance(axis, np.ndarray) and axis.dtype.kind in "fmM" and axis.size > 1:
         seconds = axis if axis.dtype.kind == "f" else (axis - axis[0]) / np.timedelta64(1, "s")

@@ -93,7 +93,7 @@ def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
 
     Those of two hazard curves add up to those of their sum, so that shares of a rate are told by them.
     """
-    checks.stated_unit("levels", levels, hazard.units)
+    checks.stated_unit("levels", levels, getattr(hazard, "units", ""))
     x = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
     knots, rates = hazard_points(hazard)
     for name, values in (("levels", x), ("levels of the hazard", knots)):
