@@ -111,6 +111,7 @@ class TestImports:
         """Not even inside a folder, imports inside functions among them."""
         assert circle() is None
 
+    @pytest.mark.slow
     def test_imports_inside_the_package_are_relative(self):
         assert [path for path in code() if path.parent != PAGES and "toppling" in from_elsewhere(path)] == []
 
@@ -156,6 +157,7 @@ class TestKernels:
         assert {str(path.parent) for path in code() if Path(DECORATOR) in imported(path)} == KERNEL_FOLDERS
         assert {str(path.parent) for path in code() if path.parent.name == "kernels"} <= KERNEL_FOLDERS
 
+    @pytest.mark.slow
     def test_numba_is_imported_by_what_compiles_alone(self):
         assert {str(path) for path in code() if "numba" in from_elsewhere(path)} == NUMBA
 

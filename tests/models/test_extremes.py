@@ -11,6 +11,7 @@ def compiled():
     compile_engine()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 30, 10))
 def test_numbers_or_one_sentence(first):
     """Flags do not depend on skips, order, company or side; nothing takes longer than 20 s."""

@@ -467,6 +467,7 @@ im = "RotD50(pga)"
 levels = {{ from = 0.1, to = 1.0, number = 4, unit = "g" }}
 """
 
+    @pytest.mark.slow
     def test_levels_of_both_in_a_study(self, tmp_path):
         for name, k in (("A000.AT2", 5.0), ("A090.AT2", 7.0), ("B-N.AT2", 6.0), ("B-E.AT2", 4.0)):
             shake = 0.3 * np.sin(np.pi * T / T[-1]) ** 2 * np.sin(k * T)

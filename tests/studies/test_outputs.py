@@ -104,6 +104,7 @@ def test_commands_are_given_as_toppling(page):
     assert text.index("`. .venv/bin/activate`") < (first.start() if first else len(text))
 
 
+@pytest.mark.slow
 def test_the_readme_counts_the_example_study():
     work = tp.Study.from_toml(EXAMPLES / "office.toml").work
     assert f"({work:,} analyses)" in (ROOT / "README.md").read_text(encoding="utf-8")

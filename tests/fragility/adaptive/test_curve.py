@@ -28,6 +28,7 @@ def analysed(truth, asked, seed=0, low=0.4, high=20.0, hazard=None, last=None, r
     return curve
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [3, 1])
 @pytest.mark.parametrize("truth", [LOGNORMAL, CORRELATED, MIXTURE, UPLIFT, WEIBULL], ids=lambda one: one.name)
 def test_medians_are_as_near_as_promised(truth, runs):

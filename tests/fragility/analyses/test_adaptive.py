@@ -109,6 +109,7 @@ def test_bytes_do_not_depend_on_workers(found, workers):
     assert not np.array_equal(other["level"][:50], found["level"][:50])
 
 
+@pytest.mark.slow
 def test_files_keep_it(found, tmp_path):
     found.to_netcdf(tmp_path / "runs.nc")
     with xr.open_dataset(tmp_path / "runs.nc") as again:
@@ -242,6 +243,7 @@ def test_both_polarities_are_one_motion():
     assert int(given["motions_run"].item()) <= 64
 
 
+@pytest.mark.slow
 def test_pairs_fall_about_either_axis():
     (pairs,) = both_axes(SHAKES.sample_pairs(64))
     found = tp.ida(BLOCK, LAWS[0], pairs, "adaptive", "RotD50(pgv)", until={"median": 0.4, "motions": {"least": 32}})

@@ -76,6 +76,7 @@ def test_the_curve_is_that_of_many_coefficients():
     assert slides.mean() == pytest.approx(LAW.chance(BLOCK), abs=0.01)
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_other_blocks_or_threads():
     import dask
 

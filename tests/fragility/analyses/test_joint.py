@@ -60,6 +60,7 @@ def test_samples_say_the_same_on_the_average(fell):
     assert np.mean([one.mean_lower <= whole.mean <= one.mean_upper for one in more]) > 0.95
 
 
+@pytest.mark.slow
 def test_a_share_from_a_sample_has_the_error_that_is_said(fell):
     random = np.random.default_rng(4)
     shares = [fell[1, 0][random.choice(300, 40, replace=False)].mean(axis=0) for _ in range(400)]

@@ -307,6 +307,7 @@ class TestRanking:
         assert (zone["practicality"].isel(model=0) == higher["practicality"].isel(model=0)).all()
         assert not (zone["practicality"].isel(model=1) == higher["practicality"].isel(model=1)).any()
 
+    @pytest.mark.slow
     def test_bit_identical_on_rerun_and_for_any_part(self, known):
         runs, sets, *_ = known
         whole = rank_measures(runs, sets, replicates=50, seed=5)

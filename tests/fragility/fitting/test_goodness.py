@@ -93,6 +93,7 @@ class TestGoodness:
         p = [goodness_of_fit(runs.isel(study=[i]), replicates=99, seed=i)["p_value"].item() for i in range(150)]
         assert (np.array(p) <= 0.05).mean() == pytest.approx(0.05, abs=0.04)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("shape", [WEIBULL, FRECHET])
     def test_skewed_curves_of_one_capacity_are_found(self, shape):
         """The power against them, of 100 motions at 20 levels, is nine in ten."""

@@ -37,6 +37,7 @@ class TestInversion:
         shuffled = size_for_rate(risk.isel(block=[3, 0, 4, 1, 2]), rate=3e-4)
         assert shuffled["alpha"].item() == found["alpha"].item()
 
+    @pytest.mark.slow
     def test_the_interval_of_a_size(self):
         data, hazard, _ = self.family(400, 999)
         found = size_for_rate(annual_rate(data, hazard), rate=2e-4, confidence=0.9)

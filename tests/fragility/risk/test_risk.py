@@ -290,6 +290,7 @@ class TestExactness:
         exact = mp.mpf("2.5e-4") * mp.quad(density, [w - 9 * smooth, w - smooth, w, w + 1, m + 4, m + 8, m + 20])
         assert found == pytest.approx(float(exact), rel=1e-10, abs=0.0)
 
+    @pytest.mark.slow
     def test_tabulated_on_any_hazard(self):
         """A tabulated curve as fine as a lognormal one has its rate; coarse ones are exact for what they are."""
         x = np.geomspace(0.05, 60.0, 4000)

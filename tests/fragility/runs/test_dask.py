@@ -54,6 +54,7 @@ class TestHere:
         with dask.config.set(scheduler=scheduler, num_workers=2):
             xr.testing.assert_identical(tp.ida(BLOCKS, LAWS, shakes, LEVELS), wanted)
 
+    @pytest.mark.slow
     def test_one_thread_alone(self, shakes, small_chunks, monkeypatch):
         """Also that of the measures, and those of fits."""
         seen = set()
@@ -74,6 +75,7 @@ class TestHere:
             tp.fit_fragility(tp.ida(BLOCKS, LAWS, shakes, LEVELS))
         assert len(seen) == 1
 
+    @pytest.mark.slow
     def test_an_executor(self, shakes, small_chunks):
         from concurrent.futures import ThreadPoolExecutor
 
@@ -139,6 +141,7 @@ class TestHere:
         monkeypatch.setattr(runners, "WINDOW", 3)
         xr.testing.assert_identical(tp.ida(BLOCKS, LAWS, shakes, LEVELS), wanted)
 
+    @pytest.mark.slow
     def test_memory_is_bounded_where_the_caller_is_slow(self, shakes, small_chunks, monkeypatch):
         """No more chunks are computed than wait to be taken, or are in flight."""
         begun = []

@@ -97,6 +97,7 @@ class TestInterrupts:
 
     SECONDS = 2.0
 
+    @pytest.mark.slow
     def test_a_signal(self, stiff):
         """What Ctrl-C does in a script, and the thread that measures the motions has ended, too."""
         Timer(0.5, os.kill, [os.getpid(), signal.SIGINT]).start()
@@ -115,6 +116,7 @@ class TestInterrupts:
         )
         assert longest < 2.0 * LONGEST
 
+    @pytest.mark.slow
     def test_a_chunk_is_left_between_its_parts(self, stiff):
         block, law, motions, levels = stiff
         work = Work((law.oscillator(block),), tuple(motions_of(motions)), np.ones((1, levels.size, 6)))

@@ -212,6 +212,7 @@ def test_medians_alone_are_none_where_the_runs_do_not_determine_them():
     assert fit_medians(close.some(np.arange(close.x.size) < 8), 3, curve, curve) is None
 
 
+@pytest.mark.slow
 def test_errors_of_medians_alone_are_those_of_repetitions():
     """Although dispersions come from the same motions, and are taken as known."""
     found = [medians_of(pool(seed, motions=200))[2] for seed in range(150)]

@@ -125,6 +125,7 @@ def test_rates_from_beyond_the_hazard_curve(levels, said):
     assert [one.partition("shaking ")[2] for one in found] == said
 
 
+@pytest.mark.slow
 def test_studies_say_it_themselves(tmp_path):
     (tmp_path / "few.toml").write_text(STUDY, encoding="utf-8")
     found = []

@@ -655,6 +655,7 @@ class TestStudy:
         (tmp_path / "study.toml").write_text(text)
         return tp.Study.from_toml(tmp_path / "study.toml")
 
+    @pytest.mark.slow
     def test_results_hold_the_screen(self, tmp_path):
         study = self.study(tmp_path)
         counts = []
@@ -672,6 +673,7 @@ class TestStudy:
         assert counts[-1] == (study.runs + study.perturbed_runs,) * 2
         assert all(a[0] < b[0] for a, b in zip(counts[:-1], counts[1:], strict=True))
 
+    @pytest.mark.slow
     def test_stripes(self, tmp_path):
         stripes = '[stripes]\nunit = "g"\nat = [{ level = 0.2 }, { level = 0.5, motions = { number = 7, seed = 3 } }]\n'
         study = self.study(tmp_path, re.sub(r"(?s)\[ida\].*", "", STUDY) + stripes + "[screen]\nundecided = 0.5\n")

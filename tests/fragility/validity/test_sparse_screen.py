@@ -106,6 +106,7 @@ def test_results_have_the_screen_without_friction(found):
     np.testing.assert_array_equal(without["scale_factor"], found["scale_factor"][own])
 
 
+@pytest.mark.slow
 def test_motions_may_be_a_set(found, screened):
     motions = SHAKES.sample(found.sizes["motion"])
     again = screen(found, motions, FRICTION, undecided=True)
@@ -151,6 +152,7 @@ def test_a_share_of_the_motions_is_evenly_spaced_with_reverses():
     assert not none.kept
 
 
+@pytest.mark.slow
 def test_motions_both_ways_and_levels_that_depend_on_the_block():
     """A block at a wall answers a motion and its reverse differently, and counts them as one."""
     held = tp.Block(0.4, 1.6, wall=tp.Wall(0.05))
@@ -262,6 +264,7 @@ def test_reverses_alone_are_tested():
     assert chosen.tolist() == list(range(0, part.sizes["motion"], 10))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pairs", [False, True])
 def test_progress_ends_where_it_said(pairs):
     from toppling.fragility.adaptive.until import until_of

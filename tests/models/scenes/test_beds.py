@@ -219,6 +219,7 @@ class TestMoment:
 
 
 class TestRuns:
+    @pytest.mark.slow
     @pytest.mark.parametrize("law", ELASTIC, ids=lambda law: law.law)
     @pytest.mark.parametrize("block", [CABINET, SOFTEST], ids=["2 mm", "4.3 mm"])
     def test_independent_solver(self, block, law):

@@ -76,6 +76,7 @@ class TestFortyDigits:
                 assert float(row[f"twin_{name}"]) <= 1e4 * TWIN * scale[name]
             assert float(row["twin_slips"]) == 0.0
 
+    @pytest.mark.slow
     def test_stored_digits_are_right(self):
         """More working digits give the same forty."""
         for case, row in list(zip(cases(), stored(), strict=True))[::13]:

@@ -70,6 +70,7 @@ def test_the_table_of_ten_digits(case, drifts, accelerations):
     np.testing.assert_allclose(np.abs(found[0]).max(axis=1), accelerations, rtol=0, atol=6e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_another_integrator_and_the_balance_of_energy(seed):
     """Accelerations to 1e-9, and input = kinetic + stored + damped + yielding by that integrator's own quadrature."""

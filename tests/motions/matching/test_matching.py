@@ -313,6 +313,7 @@ class TestMatch:
         assert bool(matched.target_met.all())
         assert bool(matched.bounds_held.all())
 
+    @pytest.mark.slow
     def test_generators_name_what_misses(self):
         """A spectrum with a hole that no motion has; AC156 names its own motions."""
         hole = mo.TargetSpectrum((0.05, 0.3, 0.31, 0.33, 0.34, 4.0), (8.0, 8.0, 0.5, 0.5, 8.0, 1.0))

@@ -225,6 +225,7 @@ levels = {{ from = 0.1, to = 1.0, number = 3, unit = "g" }}
 """
 
 
+@pytest.mark.slow
 def test_a_command_of_files_names_no_key(tmp_path, capsys):
     for name in ("A000.AT2", "A-UP.AT2"):
         at2(tmp_path, name)

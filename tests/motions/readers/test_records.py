@@ -89,6 +89,7 @@ class TestAt2:
         assert float(motion.dt[0]) == 0.02
         assert float(mo.measures(motion).pga[0]) / G == pytest.approx(0.319, abs=5e-4)
 
+    @pytest.mark.slow
     @needs_shared
     def test_the_whole_suite(self):
         paths = sorted((SHARED / "data/records/suite").glob("*.AT2"))

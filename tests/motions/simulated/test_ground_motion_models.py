@@ -169,6 +169,7 @@ vs30_m_s = {{vs30}}
         assert "the motions are not of the strength to be expected (M 5.5, 20 km" in cloud.notes[1]
         assert self.study(tmp_path, "[cloud]\n", top='accept = ["scenario"]\n').notes == []
 
+    @pytest.mark.slow
     def test_matched_motions(self, tmp_path):
         """A note of the strength goes away, PGV has the model's distribution, and the key is of scenarios alone."""
         path = tmp_path / "study.toml"

@@ -89,6 +89,7 @@ def test_the_balance_of_energy_of_a_pendulum():
     assert np.abs(acceleration).max() <= G / 1.5 * np.abs(u).max() + 0.05 * G + 1e-9
 
 
+@pytest.mark.slow
 def test_a_bilinear_isolator_against_another_integrator():
     isolator = Isolator.bilinear(period=2.5, strength=0.06, yield_displacement=0.01)
     top = isolator.motions(shaking(SHAKING, 0.01))

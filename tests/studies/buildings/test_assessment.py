@@ -219,6 +219,7 @@ class TestInAYear:
         assert (whole.number_rate.diff("number_threshold") <= 1e-15).all()
         assert (whole.loss_rate.diff("loss_threshold") <= 1e-15).all()
 
+    @pytest.mark.slow
     def test_against_simulated_earthquakes(self):
         """Earthquakes drawn from the hazard, each with a motion and one of the two levels about it, by their distance.
 
@@ -263,6 +264,7 @@ class TestInAYear:
         assert (high.annual_number_below.sel(place="building") > 0.0).all()
         assert any("come from below the first level, where it is a guess" in one for one in notes(high))
 
+    @pytest.mark.slow
     def test_intervals_of_few_motions_say_what_they_hold(self):
         few, many = (assess(INVENTORY, LAW, shaking(n), [6.0, 12.0], "pga", FRAME, CURVE) for n in (79, 80))
         assert [any("intervals of totals held the true total" in note for note in notes(of)) for of in (few, many)] == [
@@ -302,6 +304,7 @@ class TestPieces:
         assert float(drawn.any_probability.isel(level).sel(place="floor 3")) == pytest.approx(expected, rel=1e-12)
         assert float(together.any_probability.isel(level).sel(place="floor 3")) < expected
 
+    @pytest.mark.slow
     def test_draws_of_a_line_stay_the_same_without_another(self, drawn):
         """What anchoring a line saves is what falls of it alone, filling by filling."""
         row, *others = INVENTORY.rows
@@ -364,6 +367,7 @@ class TestAssessment:
         assert seen[-1] == (3 * 7 * 5, 3 * 7 * 5)
         assert all(a[0] < b[0] for a, b in pairwise(seen))
 
+    @pytest.mark.slow
     def test_order_of_the_rows_does_not_matter(self, found, drawn):
         turned = Inventory(INVENTORY.rows[::-1], "EUR")
         other = assess(turned, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
@@ -377,6 +381,7 @@ class TestAssessment:
             far = assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE, client=client)
         xr.testing.assert_identical(far, found)
 
+    @pytest.mark.slow
     def test_floor_motions_of_another_program(self, found):
         ground = shaking()
         models = [LAW, tp.DiscreteDamping()]
@@ -468,6 +473,7 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.left, [0.0075, 0.005, 0.0], atol=1e-17)
         assert ranked.anchored_item.values.tolist() == ["", "right", "left"]
 
+    @pytest.mark.slow
     def test_what_stands_on_a_piece_is_lost_with_it(self, monkeypatch):
         """Four motions by hand: the vase falls by itself in 1 and 3, its pedestal in 1 and 2, the clock is fixed."""
         slides = {"friction": FixedFriction(0.9)}

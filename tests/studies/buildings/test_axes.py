@@ -99,6 +99,7 @@ def found():
     return assess(Inventory(LINES), LAW, TURNED, LEVELS, "RotD50(pga)", **options)
 
 
+@pytest.mark.slow
 def test_flags_are_those_of_each_axis_or_ed(found):
     for i, line in enumerate(LINES):
         fell, first = by_hand(line.block, line.floor, line.direction)

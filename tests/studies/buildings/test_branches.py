@@ -143,6 +143,7 @@ class TestModelling:
             found["epistemic_item_rate_spread"].sel(epistemic_source="modelling"), 1.0, rtol=1e-9
         )
 
+    @pytest.mark.slow
     def test_in_the_mean_it_is_a_factor(self, known):
         plain, found = (spread(known, Sampling(200, 0, beta)) for beta in (0.0, 0.3))
         factor = np.exp(0.5 * (K * 0.3) ** 2)

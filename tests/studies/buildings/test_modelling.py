@@ -56,6 +56,7 @@ class TestAnnualValues:
         for name in ("number_mean", "any_probability", "number_exceedance", "probability"):
             np.testing.assert_array_equal(found[name], plain[name])
 
+    @pytest.mark.slow
     def test_one_class_falls_as_one(self, monkeypatch):
         """Of one class every annual value has the factor: any fall, consequences, and how many fall at once."""
         hazard = tp.HazardCurve.power_law(1e-3, 1.8, "pga")
@@ -122,6 +123,7 @@ class TestAnnualValues:
         assert float(common["any_rate"]) < 0.93 * fallen
         assert float(common["number_rate"][-1]) > 1.3 * number[-1]
 
+    @pytest.mark.slow
     def test_a_bent_hazard(self, monkeypatch):
         """Means of classes that are joined are those of each class alone, under a hazard curve with kinks, too."""
         hazard = tp.HazardCurve([0.1, 1.0, 4.0, 20.0], [1e-1, 5e-3, 2e-4, 1e-6], "pga")

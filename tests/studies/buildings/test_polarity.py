@@ -94,6 +94,7 @@ def both():
 
 
 class TestMeanOfBothPolarities:
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("inventory", "options"),
         [
@@ -289,6 +290,7 @@ def fixed(row, label):
 
 
 class TestAnchoring:
+    @pytest.mark.slow
     @pytest.mark.parametrize("objective", ["number", "loss", "any", "injury"])
     def test_savings_are_differences_of_assessments(self, both, objective):
         ranked = anchoring(both, objective, replicates=200)
@@ -422,6 +424,7 @@ class TestHistories:
 
 
 class TestFloorMotions:
+    @pytest.mark.slow
     def test_floor_motions_with_their_ground_motions(self):
         moved = FRAME.floor_motions(MOTIONS)
         through = found(MIXED, "both")

@@ -151,6 +151,7 @@ class TestOneLine:
 
 
 class TestBothWays:
+    @pytest.mark.slow
     def test_edges_that_differ_are_run_both_ways(self):
         results = found(ANALYSER)
         assert {*results["polarity"].values.tolist()} == {1, -1}
@@ -162,6 +163,7 @@ class TestBothWays:
         assert (plus != minus).any()
         assert_allclose(results["off_probability"].values[0], 0.5 * (plus + minus.astype(float)).mean(axis=(0, 2)))
 
+    @pytest.mark.slow
     def test_a_reversed_motion_is_a_run_of_its_own(self):
         against = MOTIONS.copy(data=-MOTIONS.values)
         assert_array_equal(off_by_hand(ANALYSER, against), off_by_hand(ANALYSER, reverse=True))
@@ -181,6 +183,7 @@ class TestBothWays:
 class TestTogether:
     """Numbers of two lines by the enumeration of all coefficients."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("shared", [True, False])
     def test_joint_outcomes_are_enumerated(self, shared):
         results = found(ANALYSER, VASE, polarity="as recorded", slipping=Slipping(shared=shared))

@@ -118,6 +118,7 @@ def test_full_streams(stream, code):
     assert done.stderr in (None, "toppling: output cannot be written (No space left on device)\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "given", ["NUMBA_NUM_THREADS=abc", "NUMBA_NUM_THREADS=0", "NUMBA_OPT=abc", "SOURCE_DATE_EPOCH=abc"]
 )

@@ -96,6 +96,7 @@ class TestEach:
         assert capsys.readouterr().err.endswith("the folder is not empty; name a new one, nothing was written\n")
         assert contents(tmp_path) == {"notes.txt": b"mine"}
 
+    @pytest.mark.slow
     def test_all_or_nothing(self, kind, tmp_path, monkeypatch, capsys):
         """The disk is full in the midst of it: no folder, or the empty one that was there."""
 

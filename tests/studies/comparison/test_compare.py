@@ -156,6 +156,7 @@ class TestCurves:
             upper = math.inf if quantity == "median" and upper > float(b["level"][-1]) else upper
             assert line.b.upper == pytest.approx(upper, rel=1e-12)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("other", "seed", "k0"), [("site", 0, 2 * K0), ("motions", 1, K0)])
     def test_intervals_by_brute_force(self, folder, other, seed, k0):
         """Draws are the same for both sides where the motions are, and independent where they are not."""
@@ -273,6 +274,7 @@ class TestMediansAboveTheLevels:
         assert (row["a"], row["ratio"], row["a_is"]) == ("", "", "not reached")
         assert float(row["b"]) > 6.0
 
+    @pytest.mark.slow
     def test_curves_end_at_the_highest_level(self, folder, low):
         """The levels of A end at 6 m/s², those of B at 12."""
         with sides.two_sides(low, folder / "base", False) as (a, b):

@@ -125,6 +125,7 @@ def test_what_is_printed(folder, tmp_path):
     assert any("held the true ratio in 88 to 93 % of simulated studies" in line for line in found.tail)
 
 
+@pytest.mark.slow
 def test_what_only_one_side_has(folder, tmp_path):
     tail = compare(folder / "narrow", folder / "plain", tmp_path).tail
     assert "note: downtimes are not compared: only the inventory of A gives them" in tail

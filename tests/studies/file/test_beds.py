@@ -157,6 +157,7 @@ levels = { values = [1.0, 6.0], unit = "m/s2" }
     assert frequency[0] < 0.9 * frequency[1] == 0.9 * frequency[2]
 
 
+@pytest.mark.slow
 def test_simulate(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = "simulate --width 40cm --height 1.8m one-cycle-sine --period 1s --pga 0.2g --law viscous --zeta 0.05"

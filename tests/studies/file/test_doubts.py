@@ -156,6 +156,7 @@ class TestNotes:
         path.write_text(f'accept = ["hazard"]\n{path.read_text(encoding="utf-8")}', encoding="utf-8")
         assert tp.Study.from_toml(path).notes == []
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("rule", "levels"), [('above = "none"', "0.0005, 0.1"), ('below = "none"', "2, 4")])
     def test_a_hazard_that_leaves_out_what_the_rate_needs(self, tmp_path, rule, levels):
         path = write(tmp_path, offset=0.0, highest=2.0)
@@ -520,6 +521,7 @@ class TestSpectra:
     def check(self, study):
         return next(one for one in checks_of(study.run()) if one.question == SPECTRA)
 
+    @pytest.mark.slow
     def test_one_spectrum_is_noted_and_decides_about_rates(self, tmp_path):
         study = self.study(tmp_path)
         (note,) = study.notes

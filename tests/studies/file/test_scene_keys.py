@@ -191,6 +191,7 @@ class TestPolarity:
         with pytest.raises(StudyError, match="polarity: must be one of as recorded, both, got 'reversed'"):
             asked(SIZES, "reversed")
 
+    @pytest.mark.slow
     def test_results(self, tmp_path):
         results = study(tmp_path, SIZES + "wall_gap_mm = 20\n").run(tmp_path / "out")
         assert results["polarity"].values.tolist() == [1, -1] * 4

@@ -82,6 +82,7 @@ def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
         assert {"units", "long_name"} <= set(one.attrs), name
 
 
+@pytest.mark.slow
 def test_the_study_is_the_selection_by_hand(tmp_path, target):
     found = study(tmp_path, target)
     pool = tp.motions.CloughPenzien(duration=10.0, dt=0.01, omega_g_dispersion=0.4).sample(60)
@@ -114,6 +115,7 @@ def test_generators_of_candidates_are_doubted_once(tmp_path, target):
     assert [note.partition(",")[0] for note in notes if "usual are" in note] == ["xi_g: 60", "q0: 1.8"]
 
 
+@pytest.mark.slow
 def test_stripes_without_a_selection_say_so(tmp_path, target):
     a, b = STUDY.index("[stripes.select]"), STUDY.index("[[stripes.at]]")
     found = study(tmp_path, target, STUDY[:a] + STUDY[b:]).run()

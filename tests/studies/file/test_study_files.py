@@ -72,6 +72,7 @@ def part(table):
 
 
 class TestInclude:
+    @pytest.mark.slow
     def test_the_study_is_what_it_would_be_in_one_file(self, tmp_path):
         write(tmp_path, part("[[models]]") + part("[motions]"), "common.toml")
         split = 'include = ["common.toml"]\n' + without("[[models]]", "[motions]")

@@ -302,6 +302,7 @@ class TestFiles:
         assert len(PALETTE) <= 128
         assert len(set(PALETTE)) == len(PALETTE)
 
+    @pytest.mark.slow
     @pytest.mark.skipif(movies.ffmpeg() is None, reason="ffmpeg is not on the PATH")
     def test_mp4(self, tmp_path):
         run = simulate(PUSH)

@@ -389,6 +389,7 @@ class TestDecisions:
         assert not [one for one in piece_rows(plain).headings if re.search("mean cost|out of use|injured|lost", one)]
         assert "realisation" not in plain.dims
 
+    @pytest.mark.slow
     def test_units_and_configuration(self, monkeypatch, tmp_path):
         found = shaken(monkeypatch, falls(10), consequence_correlation=0.5)
         assert found.annual_downtime.attrs["units"] == "day year-1"

@@ -725,6 +725,7 @@ class TestWorkbooks:
             book.writestr("xl/vbaProject.bin", b"Attribute VB_Name")
         assert read_inventory(path) == read(tmp_path, SMALL)
 
+    @pytest.mark.slow
     def test_hostile_files(self, tmp_path):
         path = tmp_path / "i.xlsx"
         whole = book_of(rows_of(SMALL), path).read_bytes()

@@ -80,6 +80,7 @@ def test_the_table_of_axes(tmp_path):
     assert axis_rows(found.drop_vars("axis")) is None
 
 
+@pytest.mark.slow
 def test_folders_keep_both_axes(tmp_path):
     plan = study(tmp_path)
     assert plan.run(tmp_path / "out")["axis"].identical(plan.run()["axis"])

@@ -110,6 +110,7 @@ class TestBranches:
         said = [one for one in found.attrs["notes"].splitlines() if one.startswith("under the motions 'other': ")]
         assert any("data are separated for 1 of 2 curves" in one for one in said)
 
+    @pytest.mark.slow
     def test_slips_are_not_spread_and_that_is_said(self, found, tmp_path):
         weights = branches("motions", motions=0.6, other=0.4)
         parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, FIT, weights, "[friction]\nstatic = 0.3\n")
@@ -180,6 +181,7 @@ class TestBranches:
 
 
 class TestModelling:
+    @pytest.mark.slow
     def test_in_the_mean(self, tmp_path):
         """With a power-law hazard every rate is exp(k² beta_m²/2) times that without, and the curves are the same."""
         plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
@@ -262,6 +264,7 @@ class TestModelling:
         expected = 1e-4 * median**-2.5 * np.exp(0.5 * 2.5**2 * squared)
         assert row["rate"].item() == pytest.approx(expected, rel=1e-6)
 
+    @pytest.mark.slow
     def test_in_the_fractiles(self, tmp_path):
         more = 'modelling_dispersion = 0.4\nmodelling = "fractiles"\n'
         plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
@@ -454,6 +457,7 @@ class TestBeyond:
         assert one.seconds_of_fits(2) == pytest.approx(2.0 * plain.seconds_of_fits(2))
 
 
+@pytest.mark.slow
 def test_another_state_is_named(tmp_path):
     """Titles, names and sentences of branches are of the state that the study asks for."""
     weights = branches("models", housner=0.75, discrete=0.25)

@@ -159,6 +159,7 @@ def test_the_verdict(results, values, said):
     assert gain_sentences(changed)[1].endswith(f": {said}.")
 
 
+@pytest.mark.slow
 def test_a_free_piece_may_fall_to_either_side(tmp_path):
     """Forward falls: half of the motions need not bring them, and backward falls are named as not counted."""
     file = tmp_path / "study.toml"

@@ -110,6 +110,7 @@ motions = { seed = 8 }
         assert found.runs.values[0, 0].tolist() == [24, 12, 24]
         np.testing.assert_array_equal(found["median"], tp.fit_fragility(direct)["median"])
 
+    @pytest.mark.slow
     def test_cloud(self, tmp_path, capsys):
         strong = MOTIONS.replace("seed = 1", "seed = 1\ns0_m2_s3 = 0.2")
         found = run(tmp_path, BLOCKS, MODELS, strong, '[cloud]\nim = "pgv"\n', "[screen]\nundecided = 0.0\n")

@@ -192,6 +192,7 @@ class TestResults:
         monkeypatch.setattr(short, "pieces_of", lambda *_: pieces[:8] + pieces[9:])
         assert short_title(results).endswith("; the first 8 of 9)")
 
+    @pytest.mark.slow
     def test_the_runs_are_counted(self, tmp_path):
         """4 pieces as they are less the fixed one, and with kits: two on two lines, one on the strapped one."""
         made = study(tmp_path)
@@ -301,6 +302,7 @@ class TestResults:
         monkeypatch.setattr(type(changed), "_compute", None)
         xr.testing.assert_identical(changed.run(tmp_path / "out"), fresh)
 
+    @pytest.mark.slow
     def test_at_a_level(self, tmp_path):
         found = study(tmp_path, f"{KITS}target = {{ falls = 1.0 }}\n", "").run()
         assert found["kit_falls"].attrs["units"] == "1"

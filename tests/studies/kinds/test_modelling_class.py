@@ -36,6 +36,7 @@ def cabinet(folder, more):
 
 
 class TestFragility:
+    @pytest.mark.slow
     def test_a_class_gives_its_dispersion_and_says_so(self, tmp_path):
         """The rates are those of the same number given by hand."""
         beta = piece_classes()["rock"].beta_m
@@ -50,6 +51,7 @@ class TestFragility:
         assert "Class rock: 642 tests of 1 source" in said
         assert "not corrected." in said
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("name", "said"), [("rack", "no test of this class (rack)"), ("bookcase-wall", "too few")])
     def test_a_class_without_an_estimate_changes_no_rate(self, tmp_path, name, said):
         plain = cabinet(tmp_path, "").run()

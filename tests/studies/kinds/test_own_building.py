@@ -175,6 +175,7 @@ class TestLevelsWithMotionsOfTheirOwn:
             expected = (apart[given].values * weights).sum(axis=-1)
             np.testing.assert_allclose(apart[name].values, expected, rtol=1e-12)
 
+    @pytest.mark.slow
     def test_intervals_draw_each_level_by_itself(self, apart, same):
         """The spread of a resampled sum of independent levels is the root of the sum of their squares."""
         year = Year.of(apart, apart["level_weight"].values)
@@ -241,6 +242,7 @@ class TestLevelsWithMotionsOfTheirOwn:
 class TestModellingUncertainty:
     ALIKE = Inventory(tuple(dataclasses.replace(row, piece_class="all") for row in THINGS.rows), "EUR")
 
+    @pytest.mark.slow
     def test_with_one_set_at_every_level_it_is_that_of_the_building_model(self):
         """Classes are joined motion by motion, at all levels of a motion."""
         shaking = ground()

@@ -215,6 +215,7 @@ def test_other_blocks_are_another_study(study, finished):
     assert other.identity != one.identity
 
 
+@pytest.mark.slow
 def test_motions_that_are_matched_one_by_one_are_made_before(study):
     matched = """generator = "near-fault"
 magnitude = 6.8
@@ -367,6 +368,7 @@ def test_what_is_refused(change, said, study):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_study_that_no_result_can_be_made_of_says_so(study, tmp_path, capsys):
     """Its status does not promise that the same command goes on; another try clears what it says."""
     made = study(STUDY.replace("number = 2000", "number = 64").replace("{ least = 32 }", "{ least = 64, most = 64 }"))

@@ -289,6 +289,7 @@ class TestSamples:
                 each.append((undecided_outcomes(runs, shakes()).values > 0).mean())
             assert 0.0 < np.mean(each) == pytest.approx(found["undecided"].sel(block=block.label).item(), rel=1e-12)
 
+    @pytest.mark.slow
     def test_levels_that_depend_on_the_block(self, tmp_path):
         """Every sample has its own factors, those of an analysis of it alone."""
         ida = '[ida]\nim = "pga_normalised"\nlevels = { values = [1.0, 3.0], unit = "1" }\n'
@@ -397,6 +398,7 @@ class TestTails:
         (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
         assert check.word == GOOD
 
+    @pytest.mark.slow
     def test_of_curves_from_below(self, tmp_path):
         """A hazard curve that begins above the median: most of the rate is its first slope's."""
         text = self.POINTS.format("6.0, 20.0", "1e-2, 5e-4")

@@ -82,6 +82,7 @@ def finished(tmp_path_factory):
     return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
 
 
+@pytest.mark.slow
 def test_the_runs_are_those_of_the_analysis(finished):
     results, _ = finished
     shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
@@ -295,6 +296,7 @@ def test_curves_of_other_states(study, state, output):
     assert (np.asarray(drawn) > 0.5).tolist() == reached.tolist()
 
 
+@pytest.mark.slow
 def test_a_generator_makes_only_the_motions_that_are_taken(study, monkeypatch):
     """And the 64 that are looked at before."""
     made, sample = [], tp.motions.CloughPenzien.sample
@@ -319,6 +321,7 @@ def test_motions_that_are_matched_one_by_one_are_made_before(study):
     assert matched.design.motions[0].sizes["motion"] == 40
 
 
+@pytest.mark.slow
 def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
     both = study(STUDY.replace('im = "pga"', 'im = "pga"\npolarity = "both"'))
     assert both.design.until.most == 200

@@ -49,6 +49,7 @@ class TestStudy:
         assert not re.search(r"20\d\d-\d\d-\d\d", json.dumps({k: str(v) for k, v in result.attrs.items()}))
         assert sorted(os.listdir(tmp_path / "out")) == ["results.nc", "run.log"]
 
+    @pytest.mark.slow
     def test_same_file_same_bytes(self, tmp_path):
         path = write(tmp_path)
         first = tp.Study.from_toml(path).run(tmp_path / "out")

@@ -109,6 +109,7 @@ def test_in_a_building_every_run_is_that_of_the_steps_in_python(tmp_path, yields
     np.testing.assert_array_equal(alone["probability"].isel(model=0), expected[:2])
 
 
+@pytest.mark.slow
 def test_motions_as_they_are_and_both_ways(tmp_path):
     asked = '[performance]\ninventory = "things.csv"\npolarity = "both"\n'
     result = study(tmp_path, things(FLOOR, ("dish", 0, "dish")), table("dish"), asked).run()
@@ -127,6 +128,7 @@ def test_strikes_are_said_by_platform_and_level(tmp_path):
     assert under in said[-1]
 
 
+@pytest.mark.slow
 def test_modelled_strikes_are_counted(tmp_path):
     made = study(tmp_path, things(("held", 0, "held")), table("held"), PERFORMANCE)
     last = SUPPORTS["held"][1].motions(scale_to(ground(), LEVELS[-1], "pga"))
@@ -139,6 +141,7 @@ def test_modelled_strikes_are_counted(tmp_path):
     assert any("stops of “held” are modelled" in one for one in _sentences(result, study_of(result)))
 
 
+@pytest.mark.slow
 def test_the_report_says_what_stands_on_what(tmp_path):
     result = study(tmp_path, things(FLOOR, ("dish", 0, "dish")), table("dish"), PERFORMANCE).run()
     assert any("pieces on “dish” there is a friction pendulum" in one for one in assumptions(result))

@@ -80,6 +80,7 @@ def test_numbers_of_another_unit_are_questioned(tmp_path, parts, words):
     assert [one.startswith(words) for one in said] == [True] * bool(words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("table", "support"),
     [(BENCH, Support(9.0)), (LINEAR, Isolator.linear(2.0, 0.15))],
@@ -112,6 +113,7 @@ def test_what_yields_answers_each_level(tmp_path, table, support):
     np.testing.assert_allclose(cloud["peak_rotation"], own["peak_rotation"], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("floors", ["", BUILDING])
 def test_stops_are_modelled_where_their_stiffness_is_stated(tmp_path, floors):
     """Runs as of the same steps in Python; how often and how hard each motion strikes is on motion."""

@@ -98,12 +98,14 @@ class TestResults:
                 expected = float(rate[f"rate{end}"][0, 0])
                 assert float(results[f"trip_rate{end}"][i]) == pytest.approx(expected, rel=1e-12)
 
+    @pytest.mark.slow
     def test_nothing_else_changes(self, results, folder):
         plain = study(folder, own="", trip="", name="plain").run()
         assert "trip_probability" not in plain
         for name in ("probability", "rate", "slip_probability", "slip_rate", "gated_rate"):
             np.testing.assert_array_equal(results[name], plain[name])
 
+    @pytest.mark.slow
     def test_own_distance_alone(self, folder):
         found = study(folder, trip="", name="own").run()
         assert np.isnan(found["trip_probability"][0]).all()

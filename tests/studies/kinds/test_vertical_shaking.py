@@ -73,6 +73,7 @@ def test_the_runs_are_those_of_ida(study, tmp_path):
     assert "and vertical shaking are not included" not in page
 
 
+@pytest.mark.slow
 def test_without_it(tmp_path):
     """The report of a study without says that there is none."""
     plain = tp.Study.from_toml(write(tmp_path, keys='component = "h1"'))

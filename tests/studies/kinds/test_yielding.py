@@ -68,6 +68,7 @@ def yielding():
     return Building.from_storeys([2e5, 2e5], [2e8, 2e8], yield_coefficient=0.15, p_delta=True)
 
 
+@pytest.mark.slow
 def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     result = study(tmp_path).run()
     ground, floors = steps(yielding)
@@ -134,6 +135,7 @@ def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     assert said in " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 def test_each_motion_meets_its_own_strength(tmp_path):
     """Every run is that of a building of the motion's own strength in Python; the factor is in the results."""
     result = study(tmp_path, ("p_delta = true", "p_delta = true\nstrength_dispersion = 0.4\nseed = 7")).run()
@@ -163,6 +165,7 @@ ISOLATED = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strength", [{}, {"yield_coefficient": 0.05}])
 def test_an_isolated_building(tmp_path, strength):
     """Every run is that of the same steps in Python; floor 0 is the slab; how far the isolators move is said."""

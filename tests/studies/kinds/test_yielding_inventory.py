@@ -74,6 +74,7 @@ def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
         study(tmp_path, by_code)
 
 
+@pytest.mark.slow
 def test_each_motion_meets_its_own_strength_at_every_level(tmp_path):
     uncertain = ("yield_coefficient = 0.15", "yield_coefficient = 0.15\nstrength_dispersion = 0.3\nseed = 2")
     result = study(tmp_path, uncertain).run()
@@ -153,6 +154,7 @@ def test_a_strong_building_is_an_elastic_one(tmp_path):
     assert "building_ductility" not in elastic
 
 
+@pytest.mark.slow
 def test_motions_as_they_are_are_not_scaled(tmp_path):
     as_they_are = ('im = "Sa(0.5)"\nlevels = { values = [4, 12], unit = "m/s2" }\n', "")
     result = study(tmp_path, as_they_are).run()
@@ -190,6 +192,7 @@ def test_branches_of_motions_go_through_the_building_too(tmp_path):
     np.testing.assert_allclose(found["branch_annual_number"], np.transpose(each), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     weak = (
         ("yield_coefficient = 0.15", "yield_coefficient = 0.01"),

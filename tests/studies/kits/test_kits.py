@@ -453,6 +453,7 @@ class TestBothWays:
         found = assessed(polarity="both")
         return found, kit_savings(INVENTORY, KITS, found, SHAKE)
 
+    @pytest.mark.slow
     def test_rates_are_means_of_both_polarities(self, both, found, saved):
         reversed_ones = MOTIONS.copy(data=-MOTIONS.values)
         minus = assess(INVENTORY, LAW, reversed_ones, LEVELS, "pga", FRAME, CURVE, sides=True, polarity="as recorded")

@@ -164,6 +164,7 @@ class TestKits:
         with pytest.raises(ValueError, match=message):
             cheapest_set(np.array(costs), [(np.array([1.0]), need)], np.array([0]))
 
+    @pytest.mark.slow
     def test_a_long_list(self):
         """400 pieces with two kits each: enough, and hardly dearer than the relaxed problem allows."""
         rng = np.random.default_rng(1)

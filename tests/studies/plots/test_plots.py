@@ -591,6 +591,7 @@ def test_the_panels_of_a_figure_hold_the_curves_of_each_law():
             assert ax.get_yticks().tolist() == alone.get_yticks().tolist()
 
 
+@pytest.mark.slow
 def test_figures_of_many_blocks_under_several_laws_are_not_endless():
     two = cases.curves(tuple(f"block {i}" for i in range(50))).isel(model=slice(2))
     several = {2: two, 4: xr.concat([two, two.assign_coords(model=["third", "fourth"])], "model", join="outer")}

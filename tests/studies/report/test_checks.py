@@ -19,6 +19,7 @@ class TestChecks:
     def word(results, about):
         return next(one.word for one in checks_of(results) if about in one.question)
 
+    @pytest.mark.slow
     def test_words_follow_the_screen(self, folder):
         results = loaded(folder).copy(deep=True)
         assert self.word(results, "bounce") == GOOD

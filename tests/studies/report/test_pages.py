@@ -145,6 +145,7 @@ class TestBrowser:
         assert seen.complaints
         assert seen.requests
 
+    @pytest.mark.slow
     def test_dark_is_dark_and_print_is_not(self, chromium, pages):
         script = "getComputedStyle(document.body).backgroundColor"
         path = pages["cloud"]

@@ -81,6 +81,7 @@ def test_every_pulse_by_name(tmp_path, name):
 
 
 class TestFloors:
+    @pytest.mark.slow
     def test_a_curve_for_each_floor(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path, building=TOWER))
         assert study.design.shakes == 24
@@ -112,6 +113,7 @@ class TestFloors:
         assert result.probability.dims == ("block", "model", "level")
         assert set(result.floor.values) == {"4"}
 
+    @pytest.mark.slow
     def test_levels_of_the_ground_motion(self, tmp_path):
         """Floor 0 at a level of the ground is the ground motion's own study; floors move with the same factors."""
         at_ground = tp.Study.from_toml(write(tmp_path, building=TOWER, im_at='im_at = "ground"')).run()

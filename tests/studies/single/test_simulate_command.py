@@ -115,6 +115,7 @@ class TestCommand:
         assert "does not overturn; still rocks where its history is cut, 36.3 s after the record" in lossless
         assert json.loads(run(capsys, *pulse, "--e", 1, "--json"))["cut"] is True
 
+    @pytest.mark.slow
     def test_a_pulse_is_as_strong_as_one_says(self, tmp_path, capsys):
         """A pulse has its amplitude as a parameter, so that no factor on it is reported as far scaling."""
         said = run(capsys, "bookcase-5-shelf", "ricker", "--period", "1s", "--pga", "0.7g", "--out", tmp_path)
@@ -188,6 +189,7 @@ class TestCommand:
         said = json.loads(run(capsys, *arguments, "--animate", "--json", "--out", tmp_path))
         assert [Path(one).name for one in said["files"]][2:] == ["animation.gif", "animation.mp4"]
 
+    @pytest.mark.slow
     def test_interrupted_film(self, tmp_path, capsys, monkeypatch):
         from toppling.studies.film.scene import Scene
 
@@ -221,6 +223,7 @@ class TestCommand:
         assert "note: the motion is scaled by 7: less than 0.2 or more than 5 times a record is no such" in said
         assert "note: the law's elastic mode lies inside the motion's band: at rest the block resonates" in said
 
+    @pytest.mark.slow
     def test_a_missed_spectrum_is_noted(self, tmp_path, capsys):
         target = tmp_path / "target.csv"
         target.write_text("period (s), sa (g)\n0.05, 0.8\n0.3, 0.8\n0.31, 0.05\n0.33, 0.05\n0.34, 0.8\n4, 0.1\n")

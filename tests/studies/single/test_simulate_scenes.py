@@ -53,6 +53,7 @@ class TestCommand:
             assert found[name] == pytest.approx(expected[name].item(), rel=1e-9)
         assert found["uplift_acceleration"] == pytest.approx(G * math.tan(block.corners[1][1]), rel=1e-12)
 
+    @pytest.mark.slow
     def test_a_strap_that_breaks(self, tmp_path, capsys):
         kit = ["--wall-gap", "20mm", "--mass", "100kg", "--restraint", KIT, "--geometry", "linear"]
         said = run(capsys, *SIZES, *PULSE, *kit, "--pga", "0.45g", "--out", tmp_path)

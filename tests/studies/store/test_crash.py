@@ -346,6 +346,7 @@ class TestShards:
         assert (out / "results.nc").read_bytes() == quiet
         assert "is of another chunk" in (out / "run.log").read_text()
 
+    @pytest.mark.slow
     def test_shards_of_other_motions_under_the_same_factors(self, tmp_path):
         """Levels that are factors of the motions are the same for all motions, whatever their samples."""
         text = CABINET + motions(3) + IDA.replace("pga", "scale").replace("m/s2", "1") + "[fit]\nreplicates = 100\n"
@@ -412,6 +413,7 @@ class TestShards:
         assert main(["status", str(tmp_path)]) == 2
 
 
+@pytest.mark.slow
 def test_dry_run_writes_nothing(study, tmp_path, capsys):
     assert main(["run", str(study), "--out", str(tmp_path / "out"), "--dry-run"]) == 0
     said = capsys.readouterr().out

@@ -148,6 +148,7 @@ class TestLinks:
         assert not (out / "results.nc").is_symlink()
         assert (out / "results.nc").read_bytes() == expected
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", ["run.log", "fragility.png"])
     def test_what_is_written_beside_results(self, study, tmp_path, name):
         out = tmp_path / "out"
@@ -181,6 +182,7 @@ class TestStrangers:
         file.createVariable("peak_rotation", "f8", ("a",))
         file.createVariable("tally", "i8", ())
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("build", ["nothing", "groups", "huge"])
     def test_netcdf_in_the_place_of_a_shard(self, study, tmp_path, expected, build):
         out = tmp_path / "out"
@@ -190,6 +192,7 @@ class TestStrangers:
         assert (out / "results.nc").read_bytes() == expected
         assert (out / "run.log").read_text().count("is damaged") == 1
 
+    @pytest.mark.slow
     def test_folder_in_the_place_of_a_shard(self, study, tmp_path, expected):
         out = tmp_path / "out"
         break_off(study, out)
@@ -297,6 +300,7 @@ def test_interrupted_while_drawing(study, tmp_path, monkeypatch, capsys):
     assert "the results are written" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_interrupted_while_saving(study, tmp_path, monkeypatch, capsys, expected):
     def save(results, target):
         raise KeyboardInterrupt

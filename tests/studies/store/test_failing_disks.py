@@ -186,6 +186,7 @@ class TestReading:
             is_locked(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems write in the same process")
 @pytest.mark.parametrize(
     ("harm", "words"),

@@ -203,6 +203,7 @@ def test_another_title_for_large_results(finished, tmp_path, monkeypatch):
         xr.testing.assert_identical(again.load(), found)
 
 
+@pytest.mark.slow
 def test_large_variables_are_written_as_small_ones(finished, tmp_path, monkeypatch):
     """Slab by slab, by our own hand: the same variables, types, attributes and values as xarray writes."""
     folder, study = finished
@@ -229,6 +230,7 @@ class TestSlabs:
             seen[where.get("block", slice(None)), where.get("model", slice(None))] += 1
         assert (seen == 1).all()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("runs", [1, 50, 700, 10**9])
     def test_results_do_not_depend_on_them(self, finished, monkeypatch, runs):
         """Also where a slab is one curve, or parts of the motions."""
@@ -295,6 +297,7 @@ class TestSlabs:
         assert sorted(path.name for path in tmp_path.iterdir()) == ["results.nc", "run.log"]
 
 
+@pytest.mark.slow
 def test_no_room_for_arrays(finished, tmp_path, monkeypatch):
     """A disk that is full where the arrays of all runs are to be: one sentence, at the beginning."""
     _, study = finished

@@ -156,6 +156,7 @@ class TestCurves:
 
 
 class TestRates:
+    @pytest.mark.slow
     def test_shares_beyond_the_hazard_and_the_levels(self, tmp_path):
         """The shares are what annual_rate gives to bins there; the notes name the worst of them."""
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA.replace("12.0", "9.0"), POINTS, SCREEN).run()
@@ -398,6 +399,7 @@ class TestUncertainRates:
         with xr.open_dataset(tmp_path / "out/results.nc") as stored:
             assert f"{stored['median'].values[0, 0]:.9g}" in f"{float(rows[1].split(',')[5]):.9g}"
 
+    @pytest.mark.slow
     def test_a_sample_without_a_curve_is_said(self, tmp_path):
         low = IDA.replace("to = 12.0", "to = 2.6")
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, low, UNCERTAIN, HAZARD).run()
@@ -405,6 +407,7 @@ class TestUncertainRates:
         assert missing > 0
         assert f"{missing} of 24 samples have no curve and so no rate of their own" in found.attrs["notes"]
 
+    @pytest.mark.slow
     def test_other_forms_and_methods(self, tmp_path):
         asked = '[fit]\nform = "log-logistic"\nmethod = "first-overturning"\nreplicates = 100\n'
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, asked).run()
@@ -486,6 +489,7 @@ class TestPerformance:
         given = study(tmp_path, MODELS, MOTIONS, PERFORMANCE + "at_level = 8.0\n").run()
         assert "at_level" not in given.attrs["notes"]
 
+    @pytest.mark.slow
     def test_pieces_are_exported_and_no_curves(self, tmp_path, capsys):
         (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
         study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run(tmp_path / "out")

@@ -75,6 +75,7 @@ class TestRates:
 
 
 class TestStudies:
+    @pytest.mark.slow
     def test_the_default_is_free_and_lognormal_is_not_valid(self, tmp_path):
         parts = (SHELF.format("shelf", 0.3), LAW, motions(30), IDA, HAZARD)
         free = study(tmp_path, *parts, '[fit]\nstate = "front"\nreplicates = 100\n').run()
