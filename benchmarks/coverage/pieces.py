@@ -34,9 +34,9 @@ def rows(full: bool) -> Iterator[Row]:
     """Yield the rows of the table; what is true is what `MANY` other motions say."""
     true = _study(MANY, -1)
     for motions in (20, 80, 400):
-        each = [_study(motions, k) for k in range(1000 if full else 200)]
+        studies = [_study(motions, k) for k in range(1000 if full else 200)]
         for interval, truth, of, name, at in WHAT:
-            lower, upper = (np.array([one[of][f"{name}_{end}"].values[at] for one in each]) for end in ENDS)
+            lower, upper = (np.array([study[of][f"{name}_{end}"].values[at] for study in studies]) for end in ENDS)
             yield row_of(interval, truth, motions, (lower, upper), float(true[of][name].values[at]))
 
 
