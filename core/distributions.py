@@ -16,7 +16,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from . import checks
-from .aliases import Array
+from .elementary import Array, exp, expm1, log, log1p
 
 BISECTIONS = 64
 """Halvings of an interval after which its ends are neighbouring floats."""
@@ -57,7 +57,11 @@ def _scores(probability: Array, lower: float, upper: float) -> Array:
     """Return standard normal scores at probabilities of the normal law truncated to scores from lower to upper."""
     if lower == -math.inf and upper == math.inf:
         return np.asarray(scipy.special.ndtri(probability))
-    return np.asarray(scipy.stats.truncnorm.ppf(probability, lower, upper))
+    if lower > 0.0:
+        return -_scores(1.0 - probability, -upper, -lower)
+    last = scipy.special.log_ndtr(upper)
+    inside = probability + math.exp(scipy.special.log_ndtr(lower) - last) * (1.0 - probability)
+    return np.clip(scipy.special.ndtri_exp(last + log(inside)), lower, upper)
 
 
 def _share(value: ArrayLike, lower: float, upper: float) -> Array:
@@ -149,7 +153,7 @@ class Lognormal(Continuous):
 
     def quantile(self, probability: Array) -> Array:
         lower, upper = self._score(self.support)
-        return self.median * np.exp(self.dispersion * _scores(probability, float(lower), float(upper)))
+        return self.median * exp(self.dispersion * _scores(probability, float(lower), float(upper)))
 
     def below(self, value: ArrayLike) -> Array:
         lower, upper = self._score(self.support)
@@ -158,7 +162,7 @@ class Lognormal(Continuous):
     def _score(self, value: ArrayLike) -> Array:
         """Return the standard normal score, minus infinity for values that are not positive."""
         with np.errstate(divide="ignore", over="ignore"):  # a value far above a tiny median gets infinity
-            return np.asarray(np.log(np.maximum(np.asarray(value, dtype=float), 0.0) / self.median) / self.dispersion)
+            return np.asarray(log(np.maximum(np.asarray(value, dtype=float), 0.0) / self.median) / self.dispersion)
 
 
 @dataclass(frozen=True)
@@ -267,14 +271,13 @@ class Least(Continuous):
         return min(lower for lower, _ in ends), min(upper for _, upper in ends)
 
     def below(self, value: ArrayLike) -> Array:
-        return -np.expm1(self._log_above(value))
+        return -expm1(self._log_above(value))
 
     def quantile(self, probability: Array) -> Array:
         p = np.asarray(probability, dtype=float)
-        with np.errstate(divide="ignore"):
-            wanted = np.log1p(-p)
+        wanted = log1p(-p)
         n = len(self.parts)
-        low = np.min([one.quantile(-np.expm1(wanted / n)) for one in self.parts], axis=0)
+        low = np.min([one.quantile(-expm1(wanted / n)) for one in self.parts], axis=0)
         high = np.min([one.quantile(p) for one in self.parts], axis=0)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
@@ -284,5 +287,4 @@ class Least(Continuous):
 
     def _log_above(self, value: ArrayLike) -> Array:
         """Return the logarithm of the probability of more than a value."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(sum(np.log1p(-one.below(value)) for one in self.parts))
+        return np.asarray(sum(log1p(-one.below(value)) for one in self.parts))

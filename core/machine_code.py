@@ -33,6 +33,10 @@ to be compiled first: then the bits of a process that compiles everything differ
 """
 
 
+FUSED = ("haswell", "skylake-avx512", "x86-64-v3", "x86-64-v4", "znver2")
+"""Targets whose own features fuse multiplications and additions, and whose kernels were seen to have the same bits."""
+
+
 @cache
 def folder_stamp(folder: Path) -> str:
     """Return a digest of all sources of a folder, by name and contents, and of this module, which sets the options."""
@@ -175,6 +179,7 @@ class UncachedCode(UserWarning):
 
 
 def processor() -> str:
-    """Return the processor for which numba compiles: its name, and a digest of its features."""
+    """Return for what numba compiles: "x86-64 with FMA", where all processors have the same bits, else "generic"."""
     system, name, features = cpu_target.target_context.codegen().magic_tuple()
-    return f"{name} {hashlib.sha256(f'{system} {features}'.encode()).hexdigest()[:8]}"
+    fused = "+fma" in features.split(",") or (not features and name in FUSED)
+    return "x86-64 with FMA" if fused and system.startswith("x86_64") else "generic"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import checks
-from ..core.aliases import Array, Flags, Index
+from ..core.elementary import Array, Flags, Index, arctan2
 from ..core.units import STANDARD_GRAVITY
 from .block import MAX_SIZE, MIN_ANGLE, UNIFORM_INERTIA_FACTOR, Block, describe_scene
 
@@ -143,7 +143,7 @@ class BlockArray:
     @property
     def alpha(self) -> Array:
         """Slenderness angles (block,), rad."""
-        return np.arctan2(0.5 * self.width, self.cm_height)
+        return arctan2(0.5 * self.width, self.cm_height)
 
     @property
     def R(self) -> Array:

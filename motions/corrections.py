@@ -7,6 +7,7 @@ motion among a thousand.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Literal
@@ -16,8 +17,8 @@ import scipy
 import xarray as xr
 
 from ..core import checks
-from ..core.aliases import Array
 from ..core.doubts import warn
+from ..core.elementary import Array, orthonormal, times
 from ..core.units import described
 from .arrays import filter_doubts, records
 
@@ -57,10 +58,10 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
     if n <= degree:
         raise ValueError(f"order must be below the number of samples, got {degree} for {n}")
     # with orthonormal columns the fit is one product, which is well conditioned at any order
-    basis = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))[0]
+    basis = orthonormal(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))
 
     def without(a: Array) -> Array:
-        found = a - basis @ (basis.T @ a)
+        found = a - times(basis, times(basis.T, a))
         # What is left of a motion that is nothing but such a polynomial is rounding, and no shaking.
         return found if np.abs(found).max() > _ROUNDING * np.abs(a).max() else np.zeros_like(a)
 
@@ -218,6 +219,29 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     return _corrected(motions, note, lambda a: scipy.signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
 
 
+def _butterworth(order: int, corners: tuple[float, ...], kind: Kind, dt: float) -> Array:
+    """Return the sections (section, 6) of `scipy.signal.butter`, whose tangents and products depend on the processor.
+
+    Slow poles go with zeros of slow motions, fast ones with those of fast motions.
+    """
+    warped: Any = [math.tan(math.pi * corner * dt) for corner in corners]
+    analog = scipy.signal.butter(order, warped if len(warped) > 1 else warped[0], kind, analog=True, output="zpk")
+    zeros, poles, gain = scipy.signal.bilinear_zpk(*analog, fs=0.5)
+    real, left = [*poles[np.abs(poles.imag) < _ROUNDING]], sorted(zeros.real, reverse=True)
+    pairs = [[pole, pole.conjugate()] for pole in poles if pole.imag >= _ROUNDING]
+    pairs.sort(key=lambda pair: -pair[0].real / abs(pair[0]))
+    pairs[len(pairs) // 2 : len(pairs) // 2] = [real] if real else []  # (of an odd order: one, or two of a wide band)
+    found = np.ones((len(pairs), 6))
+    for section, pair in zip(found, pairs, strict=True):
+        for at, roots in ((1, left[: len(pair)]), (4, pair)):
+            a, b = [*roots, 0.0][:2]
+            section[at : at + 2] = -(a + b).real, (a * b).real
+        del left[: len(pair)]
+    found = found[np.argsort(found[:, 5], kind="stable")]
+    found[0, :3] *= gain
+    return found
+
+
 def _filtered(
     motions: xr.DataArray, corners: tuple[float, ...], kind: Kind, note: str, order: int, zero_phase: bool
 ) -> xr.DataArray:
@@ -227,7 +251,7 @@ def _filtered(
     if not isinstance(zero_phase, bool):
         raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
     values, dt = _values(motions)
-    sections = scipy.signal.butter(poles, corners if len(corners) > 1 else corners[0], kind, fs=1.0 / dt, output="sos")
+    sections = _butterworth(poles, corners, kind, dt)
     note = f"{kind}({note}, order={poles}, zero_phase={zero_phase})"
     warn(filter_doubts([motions.assign_attrs(processing=note)]))
     if not zero_phase:
@@ -235,9 +259,17 @@ def _filtered(
     zeros = int(np.ceil(1.5 * poles / (corners[0] * dt)))
     _size(values.shape[1] + 2 * zeros)
 
+    # the state of each section under a constant input, as of `scipy.signal.sosfilt_zi`
+    b, a = sections[:, :3], sections[:, 3:]
+    entry = b[:, 1:] - a[:, 1:] * b[:, :1]
+    state = entry.sum(axis=1) / a.sum(axis=1)
+    gains = np.cumprod([1.0, *(b.sum(axis=1) / a.sum(axis=1))])[:-1, None]
+    steady = gains * np.stack([state, entry[:, 1] - a[:, 2] * state], axis=1)
+
     def both_ways(a: Array) -> Array:
-        padded = scipy.signal.sosfiltfilt(sections, np.pad(a, zeros), padtype=None)
-        return np.asarray(padded[zeros : zeros + a.size])
+        once = scipy.signal.sosfilt(sections, np.pad(a, zeros))
+        twice, _ = scipy.signal.sosfilt(sections, once[::-1], zi=steady * once[-1])
+        return np.asarray(twice[::-1][zeros : zeros + a.size])
 
     return _corrected(motions, note, both_ways)
 

@@ -26,7 +26,9 @@ BELOW = {
     "benchmarks": {"core", "models", "motions", "fragility", "studies"},
 }
 """Packages and those that each may use."""
-KERNEL_FOLDERS = {"models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
+KERNEL_FOLDERS = {
+    *("core/kernels", "models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"),
+}
 NUMBA = {"core/machine_code.py"}
 """Files that import numba: what compiles kernels."""
 DECORATOR = "core/compiled.py"

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, exp, log
 from ...core.streams import stream
 from ..fitting.states import ALL, NONE
 from ..hazard.curve import HazardCurve
@@ -146,7 +146,7 @@ class SequentialCurve:
             x, weights = draw_levels(cells, self._global.log_median, scale, uniform)
             # (a motion that is run both ways is one motion: its runs share the rate that they stand for)
             _, own, ways = np.unique(motions, return_inverse=True, return_counts=True)
-            return WavePlan(np.exp(x), weights / ways[own])
+            return WavePlan(exp(x), weights / ways[own])
         if self.until.target == DISPERSION:
             z = WIDE * self._places(motions) + JITTER * (2.0 * uniform[0] - 1.0)
             return self._unweighted(self._global.log_median + scale * z)
@@ -170,7 +170,7 @@ class SequentialCurve:
         return scale * min(LOCAL, max(math.sqrt(CURVED * room), SURELY * known))
 
     def _unweighted(self, x: Array) -> WavePlan:
-        return WavePlan(np.exp(x), np.full(x.shape, math.nan))
+        return WavePlan(exp(x), np.full(x.shape, math.nan))
 
     def add(self, motions: Index, plan: WavePlan, fell: Flags, last: bool = False) -> None:
         """Take the outcomes of a wave (run, motion), look at the result, and decide whether to go on.
@@ -178,7 +178,7 @@ class SequentialCurve:
         motions (motion,): their numbers, the same for one that is run both ways; last: whether there are no more.
         """
         numbers = np.broadcast_to(motions, fell.shape).ravel()
-        x = np.log(plan.levels).ravel()
+        x = log(plan.levels).ravel()
         self._seen = Observations(
             np.append(self._seen.x, x), np.append(self._seen.fell, fell.ravel()), np.append(self._seen.motion, numbers)
         )

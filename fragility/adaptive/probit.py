@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, exp, inverse, times
 from ..fitting.likelihood import STATUSES, FactorData, FittedLines, fit_lines
 from ..fitting.links import LINKS, LOGNORMAL, Link
 from ..fitting.trials import gap_between
@@ -82,7 +82,7 @@ def difference(one: Estimate, other: Estimate) -> tuple[float, float]:
     own = np.pad(one.influence, (0, size - one.influence.size)) - np.pad(
         other.influence, (0, size - other.influence.size)
     )
-    return one.value - other.value, math.sqrt(float(own @ own))
+    return one.value - other.value, math.sqrt(times(own, own))
 
 
 class Probit(NamedTuple):
@@ -127,7 +127,7 @@ class Probit(NamedTuple):
         """Return the estimate of the sum of weights (point,) times the probabilities at ln levels (point,)."""
         z = (x - self.line.centre) / self.line.width
         eta = float(self.line.a[0]) + float(self.line.b[0]) * z
-        slopes = weights * np.exp(-0.5 * eta * eta) / math.sqrt(2.0 * math.pi)
+        slopes = weights * exp(-0.5 * eta * eta) / math.sqrt(2.0 * math.pi)
         return self._estimate(
             float((weights * scipy.special.ndtr(eta)).sum()), np.array([slopes.sum(), (slopes * z).sum()])
         )
@@ -137,10 +137,10 @@ class Probit(NamedTuple):
         k = self.motions
         if k < FEWEST:
             return Estimate(value, math.inf, np.zeros(0), k)
-        own = math.sqrt(k / (k - 1.0)) * (self.influence @ gradient)
-        covariance = np.linalg.inv(self.information)
-        alone = float(gradient @ covariance @ gradient)
-        return Estimate(value, math.sqrt(max(float(own @ own), alone)), own, k)
+        own = math.sqrt(k / (k - 1.0)) * times(self.influence, gradient)
+        covariance = inverse(self.information)
+        alone = float(times(times(gradient, covariance), gradient))
+        return Estimate(value, math.sqrt(max(float(times(own, own)), alone)), own, k)
 
 
 def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
@@ -176,7 +176,7 @@ def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
     scores = _scores(float(line.a[0]) + float(line.b[0]) * z, runs.fell)
     size = int(runs.motion.max()) + 1
     summed = np.stack([np.bincount(runs.motion, own, size) for own in (scores, scores * z)], axis=1)
-    influence = np.asarray(summed @ np.linalg.inv(information), dtype=np.float64)
+    influence = times(summed, inverse(information))
     return Probit(line, influence, information, np.unique(runs.motion).size), status
 
 
@@ -194,7 +194,7 @@ def _scores(eta: Array, fell: Flags) -> Array:
     """Return the slope of the log-likelihood of each run in eta: phi/Phi where it fell, -phi/(1 - Phi) where not."""
     log_density = -0.5 * eta * eta - 0.5 * math.log(2.0 * math.pi)
     sign = np.where(fell, 1.0, -1.0)
-    return np.asarray(sign * np.exp(log_density - scipy.special.log_ndtr(sign * eta)))
+    return np.asarray(sign * exp(log_density - scipy.special.log_ndtr(sign * eta)))
 
 
 def local_probit(runs: Observations, centre: float, reach: float, follow: bool) -> tuple[Probit | None, float]:

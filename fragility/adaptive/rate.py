@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, exp, log, log1p, times
 from ..fitting.links import LINKS
 from ..hazard.curve import HazardCurve
 from .probit import FEWEST, Estimate, Observations, fit_line
@@ -43,8 +43,8 @@ def check_ends(hazard: HazardCurve) -> None:
     below a very steep first one the rates have no numbers any more.
     """
     for rates in (hazard.rates, *(hazard.realisations or ())):
-        widths = np.diff(np.log(hazard.levels))
-        slopes = -np.diff(np.log(rates)) / widths
+        widths = np.diff(log(hazard.levels))
+        slopes = -np.diff(log(rates)) / widths
         # (between levels a curve may bend)
         first, last = slopes[0] - hazard.curvature * widths[0], slopes[-1] + hazard.curvature * widths[-1]
         if not last > 0.0:
@@ -84,9 +84,9 @@ class HazardCells(NamedTuple):
         inside = np.minimum(cell, self.edges.size - 2)
         left, right = self.edges[inside], self.edges[inside + 1]
         high, low = self.rates[inside], self.rates[inside + 1]
-        steep = np.log(high / low)
+        steep = log(high / low)
         with np.errstate(divide="ignore", invalid="ignore"):
-            part = -np.log1p(share * (low / high - 1.0)) / steep
+            part = -log1p(share * (low / high - 1.0)) / steep
         part = np.where(steep > 1e-12, part, share)
         return np.asarray(np.where(cell > inside, self.edges[-1], left + part * (right - left)))
 
@@ -104,15 +104,14 @@ def hazard_cells(hazard: HazardCurve, log_median: float, dispersion: float) -> H
     With a hazard of slope k, the levels that bring about the rate lie about k dispersion² below the median; the cells
     reach four dispersions further to both sides, and to a thirtieth and to eight times the median at least.
     """
-    near = np.exp(log_median + np.array([-0.05, 0.05]))
-    slope = max(0.0, float(-np.diff(np.log(np.maximum(hazard.rate_at(near), LEAST)))[0] / 0.1))
+    near = exp(log_median + np.array([-0.05, 0.05]))
+    slope = max(0.0, float(-np.diff(log(np.maximum(hazard.rate_at(near), LEAST)))[0] / 0.1))
     low = log_median - max(LEAST_BELOW, DEVIATIONS * dispersion + slope * dispersion**2)
     high = log_median + max(LEAST_ABOVE, DEVIATIONS * dispersion)
-    points = np.log(np.asarray(hazard.levels))
+    points = log(np.asarray(hazard.levels))
     own = points[(points > low) & (points < high)]
     edges = np.unique(np.concatenate([np.linspace(low, high, CELLS + 1), own]))
-    with np.errstate(over="ignore"):
-        rates = hazard.rate_at(np.exp(edges))
+    rates = hazard.rate_at(exp(edges))
     if not np.isfinite(rates).all():
         raise ValueError(
             f"hazard is too steep for a rate at a dispersion of {dispersion:.2g}: it falls with the power {slope:.3g}"
@@ -162,7 +161,7 @@ def weighted_rate(weights: Array, fell: Flags, motion: Index) -> Estimate:
     value = float(sums[used].mean())
     influence = np.zeros(sums.size)
     influence[used] = (sums[used] - value) / math.sqrt(k * (k - 1.0))
-    return Estimate(value, math.sqrt(float(influence @ influence)), influence, k)
+    return Estimate(value, math.sqrt(float(times(influence, influence))), influence, k)
 
 
 def weighted_samples(weights: Array, fell: Flags, motion: Index, drawn: Array) -> Array:
@@ -176,7 +175,7 @@ def weighted_samples(weights: Array, fell: Flags, motion: Index, drawn: Array) -
     used = np.zeros(drawn.shape[1])
     used[motion[known]] = 1.0
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(drawn @ sums / (drawn @ used))
+        return times(drawn, sums) / times(drawn, used)
 
 
 def unseen_tail(cells: HazardCells, weights: Array, runs: Observations) -> float:
@@ -202,4 +201,4 @@ def unseen_tail(cells: HazardCells, weights: Array, runs: Observations) -> float
     known = np.isfinite(weights)
     low = known & runs.fell & (runs.x <= seen)
     found = float(weights[low].sum()) / np.unique(runs.motion[known]).size
-    return max(0.0, float(rates[below] @ chances) - found)
+    return max(0.0, float(times(rates[below], chances)) - found)

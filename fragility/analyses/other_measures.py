@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from ...core.elementary import log
 from ...core.units import described
 from ...motions.intensity.dataset import measure
 from ...motions.intensity.directions import PairMeasure
@@ -47,10 +48,9 @@ class OtherMeasures:
         motions = wave.records if wave.ground is None else wave.ground
         some = [motions[i] for i in chosen]
         base = self._scaled.base
-        power, own = (1.0, np.zeros(len(some))) if base is None else (base.power, np.log(measure(base, some)))
+        power, own = (1.0, np.zeros(len(some))) if base is None else (base.power, log(measure(base, some)))
         for row, one in zip(self._ratios, self.measures, strict=True):
-            with np.errstate(divide="ignore"):
-                row[numbers[numbers < MOTIONS]] = power / one.power * np.log(measure(one, some)) - own
+            row[numbers[numbers < MOTIONS]] = power / one.power * log(measure(one, some)) - own
 
     def gains(self, runs: Observations) -> list[Gain]:
         """Return the gains of the other measures, from the runs under the motions that they are known of."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.aliases import Array, Flags, Index, Progress
 from ...core.doubts import Doubt, warn
+from ...core.elementary import exp, log
 from ...core.streams import stream
 from ...core.units import STANDARD_GRAVITY
 from ...models import Block, Law
@@ -85,7 +86,7 @@ def own_options(domain: Domain, points: Array, own: Sequence[str]) -> list[dict[
     found = domain.variables(points)[:, 3:]
     for column, name in enumerate(own):
         # (rounding on the way from the axes must not put an e above 1)
-        found[:, column] = np.exp(found[:, column]) if name == "delta" else np.minimum(found[:, column], 1.0)
+        found[:, column] = exp(found[:, column]) if name == "delta" else np.minimum(found[:, column], 1.0)
     return [dict(zip(own, row, strict=True)) for row in found.tolist()]
 
 
@@ -233,7 +234,7 @@ class PooledRuns:
     def _start(self, blocks: Sequence[Block], wave: MotionWave, measured: Array) -> tuple[Array, Array]:
         """Return the first ln levels (block,), lowest and highest, in the unit of the surfaces."""
         peaks = peaks_of(wave)
-        ends = np.log([first_levels(fall_start(one), peaks, self.plan.scaled, measured) for one in blocks])
+        ends = log([first_levels(fall_start(one), peaks, self.plan.scaled, measured) for one in blocks])
         unit = self._unit(blocks)
         return ends[:, 0] - unit, ends[:, 1] - unit
 
@@ -243,7 +244,7 @@ class PooledRuns:
         blocks, options = blocks_at(plan.domain, points), own_options(plan.domain, points, plan.own)
         pieces = list(zip(blocks, options, strict=True))
         specimens = [oscillator_of(one, with_own(plan.laws[k], own)) for k in laws for one, own in pieces]
-        levels = np.exp(x).reshape(len(specimens), *x.shape[2:])
+        levels = exp(x).reshape(len(specimens), *x.shape[2:])
         factors = np.asarray(plan.scaled.factors(levels, measured))
         check_factors(factors, wave.records)
         return run_wave(plan.request, specimens, None, wave.records, factors)["overturned"].reshape(x.shape)

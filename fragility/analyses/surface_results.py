@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, arctan, exp, log, tan
 from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY, described
 from ...core.wording import counted
 from ...models import Block
@@ -72,7 +72,7 @@ def surface_curves(
         others = int((~inside).sum()) - 1
         which = f"{str(columns.names[first])!r:.80} " + (f"and {others:,} more are" if others else "is")
         raise ValueError(f"{which} outside the region of the blocks of the analysis, where its surfaces say nothing")
-    log_unit = float(surface.attrs["power"]) * np.log(STANDARD_GRAVITY * np.tan(columns.alpha))
+    log_unit = float(surface.attrs["power"]) * log(STANDARD_GRAVITY * tan(columns.alpha))
     pieces = None if hazard is None else hazard.pieces()[0]
     found = [
         curves_at(_law_surfaces(surface, i, domain.size), points, log_unit, pieces)
@@ -83,8 +83,8 @@ def surface_curves(
 
 def variables_of(columns: BlockArray) -> Array:
     """Return ln p, ln tan(alpha), the inertia factor, and own e and ln delta of blocks, (block, variable)."""
-    own = [np.log(values) if name == "delta" else values for name, values in columns.own.items()]
-    return np.stack([np.log(columns.p), np.log(np.tan(columns.alpha)), columns.inertia, *own], axis=1)
+    own = [log(values) if name == "delta" else values for name, values in columns.own.items()]
+    return np.stack([log(columns.p), log(tan(columns.alpha)), columns.inertia, *own], axis=1)
 
 
 def surface_dataset(
@@ -195,7 +195,7 @@ def _cut_words(plan: PooledPlan, cut: Cut) -> str:
     k = next(i for i in range(domain.back.shape[1]) if np.array_equal(domain.back[:, i], cut.normal))
     low, place, high = (float(domain.middle[k]) + one for one in (cut.low, cut.place, cut.high))
     own = plan.own[k - 3] if k >= 3 else ""
-    if k == 0 and float(np.linalg.norm(domain.back[:, 2])) < NARROW:
+    if k == 0 and float(np.sqrt((domain.back[:, 2] ** 2).sum())) < NARROW:
         # (of one inertia factor the frequency stands for the size)
         inertia = float(domain.middle[2])
         high, place, low = (STANDARD_GRAVITY / (inertia * math.exp(2.0 * one)) for one in (low, place, high))
@@ -253,8 +253,8 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
         for name, values in (
             ("difference", one.difference),
             ("error", one.error),
-            ("p", np.exp(log_p)),
-            ("alpha", np.arctan(np.exp(log_tan))),
+            ("p", exp(log_p)),
+            ("alpha", arctan(exp(log_tan))),
         ):
             columns[name][i, :n] = values
     labels = {
@@ -282,15 +282,15 @@ def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable
     labels: dict[str, tuple[Any, str, str]] = {
         "run_model": (model, DIMENSIONLESS, "law of the run, from 0"),
         "run_motion": (np.concatenate([one.motion for one in pools]), DIMENSIONLESS, "number of its motion, from 0"),
-        "run_p": (np.exp(log_p), ANGULAR_VELOCITY, "rocking frequency parameter of its block"),
-        "run_alpha": (np.arctan(np.exp(log_tan)), RADIAN, "slenderness angle of its block"),
+        "run_p": (exp(log_p), ANGULAR_VELOCITY, "rocking frequency parameter of its block"),
+        "run_alpha": (arctan(exp(log_tan)), RADIAN, "slenderness angle of its block"),
         "run_inertia_factor": (inertia, DIMENSIONLESS, "inertia factor of its block"),
         **{
             f"run_{name}": (np.array([one[name] for one in options]), DIMENSIONLESS, f"{_OWN[name]} of its block")
             for name in plan.own
         },
         "run_level": (
-            np.exp(np.concatenate([one.x for one in pools]) + unit),
+            exp(np.concatenate([one.x for one in pools]) + unit),
             plan.scaled.units,
             f"level of the run: {found.level_name}",
         ),
@@ -371,7 +371,7 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
             continue
         values = np.empty((len(columns), len(found)))
         for i, one in enumerate(found):
-            values[:, i] = np.exp(one[k]) if units == unit else one[k]
+            values[:, i] = exp(one[k]) if units == unit else one[k]
         variables[name] = xr.Variable(("block", "model"), values, described(text, units))
     of_laws = {str(name): one.variable for name, one in surface.coords.items() if one.dims == ("model",)}
     return xr.Dataset(variables, coords={**_block_columns(columns), **of_laws}, attrs=surface.attrs)

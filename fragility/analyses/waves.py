@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, power
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS
 from ...models import Block
@@ -70,7 +70,7 @@ class Scaled(NamedTuple):
 
     def level(self, factors: Array, measured: Array) -> Array:
         """Return the levels of motions times factors."""
-        return factors if self.base is None else measured * factors**self.base.power
+        return factors if self.base is None else measured * power(factors, self.base.power)
 
 
 def scaled_to(im: str | Measure) -> Scaled:

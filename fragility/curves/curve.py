@@ -13,7 +13,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ...core.units import DIMENSIONLESS, described
 from ..fitting.links import LINKS, LOGNORMAL
 from ..runs.provenance import load_coordinates
@@ -101,8 +101,8 @@ class TabulatedCurves(NamedTuple):
             if beyond.any():
                 row, at = (int(i) for i in np.argwhere(beyond)[0])
                 raise ValueError(
-                    f"the curve is known from {np.exp(low[row, 0]):g} to {np.exp(high[row, 0]):g} only, got a level of "
-                    f"{np.exp(points[row, at]):g}: give outside='least' or 'most'"
+                    f"the curve is known from {exp(low[row, 0]):g} to {exp(high[row, 0]):g} only, got a level of "
+                    f"{exp(points[row, at]):g}: give outside='least' or 'most'"
                 )
         most = outside == MOST
         found = np.empty(points.shape)
@@ -201,13 +201,12 @@ def curve_arrays(curves: xr.Dataset, replicates: bool = False) -> tuple[CurveArr
     if name in LINKED:
         if (values[1] == 0.0).any():
             raise ValueError(f"dispersion of {name} curves must be > 0, got 0")
-        return LinkedCurves(np.log(np.where(np.isnan(values[1]), np.nan, values[0])), values[1], name), dims
+        return LinkedCurves(log(np.where(np.isnan(values[1]), np.nan, values[0])), values[1], name), dims
     if name != UPLIFT:
         values += [np.zeros_like(values[0]), np.zeros_like(values[0])]
     # a curve with a missing number has no estimate
     values[0] = np.where(np.isnan(np.sum(values, axis=0)), np.nan, values[0])
-    with np.errstate(divide="ignore"):
-        return LognormalCurves(np.log(values[0]), values[1], np.log(values[2]), values[3]), dims
+    return LognormalCurves(log(values[0]), values[1], log(values[2]), values[3]), dims
 
 
 def has_replicates(curves: xr.Dataset) -> bool:
@@ -228,7 +227,7 @@ def _tabulated(curves: xr.Dataset, suffix: str) -> tuple[TabulatedCurves, tuple[
     values = np.asarray(array.values, dtype=np.float64)
     if np.any((values < 0.0) | (values > 1.0)) or np.any(np.diff(values, axis=-1) < 0.0):
         raise ValueError("probability of the curves must lie between 0 and 1 and never fall with the level")
-    return TabulatedCurves(np.log(levels), values, np.zeros(values.shape[:-1])), dims
+    return TabulatedCurves(log(levels), values, np.zeros(values.shape[:-1])), dims
 
 
 def _ordered(dims: Any) -> tuple[str, ...]:
@@ -277,7 +276,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     if np.any(levels <= 0.0):
         raise ValueError(f"x must be > 0, got {levels.min():g}")
     arrays, dims = curve_arrays(curves)
-    values = arrays.probability(np.log(levels), outside)
+    values = arrays.probability(log(levels), outside)
     reference = curves["level"] if form_name(curves) in TABULATED else curves["median"]
     checks.stated_unit("x", x, str(reference.attrs.get("units", "")))
     attributes = {

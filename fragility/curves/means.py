@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, exp, log
 from ..fitting.bootstrap import draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory
@@ -220,10 +220,10 @@ def _studentised(values: Array, counts: Array, confidence: float, strata: tuple[
     ratio = np.sqrt(np.divide(variance, mixed, out=np.ones_like(mixed), where=mixed > 0.0))
     steps = (drawn - centre) * ratio
     with np.errstate(divide="ignore", invalid="ignore"):
-        logarithms = np.where(drawn > 0.0, drawn * np.log(drawn), 0.0) * ratio
+        logarithms = np.where(drawn > 0.0, drawn * log(drawn), 0.0) * ratio
     tail = 0.5 - 0.5 * confidence
     # (an interval contains its mean, however few motions matter)
     high = np.maximum(np.quantile(np.where(positive[:, None], logarithms, steps), 1.0 - tail, axis=1), 0.0)
     low = np.minimum(np.quantile(steps, tail, axis=1), 0.0)
     plain = centre[:, 0] - high, centre[:, 0] - low
-    return np.asarray(scale * np.where(positive, [np.exp(-high), np.maximum(1.0 - 0.5 * low, 0.0) ** 2], plain))
+    return np.asarray(scale * np.where(positive, [exp(-high), np.maximum(1.0 - 0.5 * low, 0.0) ** 2], plain))

@@ -17,8 +17,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn
+from ...core.elementary import Array, exp, log, power
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance
 from ...models import Block
 from ...models.block import MAX_SIZE
@@ -117,7 +117,7 @@ def p58_regression(width: Any, height: Any) -> Array:
 
 def _p58(B: Array, H: Array) -> Array:
     a, b, c = P58_COEFFICIENTS
-    return np.asarray(np.exp(a + b * np.log(B) + c * np.log(H)))
+    return np.asarray(exp(a + b * log(B) + c * log(H)))
 
 
 def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
@@ -194,7 +194,7 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
         im, median = "pga", STANDARD_GRAVITY * slenderness * (1.0 + slenderness)
     else:
         # 10 cm/s with sizes in cm is 1 m/s with sizes in m: 0.1 m/s * 100 / sqrt(100)
-        im, median = "pgv", width / np.sqrt(height) * (1.0 + slenderness) ** 2.5
+        im, median = "pgv", width / np.sqrt(height) * power(1.0 + slenderness, 2.5)
     return _curves(found, median, np.full(len(found), DISPERSION), im, f"Japanese criterion of overturning in {chosen}")
 
 

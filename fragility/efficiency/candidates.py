@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, log
 from ...core.units import DIMENSIONLESS, METRE, SECOND, described
 from ...motions.arrays import Record, records
 from ...motions.intensity.dataset import measure
@@ -107,9 +107,9 @@ def _candidate(one: Measure | BlockMeasure, runs: xr.Dataset, run_motions: RunMo
     if not np.all(values > 0.0):
         label = run_motions.labels[int(np.argmin(values > 0.0))]
         raise ValueError(f"motion {label!r} has {base.label} = {values.min():g} and no capacity in it")
-    logs = np.log(values)
+    logs = log(values)
     if isinstance(one, BlockMeasure):
-        logs = logs + np.log([[one.per_block(block)] for block in blocks_of(runs)])
+        logs = logs + log([[one.per_block(block)] for block in blocks_of(runs)])
     # (runs of one floor do not name it, but their peaks are of a floor)
     place = place_in(str(runs["pga"].attrs.get("long_name", ""))) if "pga" in runs.coords else ""
     return Candidate(one.label, one.units, long_name_at(one.long_name, place or FLOOR), base.power, logs)
@@ -152,5 +152,5 @@ def _regressor(name: str, values: Array, attributes: dict[str, Any]) -> xr.DataA
     if units in (METRE, SECOND):
         if np.any(values <= 0.0):
             raise ValueError(f"{name} must be > 0 (in {units}) to enter as a logarithm, got {np.nanmin(values):g}")
-        values, long_name = np.log(values), f"ln {long_name}"
+        values, long_name = log(values), f"ln {long_name}"
     return xr.DataArray(values, dims="motion", name=name, attrs=described(long_name))

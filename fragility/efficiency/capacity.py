@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ...core.units import DIMENSIONLESS, described
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
@@ -64,7 +64,7 @@ def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
     checks.not_empty("runs", flags.sizes, "level")
     levels = intensity_of(runs)
     if "level" in flags.dims:
-        order = np.argsort(levels.values)
+        order = np.argsort(levels.values, kind="stable")
         levels = levels.isel(level=order)
     else:
         levels, order = levels.expand_dims("level", axis=-1), np.zeros(1, np.intp)
@@ -74,8 +74,8 @@ def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
     one = level_measure(runs)
     found = OrderedRuns(
         flags,
-        without_coordinates(levels.copy(data=np.log(levels.values))),
-        without_coordinates(one.values.copy(data=np.log(one.values.values))),
+        without_coordinates(levels.copy(data=log(levels.values))),
+        without_coordinates(one.values.copy(data=log(one.values.values))),
         1.0 if one.measure is None else one.measure.power,
         one.name,
         str(levels.attrs.get("units", DIMENSIONLESS)),
@@ -127,7 +127,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     ordered = ordered_runs(runs, state)
     if "level" not in runs.dims:
         raise ValueError("capacities need every motion at several levels, got runs at one intensity each")
-    levels = np.exp(ordered.log_levels.values)
+    levels = exp(ordered.log_levels.values)
     flags = ordered.overturned.values
     found = brackets(flags, levels)
     lower = np.where(np.isfinite(found.lower), found.lower, 0.0)

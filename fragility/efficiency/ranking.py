@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp
 from ...core.streams import stream
 from ...core.units import described
 from ...core.wording import given_percent
@@ -189,7 +189,7 @@ def _with_measures(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
         few, ordered_runs(few, options.state), motions_of_runs(runs, options.motions), options.also
     )
     known = {
-        one.label: ("motion", np.exp(one.log_values))
+        one.label: ("motion", exp(one.log_values))
         for one in candidates
         if one.label not in runs.coords and one.log_values.shape == (runs.sizes["motion"],)
     }

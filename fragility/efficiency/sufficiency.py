@@ -14,7 +14,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, crossed, inverse, log, solve, times
 from ...core.units import described
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
@@ -136,7 +136,7 @@ def _covariates(runs: xr.Dataset, wanted: Sequence[str | Measure]) -> tuple[list
     own = measure_named(name, "im of the runs")
     if own.label not in runs.coords or own.power == 0.0:
         raise ValueError(f"the runs hold no {own.label} of the motions as given, from which their factors follow")
-    log_factor = np.log(runs["intensity"].values / runs[own.label].values) / own.power
+    log_factor = log(runs["intensity"].values / runs[own.label].values) / own.power
     labels, columns = [], []
     for one in wanted:
         if one == FACTOR:
@@ -147,7 +147,7 @@ def _covariates(runs: xr.Dataset, wanted: Sequence[str | Measure]) -> tuple[list
         if measure.label not in runs.coords or runs[measure.label].dims != ("motion",):
             raise ValueError(f"the runs hold no {measure.label} of their motions")
         labels.append(measure.label)
-        columns.append(np.log(runs[measure.label].values) + measure.power * log_factor)
+        columns.append(log(runs[measure.label].values) + measure.power * log_factor)
     if len(set(labels)) < len(labels):
         raise ValueError(f"covariates hold {max(labels, key=labels.count)} twice")
     return labels, np.column_stack(columns)
@@ -177,10 +177,10 @@ def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
     y = fell[mixed].astype(float)
     b = np.zeros(design.shape[1])
     for _ in range(STEPS):
-        p = scipy.special.expit(design @ b)
-        information = (design * (p * (1.0 - p))[:, None]).T @ design
+        p = scipy.special.expit(times(design, b))
+        information = crossed(design * (p * (1.0 - p))[:, None], design)
         try:
-            step = np.linalg.solve(information, design.T @ (y - p))
+            step = solve(information, times(y - p, design))
         except np.linalg.LinAlgError:
             return Slopes(unknown, unknown, n)
         b = b + step
@@ -188,11 +188,11 @@ def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
             break
     if not np.all(np.isfinite(b)) or np.abs(b).max() > STEEPEST or np.abs(step).max() >= SETTLED:
         return Slopes(unknown, unknown, n)
-    p = scipy.special.expit(design @ b)
-    bread = np.linalg.inv((design * (p * (1.0 - p))[:, None]).T @ design)
+    p = scipy.special.expit(times(design, b))
+    bread = inverse(crossed(design * (p * (1.0 - p))[:, None], design))
     groups = np.unique(clusters[mixed], return_inverse=True)[1]
     scores = np.zeros((int(groups.max()) + 1, design.shape[1]))
     np.add.at(scores, groups, design * (y - p)[:, None])
     g = len(scores)
-    covariance = bread @ (scores.T @ scores) @ bread * (g / (g - 1.0))
+    covariance = times(times(bread, crossed(scores, scores)), bread) * (g / (g - 1.0))
     return Slopes(b[-k:], np.sqrt(np.diag(covariance))[-k:], n)

@@ -14,7 +14,7 @@ import scipy
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, log, times
 from ..fitting.states import ALL, DECREASING, FAILED, NONE, OK, SEPARATED
 from ..kernels import censored as engine
 from ..runs.provenance import BED
@@ -113,7 +113,7 @@ def demand_trends(
         (demand > np.maximum(least, _elastic_zone_edge(runs))) & ~without_coordinates(ordered.overturned)
     ).transpose(*order)
     kept = used.values
-    y = np.log(demand.transpose(*order).where(used, 1.0).values)
+    y = log(demand.transpose(*order).where(used, 1.0).values)
     t = np.where(kept, np.broadcast_to(ordered.factors_by_block[:, None], kept.shape), 0.0)
     ones = kept.astype(float)
     count, s_t, s_tt, s_y, s_ty, s_yy = (one.sum(axis=-1) for one in (ones, t, t * t, y, t * y, y * y))
@@ -136,7 +136,7 @@ def demand_trends(
                 s_yy,
             ]
         )
-        n, x, xx, sy, xy, yy = sums @ weights.T
+        n, x, xx, sy, xy, yy = times(sums, weights.T)
         with np.errstate(invalid="ignore", divide="ignore"):
             spread, joint = xx - x * x / n, xy - x * sy / n
             b = np.where(spread > 1e-12 * n, joint / spread, np.nan)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ..fitting.links import LINKS, LOGNORMAL
 from .rows import CurveParameters, CurveRow
 
@@ -22,14 +22,13 @@ of the link, s²/(6 sqrt 3) and s/4 for the logistic, 0.309 s² and s/e for 1 - 
 def probability_at(parameters: CurveParameters, levels: Array) -> Array:
     """Return the probability of a curve at levels (level,), uplift included."""
     link = LINKS[parameters.link]
-    z = np.log(levels / parameters.median) / parameters.dispersion
-    with np.errstate(over="ignore"):  # (exp of a huge number is as good as infinite)
-        p = link.cumulative(link.quantile(0.5) + link.scale * z)
+    z = log(levels / parameters.median) / parameters.dispersion
+    p = link.cumulative(link.quantile(0.5) + link.scale * z)
     if not parameters.uplifting:
         return np.asarray(p)
     if parameters.uplift_dispersion == 0.0:
         return np.where(levels >= parameters.uplift_median, p, 0.0)
-    return np.asarray(p * scipy.special.ndtr(np.log(levels / parameters.uplift_median) / parameters.uplift_dispersion))
+    return np.asarray(p * scipy.special.ndtr(log(levels / parameters.uplift_median) / parameters.uplift_dispersion))
 
 
 def _ends(name: str, tail: float) -> tuple[float, float]:
@@ -60,7 +59,7 @@ def grid(rows: Sequence[CurveRow], tail: float, step: float) -> Array:
             if dispersion > 0.0:
                 h = math.sqrt(4.0 * ERROR / (curvature / dispersion**2 + slope / dispersion))
                 number = math.ceil((high - low) * dispersion / h) + 1
-                grids.append(median * np.exp(np.linspace(low * dispersion, high * dispersion, number)))
+                grids.append(median * exp(np.linspace(low * dispersion, high * dispersion, number)))
         # the curve is 0 below the lower end of either factor, and 1 beyond the upper ends of both
         lows.append(max(median * math.exp(low * dispersion) for median, dispersion, low, _ in factors))
         highs.append(max(median * math.exp(high * dispersion) for median, dispersion, _, high in factors))

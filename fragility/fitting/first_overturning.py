@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array, Flags
+from ...core.elementary import Array, Flags, log
 from ...core.units import described
 
 FEWEST = 4
@@ -52,7 +52,7 @@ def spacing_attributes(levels: Array) -> dict[str, Any]:
 
     ``level_spacing``: largest ratio of neighbouring levels, less 1, NaN of a single level; ``note``: a sentence.
     """
-    x = np.sort(np.log(levels))
+    x = np.sort(log(levels))
     spacing = math.expm1(float(np.diff(x).max())) if x.size > 1 else math.nan
     apart = f"up to {100.0 * spacing:.3g} % apart" if x.size > 1 else "of which there is one"
     text = (
@@ -73,8 +73,8 @@ def level_shift(overturned: Flags, levels: Array) -> float:
     is positive where closer levels find earlier overturnings; were there a single one a motion, it would be 0 in the
     mean.
     """
-    order = np.argsort(levels)
-    x = np.log(levels[order])
+    order = np.argsort(levels, kind="stable")
+    x = log(levels[order])
     rows = overturned.reshape(-1, x.size)[:, order]
     if x.size < FEWEST:
         return math.nan

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp, log, log1p
 from .bootstrap import percentile_interval
 from .intervals import BOOTSTRAP, INTERVALS, Options, ResampledData
 from .states import NO_RUNS, OK
@@ -53,8 +53,8 @@ def log_likelihood_of(probability: Array, overturnings: Index, runs: Index) -> f
     """Return the binomial log-likelihood of a curve at the levels, without its constant."""
     stood = runs - overturnings
     with np.errstate(divide="ignore", invalid="ignore"):
-        fallen = np.where(overturnings > 0, overturnings * np.log(probability), 0.0)
-        return float((fallen + np.where(stood > 0, stood * np.log1p(-probability), 0.0)).sum())
+        fallen = np.where(overturnings > 0, overturnings * log(probability), 0.0)
+        return float((fallen + np.where(stood > 0, stood * log1p(-probability), 0.0)).sum())
 
 
 def percentile_columns(sample: Sample, values: Array, samples: Array, options: Options) -> Columns:
@@ -183,10 +183,10 @@ def _parameters(fitted: Any) -> dict[str, float]:
 
 def _invert(probability: Callable[[Array], Array], p: Array, low: float, high: float) -> Array:
     """Levels at which a curve passes p (fraction,), by bisection in ln x: 0 if below `low`, inf if above `high`."""
-    a, b = np.full(p.shape, np.log(low)), np.full(p.shape, np.log(high))
-    at_low, at_high = probability(np.exp(a)), probability(np.exp(b))
+    a, b = np.full(p.shape, log(low)), np.full(p.shape, log(high))
+    at_low, at_high = probability(exp(a)), probability(exp(b))
     for _ in range(BISECTIONS):
         middle = 0.5 * (a + b)
-        below = probability(np.exp(middle)) < p
+        below = probability(exp(middle)) < p
         a, b = np.where(below, middle, a), np.where(below, b, middle)
-    return np.where(at_low >= p, 0.0, np.where(at_high < p, np.inf, np.exp(b)))
+    return np.where(at_low >= p, 0.0, np.where(at_high < p, np.inf, exp(b)))

@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp, times
 from ...core.streams import stream
 from ...core.units import described
 from ..runs.provenance import ADAPTIVE, CLOUD, carried_attributes
@@ -245,14 +245,14 @@ def _score_shares(motion: Index, level: Index, residual: Array, chance: Array) -
     runs: Any = scipy.sparse.csr_array((np.ones(motion.size), (motion, level)), (motion[-1] + 1, chance.size))
     observed = float((np.bincount(motion, residual) ** 2).sum())
     expected = runs @ chance
-    density = np.exp(-0.5 * SCORES**2)
+    density = exp(-0.5 * SCORES**2)
     density /= density.sum()
 
     def excess(share: float) -> float:
         given = (scipy.special.ndtri(chance)[:, None] - math.sqrt(share) * SCORES) / math.sqrt(1.0 - share)
         p = scipy.special.ndtr(given)
         within, between = runs @ (p * (1.0 - p)), (runs @ p - expected[:, None]) ** 2
-        return float((within + between).sum(axis=0) @ density) - observed
+        return float(times((within + between).sum(axis=0), density)) - observed
 
     if excess(0.0) >= 0.0:
         share = 0.0

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp, power
 from ..kernels import binomial as engine
 from .bootstrap import draw_counts, percentile_interval
 from .likelihood import PENALTIES, FactorData, FittedLines, covariance_of, data_of, fit_lines, status_of
@@ -294,7 +294,7 @@ def median_bound(sample: Sample, confidence: float) -> Ends:
         beyond = np.cumsum(runs) if everything else np.cumsum(runs[::-1])[::-1]
     if everything:
         levels, beyond = levels[::-1], beyond[::-1]
-    enough = np.flatnonzero(0.5**beyond <= 1.0 - confidence)
+    enough = np.flatnonzero(power(0.5, beyond) <= 1.0 - confidence)
     if not enough.size:
         return math.nan, math.nan
     bound = float(levels[enough[-1]])
@@ -303,5 +303,4 @@ def median_bound(sample: Sample, confidence: float) -> Ends:
 
 def unlogged(value: float) -> float:
     """Return exp(value), infinite where it is too large for a float."""
-    with np.errstate(over="ignore"):
-        return float(np.exp(value))
+    return float(exp(value))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ..numerics.proportions import binomial_interval
 from .bootstrap import percentile_interval
 from .form import Columns, Form, log_likelihood_of, percentile_columns
@@ -28,7 +28,7 @@ def isotonic_probabilities(levels: Array, overturnings: Array, runs: Array) -> A
     if not used.any():
         return np.full(levels.size, np.nan)
     fitted = np.asarray(scipy.optimize.isotonic_regression(overturnings[used] / runs[used], weights=runs[used]).x)
-    return fitted if used.all() else np.interp(np.log(levels), np.log(levels[used]), fitted)
+    return fitted if used.all() else np.interp(log(levels), log(levels[used]), fitted)
 
 
 def crossings(levels: Array, probabilities: Array, p: float) -> Array:
@@ -38,9 +38,9 @@ def crossings(levels: Array, probabilities: Array, p: float) -> Array:
     last = np.maximum(first - 1, 0)
     rows = np.arange(probabilities.shape[0])
     at, before = probabilities[rows, first], probabilities[rows, last]
-    x = np.log(levels)
+    x = log(levels)
     with np.errstate(divide="ignore", invalid="ignore"):
-        inside = np.exp(x[last] + (p - before) / (at - before) * (x[first] - x[last]))
+        inside = exp(x[last] + (p - before) / (at - before) * (x[first] - x[last]))
     found = np.where(first > 0, inside, np.where(at == p, levels[0], 0.0))
     return np.where(np.isnan(probabilities).any(axis=1), np.nan, np.where(reached.any(axis=1), found, np.inf))
 

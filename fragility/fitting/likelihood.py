@@ -9,12 +9,13 @@ binomial-response generalized linear models. Biometrika 108, 71-82.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, log
 from ..kernels import binomial as engine
 from .links import Link
 from .patterns import Patterns
@@ -28,7 +29,7 @@ PENALTIES = {"none": engine.NEVER, "auto": engine.WHERE_SEPARATED, "firth": engi
 """Conditions under which the likelihood is penalised, by the names that `fit_fragility` takes."""
 
 # A median further than this (in ln x) outside the levels means that the data determine no slope.
-FAR = np.log(100.0)
+FAR = math.log(100.0)
 
 
 class FactorData(NamedTuple):
@@ -58,7 +59,7 @@ def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorDat
 
     `like`: other data of the same levels, whose scale is used.
     """
-    x = np.log(levels)
+    x = log(levels)
     if outcomes is None:
         kind, failures = engine.INTERVAL, np.ascontiguousarray(cells, dtype=float)
         runs = np.repeat(cells.sum(axis=1, keepdims=True), x.size, axis=1)
@@ -117,11 +118,11 @@ class FittedLines:
     @property
     def log_dispersion(self) -> Array:
         """Logarithm of the standard deviation of ln(capacity)."""
-        return np.log(self.link.scale * self.width / self.b)
+        return log(self.link.scale * self.width / self.b)
 
     def probability(self, levels: Array) -> Array:
         """Return the curves (replicate, level) at levels (level,)."""
-        z = (np.log(levels) - self.centre) / self.width
+        z = (log(levels) - self.centre) / self.width
         return np.asarray(self.link.cumulative(self.a[:, None] + self.b[:, None] * z))
 
     def log_fractile_variance(self, p: float, covariance: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from ...core.elementary import exp, expm1, log, log1p
 from ..kernels import binomial as engine
 
 LOGNORMAL = "lognormal"
@@ -49,11 +50,11 @@ def _logistic_quantile(p: Any) -> Any:
 
 
 def _weibull(eta: Any) -> Any:
-    return -np.expm1(-np.exp(eta))
+    return -expm1(-exp(eta))
 
 
 def _weibull_quantile(p: Any) -> Any:
-    return np.log(-np.log1p(-np.asarray(p)))
+    return log(-log1p(-np.asarray(p)))
 
 
 # wrapped in functions, so that scipy's parts load only when they are first used

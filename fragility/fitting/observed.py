@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, exp, expm1, log, log1p
 from .form import Columns
 from .intervals import Estimate, Options, estimate
 from .labels import OBSERVED
@@ -46,8 +46,8 @@ def _density(score: float) -> float:
 
 BENDS = (
     Bend(scipy.special.ndtri, scipy.special.ndtr, _density),
-    Bend(lambda p: np.log(-np.log1p(-p)), lambda s: -np.expm1(-np.exp(s)), lambda s: math.exp(s - math.exp(s))),
-    Bend(lambda p: -np.log(-np.log(p)), lambda s: np.exp(-np.exp(-s)), lambda s: math.exp(-s - math.exp(-s))),
+    Bend(lambda p: log(-log1p(-p)), lambda s: -expm1(-exp(s)), lambda s: math.exp(s - math.exp(s))),
+    Bend(lambda p: -log(-log(p)), lambda s: exp(-exp(-s)), lambda s: math.exp(-s - math.exp(-s))),
 )
 """Normal and both extreme-value distributions: intervals include curves that are straight on any of these scales."""
 
@@ -122,7 +122,7 @@ def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...]
     """Return the levels of shares along common levels, from the share seen at each and the number of motions there."""
     rising = _rising(seen, motions)
     least = 0.25 / motions
-    x, held = np.log(levels), np.maximum.accumulate(np.clip(rising, least, 1.0 - least))
+    x, held = log(levels), np.maximum.accumulate(np.clip(rising, least, 1.0 - least))
     found = np.empty((len(shares), 3))
     normal = BENDS[0].inverse(held)
     for row, share in zip(found, shares, strict=True):
@@ -141,7 +141,7 @@ def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...]
             ends = rising == 0.0
             at = [_passed(x, bend.inverse(held), bend.inverse(share + half), first=False, ends=ends) for bend in BENDS]
             row[2] = max(x[0], *at)
-    return np.exp(found)
+    return exp(found)
 
 
 def _rising(shares: Array, weights: Array) -> Array:
@@ -182,7 +182,7 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
     if not line.found:
         return found
     motion, level, fell = sample.single_runs
-    x, motions = np.log(sample.levels[level]), int(motion[-1]) + 1
+    x, motions = log(sample.levels[level]), int(motion[-1]) + 1
     scale = math.exp(line.log_value(None))
     reach = WINDOW * scale * (MOTIONS / motions) ** (1.0 / 3.0)
     places = np.linspace(x.min(), x.max(), PLACES)
@@ -194,8 +194,7 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
         ends = []
         for bend in BENDS:
             score = float(bend.inverse(share))
-            with np.errstate(over="ignore"):
-                chance = bend.chance(score + away * steep / bend.density(score))
+            chance = bend.chance(score + away * steep / bend.density(score))
             residual = np.where(near, fell - chance, 0.0)
             spread = np.where(near, chance * (1.0 - chance), 0.0).sum(axis=1)
             if sample.repeated:
@@ -218,7 +217,7 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
         if ends:
             levels, lower, upper = zip(*ends, strict=True)
             row[:] = levels[0], min(lower), max(upper)
-    return np.asarray(np.exp(found))
+    return np.asarray(exp(found))
 
 
 def _line(sample: Sample, options: Options) -> Estimate:

@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, tan
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..kernels import resampling as engine
 from ..numerics import slabs
@@ -218,7 +218,7 @@ def rocking_thresholds(data: xr.Dataset) -> xr.DataArray:
         return xr.DataArray(np.nan)
     alpha = data["alpha"]
     rigid = (data["law"] == "housner") | (data["rest"] == "rigid")
-    tangent = xr.apply_ufunc(np.tan, alpha)
+    tangent = xr.apply_ufunc(tan, alpha)
     level = tangent.where(data["lever"] != "R", np.sin(alpha)).where(data["geometry"] != "linear", alpha)
     level = level / tangent if im == "pga_normalised" else level * STANDARD_GRAVITY
     found: xr.DataArray = level.where(rigid).transpose(*alpha.dims, *data["law"].dims)

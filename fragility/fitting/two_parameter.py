@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, exp
 from .form import Columns, Form
 from .intervals import Estimate, LineFits, Options, ResampledData, estimate, median_bound, unlogged
 from .likelihood import data_of, fit_lines
@@ -61,7 +61,7 @@ def parameter_columns(found: Estimate, prefix: str, options: Options) -> Columns
             f"{prefix}{name}_upper": unlogged(upper),
         }
         if options.keep and found.resampled is not None:
-            columns[f"{prefix}{name}_sample"] = np.exp(np.where(lost, np.nan, found.resampled.log_values(p)))
+            columns[f"{prefix}{name}_sample"] = exp(np.where(lost, np.nan, found.resampled.log_values(p)))
     if found.resampled is not None:
         columns[f"{prefix}penalised_replicates"] = int(found.resampled.lines.penalised.sum())
         columns[f"{prefix}failed_replicates"] = int(lost.sum())
@@ -70,8 +70,7 @@ def parameter_columns(found: Estimate, prefix: str, options: Options) -> Columns
 
 def _without_curve(fits: LineFits) -> Flags:
     """True for replicates without a curve: no maximum, or one so flat that no float holds its median or dispersion."""
-    with np.errstate(over="ignore", under="ignore"):
-        median, dispersion = np.exp(fits.log_values(0.5)), np.exp(fits.log_values(None))
+    median, dispersion = exp(fits.log_values(0.5)), exp(fits.log_values(None))
     return ~(np.isfinite(median) & (median > 0.0) & np.isfinite(dispersion))
 
 

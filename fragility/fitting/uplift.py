@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp
 from ..kernels import binomial as engine
 from .bootstrap import studentised_interval
 from .form import Columns, Form, log_likelihood_of
@@ -220,7 +220,7 @@ def log_fractile_variance(first: LineFits, second: LineFits, p: float, plain: bo
         lines, covariance = fits.lines, fits.plain if plain else fits.covariance
         z = (at - lines.centre) / lines.width
         eta = lines.a + lines.b * z
-        hazard = np.exp(-0.5 * eta**2 - 0.5 * math.log(2.0 * math.pi) - scipy.special.log_ndtr(eta))
+        hazard = exp(-0.5 * eta**2 - 0.5 * math.log(2.0 * math.pi) - scipy.special.log_ndtr(eta))
         aa, ab, bb = covariance.T
         variance += hazard**2 * (aa + 2.0 * z * ab + z**2 * bb)
         slope += hazard * lines.b / lines.width

@@ -6,6 +6,7 @@ fragility curves.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log, power, times
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, in_si
@@ -94,7 +95,7 @@ class HazardCurve:
         for row in () if rows is None else rows:
             _check_rates("rates of a realisation", row, levels, measure.units)
             _check_slopes("rates of a realisation", row, levels, curvature)
-        mean = None if rows is None or weights is None else weights @ rows
+        mean = None if rows is None or weights is None else times(weights, rows)
         computed = mean is not None and np.asarray(self.rates).size == 0
         if computed and self.fractile is not None:
             raise ValueError(
@@ -178,8 +179,7 @@ class HazardCurve:
         scale = checks.number("k0", k0, above=0.0, unit="1/year")
         slope = checks.number("k", k, at_least=0.1, at_most=100.0)
         rates = (HIGHEST_RATE, LOWEST_RATE)
-        with np.errstate(over="ignore", under="ignore"):
-            levels = (scale / np.array(rates)) ** (1.0 / slope)
+        levels = power(scale / np.array(rates), 1.0 / slope)
         if not np.all(np.isfinite(levels) & (levels > 0.0)):
             raise ValueError(f"k0 = {scale:g} per year with k = {slope:g} puts no level at rates of 1 and 1e-8 a year")
         return cls.from_points(levels.tolist(), rates, im, units, source)
@@ -213,20 +213,19 @@ class HazardCurve:
         scale = checks.number("k0", k0, above=0.0, unit="1/year")
         slope = checks.number("k1", k1)
         bend = checks.number("k2", k2, above=0.0)
-        summit = np.log(scale) + 0.25 * slope**2 / bend
+        summit = math.log(scale) + 0.25 * slope**2 / bend
         # a little below the summit, where the slope is 0
-        first = min(np.log(HIGHEST_RATE), summit - 1e-3)
-        last = min(np.log(LOWEST_RATE), first - 10.0)
+        first = min(math.log(HIGHEST_RATE), summit - 1e-3)
+        last = min(math.log(LOWEST_RATE), first - 10.0)
         at = np.array([first, last])
-        drop = np.log(scale) - at
+        drop = math.log(scale) - at
         root = np.sqrt(slope**2 + 4.0 * bend * drop)
         # of two forms of the greater solution, the one whose terms do not cancel
         logs = 2.0 * drop / (slope + root) if slope > 0.0 else (root - slope) / (2.0 * bend)
-        with np.errstate(over="ignore"):
-            levels = np.exp(logs)
+        levels = exp(logs)
         if not np.all(np.isfinite(levels) & (levels > 0.0)):
             raise ValueError(f"k0 = {scale:g}, k1 = {slope:g}, k2 = {bend:g} put the rates at levels of no shaking")
-        return cls.from_points(levels.tolist(), np.exp(at).tolist(), im, units, source, curvature=bend)
+        return cls.from_points(levels.tolist(), exp(at).tolist(), im, units, source, curvature=bend)
 
     def rate_at(self, levels: Any, below: str = EXTEND, above: str = EXTEND) -> Array:
         """Annual rate of exceedance at `levels` (SI, any shape), 1/year; rules beyond its points as `annual_rate`."""
@@ -234,7 +233,7 @@ class HazardCurve:
         x = np.asarray(levels, dtype=np.float64)
         if not np.all(x > 0.0):
             raise ValueError(f"levels must be > 0, got {np.min(x):g}")
-        return self.pieces(below, above)[0].rate(np.log(x))
+        return self.pieces(below, above)[0].rate(log(x))
 
     def resampled(self, levels: Any) -> HazardCurve:
         """Return the mean curve as points at other `levels` (SI, increasing), linear between them, without curvature.
@@ -252,9 +251,9 @@ class HazardCurve:
 
     def pieces(self, below: str = EXTEND, above: str = EXTEND) -> list[Pieces]:
         """Return the curve as pieces over all intensities, followed by each of its realisations."""
-        log_levels = np.log(self.levels)
+        log_levels = log(self.levels)
         rows = [self.rates, *(self.realisations or ())]
-        return [pieces_of(log_levels, np.log(row), self.curvature, below, above) for row in rows]
+        return [pieces_of(log_levels, log(row), self.curvature, below, above) for row in rows]
 
     def describe(self) -> dict[str, Any]:
         """Return the curve as plain values for the attributes of a dataset."""
@@ -333,7 +332,7 @@ def _check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
 
 def _check_slopes(what: str, rates: Array, levels: Array, curvature: float) -> None:
     """Raise ValueError where the curvature makes rates rise."""
-    slopes = segment_slopes(np.log(levels), np.log(rates), curvature)
+    slopes = segment_slopes(log(levels), log(rates), curvature)
     if np.any(slopes < -FLAT):
         at = int(np.argmin(slopes))
         raise ValueError(f"{what} would rise from {levels[at]:g} on with a curvature of {curvature:g}")

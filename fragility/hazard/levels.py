@@ -6,13 +6,14 @@ probability, every resample of the motions, and every item.
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log, times
 
 
 class Hazard(Protocol):
@@ -82,7 +83,7 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
         return found
     knots, rates = hazard_points(hazard)
     straight = found.weights[reached[0] :]
-    change = _beyond_lines(np.log(np.asarray(levels, float))[reached[0] :], np.log(knots), rates)
+    change = _beyond_lines(log(np.asarray(levels, float))[reached[0] :], log(knots), log(rates))
     most = np.divide(0.5 * straight, -change, out=np.ones_like(change), where=change < 0.0)
     bent = straight + min(1.0, float(most.min())) * change
     return found._replace(weights=np.concatenate([found.weights[: reached[0]], bent]))
@@ -103,17 +104,17 @@ def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
         raise ValueError(
             f"levels must reach the hazard curve, which begins at {knots[0]:g}, got {x[-1]:g} as the last one"
         )
-    u, at = np.log(x), np.log(knots)
+    u, at, logs = log(x), log(knots), log(rates)
     weights = np.zeros(u.size)
     below = 0.0
     if u.size > 1:
-        below = _interval_rates(2.0 * u[0] - u[1], u[0], at, rates)[1]
+        below = _interval_rates(2.0 * u[0] - u[1], u[0], at, logs)[1]
         weights[0] = below
     for j in range(u.size - 1):
-        rate, rising = _interval_rates(u[j], u[j + 1], at, rates)
+        rate, rising = _interval_rates(u[j], u[j + 1], at, logs)
         weights[j] += rate - rising
         weights[j + 1] += rising
-    above = _rate(u[-1], at, rates)
+    above = _rate(u[-1], at, logs)
     weights[-1] += above
     return LevelWeights(weights, below, above)
 
@@ -133,14 +134,14 @@ def hazard_points(hazard: Hazard) -> tuple[Array, Array]:
     return levels, rates
 
 
-def _interval_rates(a: float, b: float, at: Array, rates: Array) -> tuple[float, float]:
+def _interval_rates(a: float, b: float, at: Array, logs: Array) -> tuple[float, float]:
     """Return the rate of shaking between two levels, and its integral with a value from 0 to 1, linear in ln x."""
     edges = np.concatenate([[a], at[(at > a) & (at < b)], [b]])
     rate = rising = 0.0
     for left, right in pairwise(edges):
-        start = _rate(left, at, rates)
-        z = _log_rate(left, at, rates) - _log_rate(right, at, rates)
-        inside = start * -float(np.expm1(-z))
+        start = _rate(left, at, logs)
+        z = _log_rate(left, at, logs) - _log_rate(right, at, logs)
+        inside = start * -math.expm1(-z)
         rate += inside
         rising += ((left - a) * inside + (right - left) * start * _ramp(z)) / (b - a)
     return rate, rising
@@ -152,7 +153,7 @@ FALL = 8.0
 """Largest fall of the logarithm of the rate over such a part."""
 
 
-def _beyond_lines(u: Array, at: Array, rates: Array) -> Array:
+def _beyond_lines(u: Array, at: Array, logs: Array) -> Array:
     """Return what the weights of cubics between the levels have more than those of straight lines."""
     steps = np.diff(u)
     lines = np.diff(np.eye(u.size), axis=0) / steps[:, None]
@@ -165,24 +166,23 @@ def _beyond_lines(u: Array, at: Array, rates: Array) -> Array:
     for j, step in enumerate(steps):
         edges = np.concatenate([[u[j]], at[(at > u[j]) & (at < u[j + 1])], [u[j + 1]]])
         for left, right in pairwise(edges):
-            fall = _log_rate(left, at, rates) - _log_rate(right, at, rates)
+            fall = _log_rate(left, at, logs) - _log_rate(right, at, logs)
             parts = 1 + int(fall / FALL)
             z = (np.arange(parts)[:, None] + 0.5 * (1.0 + points)).ravel() / parts
-            events = _rate(left, at, rates) * fall * np.exp(-fall * z) * np.tile(portions, parts) / (2.0 * parts)
+            events = _rate(left, at, logs) * fall * exp(-fall * z) * np.tile(portions, parts) / (2.0 * parts)
             x = (left - u[j] + (right - left) * z) / step
-            found += step * events @ (x * (1.0 - x) ** 2) * (slopes[j] - lines[j])
-            found -= step * events @ (x**2 * (1.0 - x)) * (slopes[j + 1] - lines[j])
+            found += step * times(events, x * (1.0 - x) ** 2) * (slopes[j] - lines[j])
+            found -= step * times(events, x**2 * (1.0 - x)) * (slopes[j + 1] - lines[j])
     return found
 
 
-def _rate(u: float, at: Array, rates: Array) -> float:
+def _rate(u: float, at: Array, logs: Array) -> float:
     """Return the rate at ln x = u."""
-    return float(np.exp(_log_rate(u, at, rates)))
+    return math.exp(_log_rate(u, at, logs))
 
 
-def _log_rate(u: float, at: Array, rates: Array) -> float:
+def _log_rate(u: float, at: Array, logs: Array) -> float:
     """Return ln of the rate: linear between points, constant before the first, with the last slope after the last."""
-    logs = np.log(rates)
     if u <= at[-1]:
         return float(np.interp(u, at, logs))
     return float(logs[-1] + (logs[-1] - logs[-2]) / (at[-1] - at[-2]) * (u - at[-1]))
@@ -191,7 +191,7 @@ def _log_rate(u: float, at: Array, rates: Array) -> float:
 def _ramp(z: float) -> float:
     """Return (1 - e^-z)/z - e^-z, by its series where the terms would cancel."""
     if z > 0.5:
-        return float(-np.expm1(-z) / z - np.exp(-z))
+        return -math.expm1(-z) / z - math.exp(-z)
     total, power = 0.0, 1.0  # sum over n >= 1 of -(-z)^n n/(n + 1)!
     factorial = 1.0
     for n in range(1, 16):

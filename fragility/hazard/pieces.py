@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Flags
+from ...core.elementary import Array, Flags, exp
 
 EXTEND: Final = "extend"
 NONE: Final = "none"
@@ -59,8 +59,7 @@ class Pieces(NamedTuple):
     def rate(self, u: Array) -> Array:
         """Return H at u, of any shape."""
         piece = self.find(u)
-        with np.errstate(over="ignore"):
-            found = np.exp(self.log_at(piece, u))
+        found = exp(self.log_at(piece, u))
         return np.where(u <= self.stop[-1], found, np.where(np.isnan(u), np.nan, 0.0))
 
     def some(self, which: Flags) -> Self:
@@ -124,7 +123,7 @@ def pieces_of(
         final = slope[-1] + 2.0 * curvature * width[-1]
         if final <= 0.0:
             raise ValueError(
-                f"a hazard curve whose last two rates are equal ({np.exp(log_rates[-1]):g} per year) cannot be "
+                f"a hazard curve whose last two rates are equal ({exp(log_rates[-1]):g} per year) cannot be "
                 "extended above its highest level: give above='hold' or 'none', or drop that level"
             )
         start, stop, reference = np.r_[start, last], np.r_[stop, np.inf], np.r_[reference, last]

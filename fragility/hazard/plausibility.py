@@ -74,7 +74,7 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
     most = MOST_OFTEN * amplified * max(bounds.damaging / damaging, 0.2)
     most = MOST_OFTEN_OF_LAW if hazard.of_formula else most
-    if often > most:
+    if often > most * (1.0 + 1e-9):  # (a law may have the greatest but for its last digit)
         found.append(
             Doubt(
                 KIND,

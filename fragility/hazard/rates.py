@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
+from ...core.elementary import Array, expm1, log1p
 
 IMPOSSIBLY_OFTEN = 10.0
 """Annual rate of damaging shaking above which nothing real can be meant."""
@@ -32,7 +32,7 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
     least = np.min(np.asarray(rate, dtype=np.float64), initial=np.inf)
     if IMPOSSIBLY_OFTEN < least < np.inf:
         warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is it a return period, 1/rate?")])
-    found: Any = -np.expm1(-rate * time)
+    found: Any = -xr.apply_ufunc(expm1, -rate * time, keep_attrs=True)
     return cast(Values, found)
 
 
@@ -49,5 +49,5 @@ def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
     wrong = (values < 0.0) | (values >= 1.0)
     if np.any(wrong):
         raise ValueError(f"probability must be at least 0 and below 1, got {values[wrong].flat[0]:g}")
-    found: Any = -np.log1p(-probability) / time
+    found: Any = -xr.apply_ufunc(log1p, -probability, keep_attrs=True) / time
     return cast(Values, found)

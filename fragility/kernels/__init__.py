@@ -1,1 +1,1 @@
-"""Compiled likelihoods, resampling and products: plain numbers and arrays only."""
+"""Compiled likelihoods and resampling: plain numbers and arrays only."""

@@ -235,7 +235,7 @@ def fit_rows(lower, upper, weights, tolerance, location, dispersion, status):
     """
     n = lower.shape[1]
     design = np.ones((n, 1))
-    first, theta = np.empty(2), np.empty(2)
+    first, theta, sums = np.empty(2), np.empty(2), np.empty(6)
     gradient, information = np.empty(2), np.empty((2, 2))
     for row in range(lower.shape[0]):
         centre, spread = _frame(lower[row], upper[row])
@@ -248,7 +248,10 @@ def fit_rows(lower, upper, weights, tolerance, location, dispersion, status):
             found = _existence(low, high, weights[b])
             if found == OK:
                 theta[:] = first
-                sums = weights[b] @ start
+                sums[:] = 0.0
+                for j in range(start.shape[0]):
+                    for k in range(sums.size):
+                        sums[k] += weights[b, j] * start[j, k]
                 gradient[:] = sums[1:3]
                 information[0] = sums[3:5]
                 information[1] = sums[4:6]

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, power
 
 
 def chances(flags: Flags) -> Array:
@@ -26,7 +26,7 @@ def chances_of_any(chance: Array, counts: Index, independent: bool) -> Array:
     """
     if not independent:
         return chance
-    return np.asarray(1.0 - (1.0 - chance) ** counts[:, None, None])
+    return 1.0 - power(1.0 - chance, counts[:, None, None])
 
 
 def chances_of_none(any_piece: Array, members: Flags, found: Array | None = None) -> Array:

@@ -13,8 +13,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn_of_results
+from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...core.wording import given_percent
 from ...motions.intensity.naming import long_name_at
@@ -352,8 +352,8 @@ def _studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
     ratio = np.divide(own, sampled, out=np.ones_like(sampled), where=(own > 0.0) & (sampled > 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         scale = np.minimum(ratio, MOST_RATIO)[..., None] ** POWER
-        step = (np.log(samples) - np.log(rates)[:, None]) * scale
-        return np.asarray(np.where(np.isnan(sampled)[..., None], np.nan, rates[:, None] * np.exp(-step)))
+        step = (log(samples) - log(rates)[:, None]) * scale
+        return np.asarray(np.where(np.isnan(sampled)[..., None], np.nan, rates[:, None] * exp(-step)))
 
 
 def _of_runs(curves: xr.Dataset, arrays: CurveArrays, hazards: list[Pieces]) -> Array | None:
@@ -365,7 +365,7 @@ def _of_runs(curves: xr.Dataset, arrays: CurveArrays, hazards: list[Pieces]) -> 
         return None
     motions = _of_motions(curves, False)
     dims = [dim for dim in curves["median"].dims if dim in curves[OBSERVED].dims]
-    levels = np.log(curves["level"].values.astype(np.float64))
+    levels = log(curves["level"].values.astype(np.float64))
     plain = motions.flat()
     seen = curves[OBSERVED].transpose(*dims, "level").values.reshape(-1, levels.size)
     shift = np.nan_to_num(arrays.log_median.ravel() - plain.log_median)
@@ -419,7 +419,7 @@ def _bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
     """Return edges of bins of intensity (SI): those given, or bins of equal width in ln x over the hazard's levels."""
     if isinstance(bins, int | np.integer) and not isinstance(bins, bool):
         count = int(checks.number("bins", checks.count("bins", bins), at_least=1, at_most=MOST_BINS))
-        return np.geomspace(hazard.levels[0], hazard.levels[-1], count + 1)
+        return geomspace(hazard.levels[0], hazard.levels[-1], count + 1)
     edges = checks.finite_array("bins", bins)
     if edges.size < 2 or edges[0] <= 0.0 or np.any(np.diff(edges) <= 0.0):
         raise ValueError("bins must be a number of bins, or at least two edges > 0, strictly increasing")
@@ -433,7 +433,7 @@ def _share_above(curves: CurveArrays, rate: Array, hazard: Pieces, levels: Array
     sound = np.isfinite(rate) & (rate > 0.0)
     for level in np.unique(levels[sound]):
         rows = np.flatnonzero(sound & (levels == level))
-        edges = np.log([level, FAR * level])
+        edges = log([level, FAR * level])
         share[rows] = contributions(curves.rows(rows), hazard, edges, outside)[:, 0] / rate[rows]
     return share
 
@@ -447,7 +447,7 @@ def _deaggregate(
     are NaN where the rate is 0 or infinite.
     """
     curves = curves.flat()
-    log_edges = np.log(edges)
+    log_edges = log(edges)
     sound = np.isfinite(rate) & (rate > 0.0)
     safe = np.where(sound, rate, np.nan)[:, None]
     share = contributions(curves, hazard, log_edges, outside) / safe
@@ -462,6 +462,6 @@ def _deaggregate(
         some, low = curves.rows(rows), base[rows]
         moment[rows] = event_integral(some, hazard, lambda u, row: np.maximum(u - low[row][:, None], 0.0), rule)
         if hazard.above == HOLD:
-            held = some.probability(np.array([hazard.last]), rule)[:, 0] * np.exp(hazard.log_last)
+            held = some.probability(np.array([hazard.last]), rule)[:, 0] * exp(hazard.log_last)
             moment[rows] += held * np.maximum(hazard.last - low, 0.0)
-    return share, np.exp(base + moment / safe[:, 0]), mode
+    return share, exp(base + moment / safe[:, 0]), mode

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
+from ...core.elementary import log
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.naming import FLOOR, GROUND_FLOORS
 from ..curves.curve import CurveArrays, LinkedCurves, TabulatedCurves, curve_arrays, im_of
@@ -46,7 +47,7 @@ def in_hazard_measure(
         )
     factor = per_block(curves, name)
     on = [factor.sizes.get(dim, 1) for dim in dims]
-    return arrays.shifted(np.broadcast_to(-np.log(factor.values.reshape(on)), arrays.shape)), dims
+    return arrays.shifted(np.broadcast_to(-log(factor.values.reshape(on)), arrays.shape)), dims
 
 
 def per_block(curves: xr.Dataset, im: str) -> xr.DataArray:

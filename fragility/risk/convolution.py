@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags
+from ...core.elementary import Array, Flags, exp, expm1
 from ..curves.curve import LEAST, MOST, REFUSE, CurveArrays, LognormalCurves, TabulatedCurves
 from ..hazard.pieces import EXTEND, HOLD, NONE, Pieces
 from ..kernels import convolution as engine
@@ -95,7 +95,7 @@ def _slopes(curves: LognormalCurves, hazard: Pieces, whole: Array) -> Array:
     for end in (hazard.start, hazard.stop):
         finite = np.where(np.isinf(end), 0.0, end)
         z.append((finite - median) / beta)
-        own = np.exp(hazard.log_at(slice(None), finite) - 0.5 * z[-1] ** 2) / math.sqrt(2.0 * math.pi)
+        own = exp(hazard.log_at(slice(None), finite) - 0.5 * z[-1] ** 2) / math.sqrt(2.0 * math.pi)
         density.append(np.where(np.isinf(end), 0.0, own))
     fall = hazard.slope_at(slice(None), median) * beta
     bend = 1.0 + 2.0 * hazard.curvature * beta**2
@@ -146,7 +146,7 @@ def _tables(curves: TabulatedCurves) -> list[Flags]:
 
 def _held(curves: CurveArrays, hazard: Pieces, outside: str) -> Array:
     """Return P at the highest level times the rate of exceeding it, (curve,)."""
-    return np.asarray(curves.probability(np.array([hazard.last]), outside)[:, 0] * np.exp(hazard.log_last))
+    return np.asarray(curves.probability(np.array([hazard.last]), outside)[:, 0] * exp(hazard.log_last))
 
 
 def _lognormal_rates(curves: LognormalCurves, hazard: Pieces, whole: Array) -> Array:
@@ -238,7 +238,7 @@ def _by_parts(curves: LognormalCurves, pieces: Pieces, whole: Array) -> Array:
     for end in (np.maximum(pieces.start, step), np.maximum(pieces.stop, step)):
         # P is 0 at -inf, H at +inf
         finite = np.where(np.isinf(end), 0.0, end)
-        both = _times(curves.probability(finite), np.exp(pieces.log_at(slice(None), finite)))
+        both = _times(curves.probability(finite), exp(pieces.log_at(slice(None), finite)))
         values.append(np.where(np.isinf(end), 0.0, both))
     found = values[0] - values[1] + whole
     level = (pieces.slope == 0.0) & (pieces.curvature == 0.0)
@@ -260,7 +260,7 @@ def _tabulated_rates(curves: TabulatedCurves, hazard: Pieces, outside: str) -> A
     differ = most - least > SAME * least
     if differ.any():
         at = int(np.argmax(differ))
-        low, high = np.exp(curves.log_levels[[0, -1]] + curves.shift[0])
+        low, high = exp(curves.log_levels[[0, -1]] + curves.shift[0])
         raise ValueError(
             f"a curve known from {low:g} to {high:g} only, with P from {curves.values[at, 0]:g} to "
             f"{curves.values[at, -1]:g}, bounds its rate by {least[at]:.3g} and {most[at]:.3g} per year: give "
@@ -286,8 +286,8 @@ def _tabulated_parts(curves: TabulatedCurves, pieces: Pieces, outside: str) -> A
         np.isneginf(pieces.start) & (pieces.slope > 0.0), np.inf, pieces.log_at(slice(None), pieces.start)
     )
     log_stop = pieces.log_at(slice(None), pieces.stop)
-    first, last = np.exp(log_start), np.exp(log_stop)
-    events_there = np.where(first == last, 0.0, -first * np.expm1(log_stop - log_start))
+    first, last = exp(log_start), exp(log_stop)
+    events_there = np.where(first == last, 0.0, -first * expm1(log_stop - log_start))
     events_there = np.where(np.isposinf(first), np.inf, events_there)
     return _times(ends[0], events_there) + _times(ends[1] - ends[0], _mean_rate(pieces) - last)
 
@@ -295,11 +295,11 @@ def _tabulated_parts(curves: TabulatedCurves, pieces: Pieces, outside: str) -> A
 def _mean_rate(pieces: Pieces) -> Array:
     """Return the mean of H over the width of each piece, (piece,); NaN where the width is infinite."""
     width = pieces.stop - pieces.start
-    first = np.exp(pieces.log_at(slice(None), pieces.start))
+    first = exp(pieces.log_at(slice(None), pieces.start))
     slopes = [pieces.slope_at(slice(None), end) for end in (pieces.start, pieces.stop)]
     straight = first * scipy.special.exprel(-slopes[0] * width)
     root = np.sqrt(np.where(pieces.curvature > 0.0, pieces.curvature, 1.0))
     halves = [0.5 * np.sqrt(np.pi) / root * scipy.special.erfcx(0.5 * slope / root) for slope in slopes]
     fall = slopes[0] * width + pieces.curvature * width**2
-    bent = first * (halves[0] - np.exp(-fall) * halves[1]) / width
+    bent = first * (halves[0] - exp(-fall) * halves[1]) / width
     return np.where(pieces.curvature == 0.0, straight, bent)

@@ -15,7 +15,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, times
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
@@ -113,13 +113,13 @@ def epistemic_rates(
     found = [_rates(one, beta, below, above, outside, seed) for one in every]
     weights = np.array([one.weight for one in every])
     own = np.stack([one.mean for one in found], axis=-1)
-    mean = own @ weights
+    mean = times(own, weights)
     if beta > 0.0:
         modelled = [
             rates_alone(with_modelling(branch.curves, beta), branch.hazard, below, above, outside)[1].ravel()
             for branch in every
         ]
-        mean = np.stack(modelled, axis=-1) @ weights
+        mean = times(np.stack(modelled, axis=-1), weights)
     spread = shares_of_spread(every, found, weights)
     quantiles = fractiles_of(found, weights, shares)
     shape = [first.sizes[dim] for dim in dims]

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, log
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
@@ -76,7 +76,7 @@ def size_for_rate(
         raise TypeError("rates must be a dataset with `rate` on block, as annual_rate returns it")
     if along not in rates.coords or rates[along].dims != ("block",):
         raise ValueError(f"rates must have the coordinate {along!r} on block")
-    order = np.argsort(rates[along].values)
+    order = np.argsort(rates[along].values, kind="stable")
     sizes = checks.finite_array(along, rates[along].values[order])
     if sizes.size < 2:
         raise ValueError(f"blocks must be at least two that differ in {along}, got {sizes.size}")
@@ -151,7 +151,7 @@ def _crossings(sizes: Array, rates: Array, goal: float) -> tuple[Index, Array]:
     flips = above[..., 1:] != above[..., :-1]
     count = flips.sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.log(rates) - math.log(goal)
+        logs = log(rates) - math.log(goal)
         # a rate of 0 next to one above: the larger size is safe
         along = np.where(np.isneginf(logs[..., 1:]), 1.0, logs[..., :-1] / (logs[..., :-1] - logs[..., 1:]))
         along = np.where(np.isneginf(logs[..., :-1]), 0.0, along)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ...core.units import described
 from ..curves.curve import LognormalCurves, form_name
 from ..fitting.links import LOGNORMAL
@@ -35,7 +35,7 @@ def capacity_factors(dispersion: float) -> tuple[float, float]:
     one where that is 0.
     """
     error = TENTH * (dispersion or USUAL_DISPERSION)
-    return float(np.exp(-error)), float(np.exp(error))
+    return float(exp(-error)), float(exp(error))
 
 
 def seen_by(hazard: HazardCurve, factor: float) -> HazardCurve:
@@ -143,9 +143,9 @@ def blurred(hazard: HazardCurve, dispersion: float, levels: Array) -> HazardCurv
     holds for any number of capacities with the same Z, for their sums, and for events of several of them.
     """
     beta = checks.number("dispersion", dispersion, above=0.0, at_most=5.0)
-    ends = np.log([min(hazard.levels[0], levels[0]), max(hazard.levels[-1], levels[-1])])
-    points = np.exp(np.linspace(ends[0] - 4.0 * beta, ends[1] + 4.0 * beta, POINTS))
+    ends = log([min(hazard.levels[0], levels[0]), max(hazard.levels[-1], levels[-1])])
+    points = exp(np.linspace(ends[0] - 4.0 * beta, ends[1] + 4.0 * beta, POINTS))
     zeros = np.zeros(points.size)
-    curves = LognormalCurves(np.log(points), zeros + beta, zeros - np.inf, zeros)
+    curves = LognormalCurves(log(points), zeros + beta, zeros - np.inf, zeros)
     rates = rates_of(curves, hazard.pieces(EXTEND, EXTEND)[0]).rate
     return HazardCurve(points.tolist(), rates.tolist(), hazard.im, hazard.source, at=hazard.at)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp
 from ..curves.curve import LEAST, MOST, CurveArrays, LognormalCurves, TabulatedCurves
 from ..hazard.pieces import Pieces
 
@@ -102,9 +102,9 @@ def product_integral(curves: LognormalCurves, pieces: Pieces) -> Array:
         one = curves.rows(row)
         z1 = (u - one.log_median[:, None]) / one.dispersion[:, None]
         z2 = (u - one.log_uplift[:, None]) / one.uplift_dispersion[:, None]
-        rise = np.exp(-0.5 * z1 * z1) / one.dispersion[:, None] * scipy.special.ndtr(z2)
-        rise += np.exp(-0.5 * z2 * z2) / one.uplift_dispersion[:, None] * scipy.special.ndtr(z1)
-        rate = np.exp(pieces.log_at(piece[:, None], u))
+        rise = exp(-0.5 * z1 * z1) / one.dispersion[:, None] * scipy.special.ndtr(z2)
+        rise += exp(-0.5 * z2 * z2) / one.uplift_dispersion[:, None] * scipy.special.ndtr(z1)
+        rate = exp(pieces.log_at(piece[:, None], u))
         return np.where(rise == 0.0, 0.0, rise * rate / np.sqrt(2.0 * np.pi))
 
     start, stop, row, piece = _panels(curves, pieces, low, high)
@@ -128,7 +128,7 @@ def event_integral(
 
     def density(u: Array, row: Index) -> Array:
         piece = hazard.find(0.5 * (u[:, :1] + u[:, -1:]))
-        rate = np.exp(hazard.log_at(piece, u)) * hazard.slope_at(piece, u)
+        rate = exp(hazard.log_at(piece, u)) * hazard.slope_at(piece, u)
         probability = curves.rows(row).probability(u, outside)
         # 0 where the probability is 0, even for an infinite rate
         found = np.where(probability == 0.0, 0.0, probability * rate)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ..fitting.bootstrap import percentile_interval
 
 
@@ -43,8 +43,7 @@ def ratio_of(
     if empty > 0.5 * (1.0 - confidence):
         return Ratio(b / a, math.nan, math.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        samples = np.log(of_b) - np.log(of_a)
+        samples = log(of_b) - log(of_a)
     lower, upper = (float(end[0]) for end in percentile_interval(samples[None], confidence)[:2])
     apart = math.log(of_runs[1] / of_runs[0] * a / b) if min(of_runs) > 0.0 else 0.0
-    with np.errstate(over="ignore"):
-        return Ratio(b / a, float(np.exp(min(lower, lower + apart))), float(np.exp(max(upper, upper + apart))))
+    return Ratio(b / a, float(exp(min(lower, lower + apart))), float(exp(max(upper, upper + apart))))

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...core.aliases import Array
+from ...core.elementary import Array, log, times
 
 MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
     "models",
@@ -82,8 +82,8 @@ def fractiles_of(found: Sequence[SampledRates], weights: Array, shares: Sequence
 def shares_of_spread(every: Sequence[Named], found: Sequence[SampledRates], weights: Array) -> Array:
     """Return the shares (curve, source) of the variance of ln(rate)."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        plain = [np.log(one.samples) for one in found]
-        modelled = [np.log(one.modelled) for one in found]
+        plain = [log(one.samples) for one in found]
+        modelled = [log(one.modelled) for one in found]
         # (of each branch: the mean over replicates, on its realisations)
         central = [_moments(one)[0] for one in plain]
     cells: list[tuple[str, str, str]] = []
@@ -99,14 +99,14 @@ def shares_of_spread(every: Sequence[Named], found: Sequence[SampledRates], weig
     for i in range(3):
         names = list(dict.fromkeys(cell[i] for cell in cells))
         of = [np.array([cell[i] == name for cell in cells]) for name in names]
-        main = np.stack([(means[:, at] @ part[at]) / part[at].sum() for at in of], axis=1)
+        main = np.stack([times(means[:, at], part[at]) / part[at].sum() for at in of], axis=1)
         out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
     out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
     finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
     for one, before, after, weight in zip(found, plain, modelled, weights, strict=True):
         of_realisations = one.weights / one.weights.sum()
-        finite += weight * _moments(before)[1] @ of_realisations
-        both += weight * _moments(after)[1] @ of_realisations
+        finite += weight * times(_moments(before)[1], of_realisations)
+        both += weight * times(_moments(after)[1], of_realisations)
     out[:, SOURCES.index(FINITE)] = finite
     # (replicates and beta_m are independent of each other)
     out[:, SOURCES.index(MODEL_ERROR)] = np.maximum(both - finite, 0.0)
@@ -126,6 +126,6 @@ def _moments(values: Array) -> tuple[Array, Array]:
 
 
 def _variance(values: Array, weights: Array) -> Array:
-    mean = values @ weights / weights.sum()
+    mean = times(values, weights) / weights.sum()
     off = values - mean[:, None]
-    return np.asarray((off * off) @ weights / weights.sum())
+    return np.asarray(times(off * off, weights) / weights.sum())

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, eigh, times
 from ..adaptive.probit import Observations, fit_probit
-from ..numerics.products import times
 from .surface import Surface
 
 BLOCKS = 24
@@ -82,7 +81,7 @@ def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: 
 
 def _hotelling(difference: Array, covariance: Array, motions: int) -> float:
     """Return the probability of differences as large, by Hotelling's T² with `motions` draws."""
-    values, vectors = np.linalg.eigh(covariance)
+    values, vectors = eigh(covariance)
     # (blocks that are nearly one have nearly one difference)
     apart = values > SAME * values[-1]
     n = int(apart.sum())

@@ -12,12 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, eigh, exp, times
 from ...core.streams import stream
 from ..adaptive.probit import Observations, student
 from ..adaptive.stopping import ALL_FELL, MOST_MOTIONS, NO_MORE, NONE_FELL, StoppingRule, margin, next_wave
 from ..adaptive.until import Until
-from ..numerics.products import times
 from .cuts import find_cut, log_likelihood, settled
 from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, fit_medians, fit_surface, number_of_terms, terms_at
 
@@ -163,7 +162,7 @@ class PooledCurves:
         """Return ln medians and dispersions by the curve through all runs, confined to what can place levels."""
         assert self.curve is not None
         middle = self._seen(self.curve.log_medians(points))
-        return middle, np.clip(np.exp(self.curve.log_dispersions(points)), *DISPERSIONS)
+        return middle, np.clip(exp(self.curve.log_dispersions(points)), *DISPERSIONS)
 
     def distances(self, points: Array) -> Array:
         """Return the distance in ln level of the outer levels near the medians of points (point, axis) from these.
@@ -319,7 +318,7 @@ class PooledCurves:
         assert self.near is not None
         rows = terms_at(self._points, self.near.degrees[0], self.near.cut)
         n = rows.shape[1]
-        values, vectors = np.linalg.eigh(self.near.covariance[:n, :n])
+        values, vectors = eigh(self.near.covariance[:n, :n])
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         spread = times(rows, root)
         errors = np.linalg.norm(spread, axis=1)

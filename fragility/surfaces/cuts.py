@@ -11,8 +11,7 @@ import math
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
-from ..numerics.products import times
+from ...core.elementary import Array, exp, times
 from .surface import RUNS_A_TERM, Cut, Pool, Surface, added_terms, cut_score, fit_surface, number_of_terms
 
 SHARES = np.linspace(0.1, 0.9, 9)
@@ -111,5 +110,5 @@ def _each(surface: Surface, runs: Pool) -> Array:
     """Return the ln likelihood of each run."""
     middle = surface.log_medians(runs.points)
     spread = surface.log_dispersions(runs.points)
-    z = (runs.x - middle) * np.exp(-spread)
+    z = (runs.x - middle) * exp(-spread)
     return np.asarray(scipy.special.log_ndtr(np.where(runs.fell, z, -z)))

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags
+from ...core.elementary import Array, Flags, crossed, eigh, inverse, power, squares, times
 from ...core.streams import stream
-from ..numerics.products import crossed, squares, times
 from .surface import Cut, terms_at
 
 NARROW = 1e-3
@@ -75,7 +74,7 @@ class Domain(NamedTuple):
         for first in range(0, len(points), TOGETHER):
             part = slice(first, first + TOGETHER)
             # (the bound has room for the order of these sums)
-            found[part] = (points[part] @ self.inside[:, :-1].T + self.inside[:, -1] <= OUTSIDE).all(axis=1)
+            found[part] = (times(points[part], self.inside[:, :-1].T) + self.inside[:, -1] <= OUTSIDE).all(axis=1)
         return found
 
 
@@ -85,16 +84,12 @@ def domain_of(variables: Array) -> Domain:
     Axes along which blocks differ by less than a thousandth are left out.
     """
     centre = variables.mean(axis=0)
-    _, turned = np.linalg.eigh(crossed(variables - centre, variables - centre) / len(variables))
-    turned = turned[:, ::-1]
-    # (the sign of an axis is free: the largest share of each is positive, so that bytes do not depend on it)
-    largest = np.abs(turned).argmax(axis=0)
-    turned = turned * np.sign(turned[largest, range(turned.shape[1])])
+    turned = eigh(crossed(variables - centre, variables - centre) / len(variables))[1][:, ::-1]
     along = times(variables - centre, turned)
     low, high = along.min(axis=0), along.max(axis=0)
     used = high - low > NARROW
     half = 0.5 * (high - low)[used]
-    middle = centre + turned @ (0.5 * (low + high))
+    middle = centre + times(turned, 0.5 * (low + high))
     axes, back = turned[:, used] / half, (turned[:, used] * half).T
     points = times(variables - middle, axes)
     return Domain(middle, axes, back, *_hull(points))
@@ -138,8 +133,9 @@ def candidates(domain: Domain, seed: int) -> Array:
     shares = random.dirichlet(np.ones(domain.size + 1), CANDIDATES)
     inside = np.einsum("ij,ijk->ik", shares, corners[which])
     found = np.concatenate([domain.vertices, inside])
-    # (neighbours in the order of the tree's leaves are neighbours in the region)
-    return np.asarray(found[scipy.spatial.cKDTree(found, leafsize=1).indices])
+    # (neighbours in the order of the tree's leaves are neighbours in the region; its first cut is across the widest
+    # axis, and all axes are as wide but for rounding)
+    return np.asarray(found[scipy.spatial.cKDTree(found.round(12), leafsize=1).indices])
 
 
 def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | None = None) -> Array:
@@ -151,14 +147,14 @@ def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | No
     and Torsney, B. (1978). Communications in Statistics A 7, 1379-1389.
     """
     rows = terms_at(points, degree, cut)
-    worth = dispersions**-2
+    worth = 1.0 / dispersions**2
     even = np.full(len(points), 1.0 / len(points))
     weights = even
     for _ in range(ROUNDS):
-        inverse: Array = np.asarray(np.linalg.inv(crossed(rows, (weights * worth)[:, None] * rows)), dtype=np.float64)
-        variance = squares(rows, inverse)
-        slope = crossed(rows, (variance / variance.max())[:, None] ** POWER * rows)
-        weights = weights * (squares(rows, inverse @ slope @ inverse) * worth) ** DAMPED
+        covariance = inverse(crossed(rows, (weights * worth)[:, None] * rows))
+        variance = squares(rows, covariance)
+        slope = crossed(rows, power(variance / variance.max(), POWER)[:, None] * rows)
+        weights = weights * power(squares(rows, times(times(covariance, slope), covariance)) * worth, DAMPED)
         weights = weights / weights.sum()
     return (1.0 - EVEN) * weights + EVEN * even
 

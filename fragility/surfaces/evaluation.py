@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array, Flags
+from ...core.elementary import Array, Flags, exp, squares
 from ..adaptive.probit import student
 from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces
-from ..numerics.products import squares
 from ..risk.convolution import rates_and_slopes
 from ..runs.runners import shared
 from .rate_checks import RatePlane
@@ -95,7 +94,7 @@ def _slab(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | Non
     curve_middle = law.curve.log_medians(points)
     spread, spread_error = law.curve.log_dispersions(points), law.curve.dispersion_errors(points)
     t = student(law.curve.motions - len(law.curve.coefficients))
-    ends = [np.exp(spread + sign * t * spread_error) for sign in (0.0, -1.0, 1.0)]
+    ends = [exp(spread + sign * t * spread_error) for sign in (0.0, -1.0, 1.0)]
     rates = [np.full(len(points), math.nan)] * 5
     if hazard is not None:
         rates = _rates(law, points, curve_middle + log_unit, ends[0], hazard, t)
@@ -120,7 +119,7 @@ def _rates(
     apart = np.zeros(len(points))
     if law.rates is not None:
         ratio, error = law.rates.at(points)
-        rate, variance, apart = rate * np.exp(ratio), variance + error**2, apart + law.rates.apart
+        rate, variance, apart = rate * exp(ratio), variance + error**2, apart + law.rates.apart
     reach = t * np.sqrt(variance) + apart
-    ends = [rate * np.exp(-reach), rate * np.exp(np.minimum(reach, 700.0))]
+    ends = [rate * exp(-reach), rate * exp(np.minimum(reach, 700.0))]
     return [rate, *ends, found.share_below, found.share_above]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
+from ...core.elementary import Array, times
 from ..adaptive.probit import Observations
 from .surface import Pool, fit_surface
 
@@ -76,7 +76,7 @@ def measure_gain(runs: Observations, ratios: Array) -> Gain:
     by_width = 2.0 * explained**2 / first - 2.0 * (width - explained) ** 2 / other
     influence = found.influence[:, 1] * by_slope + found.influence[:, 2] * by_spread
     influence[used] += by_width * 0.5 * (((own - centre) / width) ** 2 - 1.0) / own.size
-    reach = float(scipy.special.stdtrit(own.size - 3, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(float(influence @ influence))
+    reach = float(scipy.special.stdtrit(own.size - 3, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(times(influence, influence))
     return Gain(math.exp(value), math.exp(value - min(reach, 700.0)), math.exp(min(value + reach, 700.0)))
 
 

@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, crossed, log, solve, squares, times
 from ..adaptive.rate import draw_levels, hazard_cells
 from ..hazard.curve import HazardCurve
-from ..numerics.products import crossed, squares, times
 from .surface import basis
 
 STRATA, STRATA_OF_MANY = 6, 2
@@ -77,9 +76,9 @@ def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, 
     if used.sum() <= rows.shape[1]:
         return None
     influence = (sums[used] / direct[used, None] - 1.0) / k * np.sqrt(k / (k - 1.0))
-    ratio = np.log(direct[used] / curve_rates[used])
+    ratio = log(direct[used] / curve_rates[used])
     own = rows[used]
-    solved = np.linalg.solve(crossed(own, own), own.T)
+    solved = solve(crossed(own, own), own.T)
     coefficients = times(solved, ratio)
     share = times(solved, influence)
     plane_influence = times(own, share)

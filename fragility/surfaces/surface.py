@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, crossed, exp, inverse, solve, squares, times
 from ..kernels import surfaces as engine
-from ..numerics.products import crossed, squares, times
 
 STEPS, HALVINGS = 100, 30
 SETTLED = 1e-10
@@ -177,7 +176,7 @@ def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surf
     at the corners of a region, and errors of medians there are in proportion. `curve` is the surface of all runs, whose
     cut is that of the medians; only the factor's error is in the covariance. None as `fit_surface`.
     """
-    narrow = np.exp(-curve.log_dispersions(runs.points))
+    narrow = exp(-curve.log_dispersions(runs.points))
     # (in dispersions of the curve there is a single number to find)
     rows = narrow[:, None] * terms_at(runs.points, degree, curve.cut), np.ones((runs.x.size, 1))
     c = _begin(runs, (degree, 0), start, curve.cut)[: rows[0].shape[1] + 1]
@@ -217,7 +216,7 @@ def _likeliest(c: Array, runs: Pool, rows: tuple[Array, Array]) -> tuple[Array, 
         if step is None:
             return None
         step *= min(1.0, STEEPEST / max(float(np.abs(step[n:]).max()), 1e-300))
-        if float(step @ gradient) < SETTLED * runs.x.size:
+        if float(times(step, gradient)) < SETTLED * runs.x.size:
             break
         for _ in range(HALVINGS):
             tried = _sums(c + step, runs, rows)
@@ -231,10 +230,9 @@ def _likeliest(c: Array, runs: Pool, rows: tuple[Array, Array]) -> tuple[Array, 
         return None
     if likelihood > -SEPARATED * runs.x.size:
         return None
-    inverse: Array = np.asarray(np.linalg.inv(information), dtype=np.float64)
     k = np.unique(runs.motion).size
     # (each coefficient takes a motion's worth of scatter away)
-    influence = times(scores, inverse) * math.sqrt(k / max(k - c.size, 1))
+    influence = times(scores, inverse(information)) * math.sqrt(k / max(k - c.size, 1))
     covariance = crossed(influence, influence)
     return (c, covariance, k, influence) if np.isfinite(covariance).all() else None
 
@@ -268,9 +266,13 @@ def _solved(information: Array, score: Array) -> Array | None:
     if not (scale > 0.0).all() or not np.isfinite(scale).all():
         return None
     correlation = information / np.outer(scale, scale)
-    if np.linalg.cond(correlation) > 1e12:
+    try:
+        found = solve(correlation, np.column_stack([score / scale, np.eye(scale.size)]))
+    except np.linalg.LinAlgError:
         return None
-    return np.asarray(np.linalg.solve(correlation, score / scale) / scale)
+    # (numbers of condition by sums of columns)
+    sums = (np.abs(part).sum(axis=0).max() for part in (correlation, found[:, 1:]))
+    return None if math.prod(sums) > 1e12 else found[:, 0] / scale
 
 
 def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
@@ -282,7 +284,7 @@ def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
     _, scores, information = _sums(_begin(runs, smooth.degrees, smooth, cut), runs, rows)
     gradient = scores.sum(axis=0)
     step = _solved(information, gradient)
-    return 0.0 if step is None else float(step @ gradient)
+    return 0.0 if step is None else float(times(step, gradient))
 
 
 def added_terms(one: Surface, other: Surface) -> float:
@@ -296,5 +298,5 @@ def added_terms(one: Surface, other: Surface) -> float:
     if not own.size:
         return 1.0
     covariance = other.covariance[np.ix_(added, added)]
-    statistic = float(own @ np.linalg.solve(covariance, own)) / own.size
+    statistic = float(times(own, solve(covariance, own))) / own.size
     return float(scipy.special.fdtrc(own.size, max(other.motions - own.size, 1), statistic))

@@ -13,8 +13,8 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import Doubt, first_of
+from ...core.elementary import Array, cholesky, times
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...models import Block, Law
@@ -128,7 +128,7 @@ class RandomInputs:
                 raise ValueError(f"rank_correlation of {pair[0]} and {pair[1]} is given twice and differs, got {rho:g}")
             matrix[i, j] = matrix[j, i] = 2.0 * math.sin(math.pi * rho / 6.0)
         try:
-            return np.asarray(np.linalg.cholesky(matrix))
+            return cholesky(matrix)
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"rank_correlation must be positive definite as 2 sin(pi rho/6), got {self.rank_correlation!r:.80}"
@@ -174,12 +174,13 @@ class RandomInputs:
                 f"from {cube.min():g} to {cube.max():g}"
             )
         inside = np.clip(cube, LEAST, 1.0 - LEAST)
-        probability = inside if self.independent else scipy.special.ndtr(scipy.special.ndtri(inside) @ self._factor.T)
+        if not self.independent:
+            inside = scipy.special.ndtr(times(scipy.special.ndtri(inside), self._factor.T))
         variables = {}
         for i, (name, one) in enumerate(self.distributions.items()):
             known = KNOWN.get(name, InputRange(DIMENSIONLESS, name, -math.inf, math.inf))
             attributes = described(known.long_name, known.units)
-            variables[name] = ("sample", one.quantile(probability[:, i]), attributes)
+            variables[name] = ("sample", one.quantile(inside[:, i]), attributes)
         index = np.arange(cube.shape[0])
         return xr.Dataset(
             variables,

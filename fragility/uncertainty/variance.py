@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
+from ...core.elementary import log
 from ...core.units import DIMENSIONLESS, described, provenance
 from ..efficiency.capacity import overturning_capacity
 from ..fitting.states import OVERTURNED, State
@@ -79,7 +80,7 @@ def variance_shares(
 
     def mean(array: xr.DataArray, over: Sequence[str]) -> xr.DataArray:
         for dim in over:
-            array = array.dot(shares[dim], dim=dim)
+            array = (array * shares[dim]).sum(dim, skipna=False)
         return array
 
     # about the mean, because rounding would hide small variances of large values
@@ -210,13 +211,13 @@ def capacity_variance_shares(
             f"({100.0 * float(known.mean()):.0f} % of all capacities lie between two levels): extend the levels"
         )
     some = capacity.isel(motion=used)
-    logs = some["capacity"].copy(data=np.log(some["capacity"].values))
+    logs = some["capacity"].copy(data=log(some["capacity"].values))
     logs.attrs = described("ln capacity")
     if "configuration" in runs.attrs:
         logs.attrs["configuration"] = runs.attrs["configuration"]
     here = [dim for dim in ([dims] if isinstance(dims, str) else dims) if dim in logs.dims]
     found = variance_shares(logs, here, weights)
-    widths = some["upper"].copy(data=np.log(some["upper"].values / some["lower"].values))
+    widths = some["upper"].copy(data=log(some["upper"].values / some["lower"].values))
     rounding = (widths**2 / 12.0).mean(here)
     total = found["total_variance"].where(found["share"].notnull().any("component"))  # (where there is any)
     extra: dict[str, tuple[Any, str]] = {

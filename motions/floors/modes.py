@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...core.aliases import Array
+from ...core.elementary import Array, eigh, times
 
 MOST_BEAM_MODES = 100
 
@@ -87,6 +87,6 @@ def storey_modes(masses: Array, stiffnesses: Array) -> tuple[Array, Array]:
     stiffness = np.diag(stiffnesses + np.append(stiffnesses[1:], 0.0))
     stiffness -= np.diag(stiffnesses[1:], 1) + np.diag(stiffnesses[1:], -1)
     root = np.sqrt(masses)
-    squares, vectors = scipy.linalg.eigh(stiffness / root[:, None] / root)
+    squares, vectors = eigh(stiffness / root[:, None] / root)
     shapes = vectors.T / root
-    return np.sqrt(squares), (shapes @ masses)[:, None] * shapes
+    return np.sqrt(squares), times(shapes, masses)[:, None] * shapes

@@ -17,8 +17,8 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn
+from ...core.elementary import Array, power
 from ...core.streams import key_of, stream
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
@@ -426,7 +426,7 @@ def _strengths(coefficient: Any, weight: Array, heights: Array, period: float) -
             raise ValueError(f"yield_coefficient must be one number or {weight.size}, one a storey, got {given.size}")
         return np.asarray(given * weight.sum())
     exponent = min(2.0, max(1.0, 1.0 + (period - 0.5) / 2.0))
-    forces = weight * heights[1:] ** exponent
+    forces = weight * power(heights[1:], exponent)
     return np.asarray(float(given) * weight.sum() * np.cumsum(forces[::-1])[::-1] / forces.sum())
 
 

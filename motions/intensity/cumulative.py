@@ -85,6 +85,6 @@ def _time_at(a: Array, dt: float, energy: Array, target: float) -> float:
     missing = target - energy[i]
     slope = (a[i + 1] - a[i]) / dt
     # (a + slope t)³ - a³ = 3 slope missing, solved for t in the form that does not cancel
-    end = float(np.cbrt(a[i] ** 3 + 3.0 * slope * missing))
+    end = math.cbrt(a[i] ** 3 + 3.0 * slope * missing)
     below = end * end + end * a[i] + a[i] * a[i]
     return i * dt + (float(np.clip(3.0 * missing / below, 0.0, dt)) if below > 0.0 else 0.0)

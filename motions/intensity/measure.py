@@ -6,9 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
-from ...core.aliases import Array
+from ...core.elementary import Array, power
 from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY
 from ..arrays import Record
 from .cumulative import (
@@ -55,7 +53,7 @@ class Measure(ABC):
 
     def factors(self, ratios: Array) -> Array:
         """Return the scale factors that multiply the measure of a motion by `ratios` (power > 0)."""
-        return ratios if self.power == 1.0 else np.asarray(ratios ** (1.0 / self.power))
+        return ratios if self.power == 1.0 else power(ratios, 1.0 / self.power)
 
 
 @dataclass(frozen=True)

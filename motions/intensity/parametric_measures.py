@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ...core.units import ACCELERATION, METRE, VELOCITY
 from ..kernels import oscillators as engine
 from .measure import Measure
@@ -192,8 +192,7 @@ class AvgSa(ParametricMeasure):
     def of(self, acceleration: Array, dt: float) -> float:
         periods = np.array(self.periods)
         found = peak_displacements(acceleration, dt, periods, self.damping) * (2.0 * math.pi / periods) ** 2
-        with np.errstate(divide="ignore"):
-            return float(np.exp(np.log(found).mean()))
+        return float(exp(log(found).mean()))
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import noted, warn
+from ...core.elementary import Array, power, times
 from ...core.units import HERTZ, SECOND, VELOCITY, described, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95
@@ -123,7 +123,7 @@ class AC156(Generator):
     def _matched(self) -> SpectrumCompatible:
         target = self.target
         checked = checked_frequencies(self.f_lowest)
-        below = checked[0] * 2.0 ** (-np.arange(1, 64) / PER_OCTAVE)
+        below = checked[0] * power(2.0, -np.arange(1, 64) / PER_OCTAVE)
         # the lowest frequency itself is appended, and none that is nearly equal to it
         below = below[below > self.lowest_frequency * 2.0 ** (0.5 / PER_OCTAVE)]
         if self.lowest_frequency < checked[0]:
@@ -150,7 +150,7 @@ def checked_frequencies(f_lowest: float | None = None) -> Array:
         own = checks.number("f_lowest", f_lowest, above=0.0, unit="Hz")
         start = max(LOWEST, min(HIGHEST_START, START_OF_LOWEST * own))
     count = math.floor(math.log2(HIGHEST / start) * PER_OCTAVE) + 1
-    return np.append(start * 2.0 ** (np.arange(count) / PER_OCTAVE), HIGHEST)
+    return np.append(start * power(2.0, np.arange(count) / PER_OCTAVE), HIGHEST)
 
 
 def ac156_acceptance(
@@ -259,6 +259,8 @@ def _correlations(axes: list[list[Record]]) -> Array:
         same = [axis[i] for axis in axes]
         if len({(one.acceleration.size, one.dt) for one in same}) > 1:
             raise ValueError(f"motion {same[0].label!r} must have one step and length on all axes")
-        together = np.abs(np.corrcoef([one.acceleration for one in same]))
+        off = np.array([one.acceleration - one.acceleration.mean() for one in same])
+        products = times(off, off.T)
+        together = np.abs(products / np.sqrt(np.diag(products)) / np.sqrt(np.diag(products))[:, None])
         found[i] = np.max(together[~np.eye(len(same), dtype=bool)])
     return found

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn
+from ...core.elementary import Array, log, times
 from ..arrays import records
 from ..intensity.peaks import peak_displacement, peak_velocity
 from .adjustment import (
@@ -108,7 +108,7 @@ def match(
         if not np.all(spectrum > 0.0):
             raise ValueError(f"motion {record.label!r} has no response at some period and cannot be matched")
         if scale:
-            own *= math.exp(float(np.mean(np.log(lines.sa / spectrum))))
+            own *= math.exp(float(np.mean(log(lines.sa / spectrum))))
         freedom = _strength(own, dt)
         lines.adjust(own, dt, freedom, free, Plan(0, tolerance))
         bounds = Bounds(peak_velocity(own, dt), peak_displacement(own, dt), pgv_bound, pgd_bound)
@@ -131,5 +131,6 @@ def match(
 def _strength(acceleration: Array, dt: float) -> Array:
     """Return the weight of changes of a record: its mean square over a moving window, zero at the ends."""
     window = max(1, min(round(SMOOTHING / dt), acceleration.size // 4))
-    power = np.convolve(acceleration**2, np.hanning(window + 2)[1:-1], mode="same")
+    padded = np.pad(acceleration**2, (window // 2, (window - 1) // 2))
+    power = times(np.lib.stride_tricks.sliding_window_view(padded, window), np.hanning(window + 2)[1:-1])
     return np.asarray(np.maximum(power / power.max(), QUIET)) * end_window(acceleration.size, dt)

@@ -11,8 +11,8 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.doubts import warn
+from ...core.elementary import Array, exp, log, power
 from ...core.streams import stream
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
@@ -177,12 +177,12 @@ class _Noise(NamedTuple):
         strength = envelope(time)
         length = scipy.fft.next_fast_len(size, real=True)
         frequency = np.asarray(scipy.fft.rfftfreq(length, dt))
-        level = np.log(lines.sa * lines.omega**-0.5)
+        level = log(lines.sa / np.sqrt(lines.omega))
         made = cls(lines, strength, strength**2 * end_window(size, dt), frequency, dt, length)
         for _ in range(PILOT_ROUNDS):
             made = made._replace(amplitude=_amplitude(frequency, lines.omega, level))
             spectra = [lines.spectrum(made.motion(stream(PILOT_SEED, i)), dt) for i in range(PILOTS)]
-            level = level - np.mean(np.log(spectra), axis=0) + np.log(lines.sa)
+            level = level - np.mean(log(spectra), axis=0) + log(lines.sa)
         return made._replace(amplitude=_amplitude(frequency, lines.omega, level))
 
     def motion(self, source: np.random.Generator) -> Array:
@@ -214,7 +214,7 @@ class _Noise(NamedTuple):
             motion = self.motion(stream(PILOT_SEED, i))
             self.lines.adjust(motion, self.dt, self.freedom, free, Plan(STEPS_OF_A_DRAW, TOLERANCE))
             peaks.append((peak_velocity(motion, self.dt), peak_displacement(motion, self.dt)))
-        pgv, pgd = np.exp(np.log(peaks).mean(axis=0))
+        pgv, pgd = exp(log(peaks).mean(axis=0))
         return Bounds(float(pgv), float(pgd), pgv_bound, pgd_bound)
 
 
@@ -225,7 +225,7 @@ def _amplitude(frequency: Array, omega: Array, level: Array) -> Array:
     """
     axis = omega / (2.0 * math.pi)
     inside = np.maximum(frequency, 1e-3 * axis[0])
-    shape = np.exp(np.interp(np.log(inside), np.log(axis), level))
-    low = 1.0 / np.sqrt(1.0 + (axis[0] / inside) ** HIGH_PASS_ORDER)
-    high = 1.0 / np.sqrt(1.0 + (inside / (1.2 * axis[-1])) ** HIGH_PASS_ORDER)
+    shape = exp(np.interp(log(inside), log(axis), level))
+    low = 1.0 / np.sqrt(1.0 + power(axis[0] / inside, HIGH_PASS_ORDER))
+    high = 1.0 / np.sqrt(1.0 + power(inside / (1.2 * axis[-1]), HIGH_PASS_ORDER))
     return np.asarray(np.where(frequency > 0.0, shape * low * high, 0.0))

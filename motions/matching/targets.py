@@ -11,7 +11,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
 from ..readers.lines import Lines, RecordError, plain
@@ -75,7 +75,7 @@ class TargetSpectrum:
         # a point of a grid may lie beyond the end by rounding
         if not np.all((axis >= low * (1.0 - 1e-9)) & (axis <= high * (1.0 + 1e-9))):
             raise ValueError(f"periods must lie within those of the spectrum, {low:g} to {high:g} s")
-        return np.exp(np.interp(np.log(axis), np.log(self.periods), np.log(self.sa)))
+        return exp(np.interp(log(axis), log(self.periods), log(self.sa)))
 
     def between(self, shortest: float, longest: float) -> Self:
         """Return the part from period `shortest` to `longest` (s), both within the spectrum."""
@@ -94,7 +94,7 @@ class TargetSpectrum:
         """Return periods that are evenly spaced over octaves, both ends included, s, increasing."""
         count = checks.count("per_octave", per_octave, at_least=1)
         octaves = math.log2(self.periods[-1] / self.periods[0])
-        return np.geomspace(self.periods[0], self.periods[-1], max(2, math.ceil(octaves * count - 1e-9) + 1))
+        return geomspace(self.periods[0], self.periods[-1], max(2, math.ceil(octaves * count - 1e-9) + 1))
 
     @classmethod
     def from_csv(cls, path: str | os.PathLike[str], damping: float = DAMPING) -> Self:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, log
 from ...core.units import described
 from ..arrays import records
 from ..intensity.dataset import measure, positive_measure
@@ -70,7 +70,7 @@ class Candidates:
         if not np.all(values > 0.0):
             label = self._plain[int(np.argmin(values > 0.0))].label
             raise ValueError(f"candidate {label!r} has {one.label} = 0")
-        return np.asarray(np.log(values) + one.power * np.log(factors))
+        return log(values) + one.power * log(factors)
 
     def chosen(self, places: Index, factors: Array) -> list[xr.DataArray]:
         """Return the motions at places (sorted), of each array that holds one, with their coordinates."""

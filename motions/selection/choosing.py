@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, eigh, times
 
 DRAWS = 20
 RESTARTS = 5
@@ -46,7 +46,7 @@ def misfit(problem: Problem, chosen: Index) -> float:
     off = mean**2
     if len(chosen) > 1:
         off = off + SIGMA_WEIGHT * (some.std(axis=0, ddof=1) - problem.sigmas) ** 2
-    return float(problem.weights @ off)
+    return float(times(problem.weights, off))
 
 
 def choose(problem: Problem, covariance: Array, number: int, rng: np.random.Generator) -> Index:
@@ -71,15 +71,16 @@ def _draw(covariance: Array, number: int, rng: np.random.Generator) -> Array:
     m = covariance.shape[0]
     strata = np.stack([rng.permutation(number) for _ in range(m)], axis=1)
     normal = ndtri((strata + rng.random((number, m))) / number)
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(normal @ (vectors * np.sqrt(np.maximum(values, 0.0))).T)
+    values, vectors = eigh(covariance)
+    return times(normal, (vectors * np.sqrt(np.maximum(values, 0.0))).T)
 
 
 def _roughness(draw: Array, sigmas: Array) -> float:
     """Return by how much the moments of a draw are off the target's, whose means are zero."""
     mean, off = draw.mean(axis=0), draw - draw.mean(axis=0)
     spread = off.std(axis=0)
-    skewness = np.divide((off**3).mean(axis=0), spread**3, out=np.zeros_like(spread), where=spread > 1e-12)
+    size = np.where(spread > 1e-12, spread, np.inf)
+    skewness = (off * off**2).mean(axis=0) / (size * size**2)
     terms = mean**2 + SIGMA_WEIGHT * (spread - sigmas) ** 2 + SKEWNESS_WEIGHT * skewness**2
     return float(terms.sum())
 
@@ -90,7 +91,7 @@ def nearest(problem: Problem, draw: Array) -> Index:
     taken = np.zeros(int(problem.groups.max()) + 1, int)
     found = np.empty(len(draw), int)
     for i, point in enumerate(draw):
-        distance = ((problem.values - point) ** 2) @ problem.weights
+        distance = times((problem.values - point) ** 2, problem.weights)
         distance[~free | (taken[problem.groups] >= problem.most)] = np.inf
         found[i] = distance.argmin()
         free[found[i]] = False

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, eigh, log, times
 from ..intensity.measure import MEASURES, Measure
 from ..intensity.parametric_measures import Sa
 from ..intensity.spectra import DAMPING
@@ -78,7 +78,7 @@ def duration_spectral(period: float) -> float:
 
     Bradley, B. A. (2011). Journal of Earthquake Engineering 15(6), 809-832.
     """
-    return float(np.interp(math.log(period), np.log(_DURATION[:, 0]), _DURATION[:, 1]))
+    return float(np.interp(math.log(period), log(_DURATION[:, 0]), _DURATION[:, 1]))
 
 
 def by_formulas(measures: Sequence[Measure]) -> Array:
@@ -147,10 +147,10 @@ def repaired(correlations: Array, labels: Sequence[str] = ()) -> tuple[Array, fl
         raise ValueError(f"correlations must be symmetric, got {given[i, j]:g} and {given[j, i]:g} at {i}, {j}")
     if np.abs(np.diag(given) - 1.0).max() > 1e-9 or np.abs(given).max() > 1.0 + 1e-9:
         raise ValueError("correlations must be 1 on the diagonal and at most 1 elsewhere")
-    values, vectors = np.linalg.eigh(given)
+    values, vectors = eigh(given)
     if values[0] >= LEAST_EIGENVALUE:
         return given, 0.0
-    raised = (vectors * np.maximum(values, LEAST_EIGENVALUE)) @ vectors.T
+    raised = times(vectors * np.maximum(values, LEAST_EIGENVALUE), vectors.T)
     scale = 1.0 / np.sqrt(np.diag(raised))
     matrix = 0.5 * (raised + raised.T) * scale[:, None] * scale
     np.fill_diagonal(matrix, 1.0)

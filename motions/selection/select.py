@@ -12,7 +12,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp, expm1
 from ...core.streams import stream
 from ...core.units import described, provenance
 from ..intensity.dataset import measure_named
@@ -227,7 +227,7 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
     target_mean, target_sigma = np.full((2, len(names)), np.nan)
     target_mean[:m], target_sigma[:m] = wanted.mean, wanted.sigmas
     free = target_sigma > 1e-9  # (the measure that is given does not scatter)
-    bias = np.expm1(np.minimum(mean - target_mean, 700.0))  # (of a median near zero: as good as infinite)
+    bias = expm1(np.minimum(mean - target_mean, 700.0))  # (of a median near zero: as good as infinite)
     ratio = np.divide(sigma, target_sigma, out=np.full(len(names), np.nan), where=free)
     spread = n == 1 or (ratio >= LOW_RATIO) & (ratio <= HIGH_RATIO)
     passes = (np.abs(bias) <= BIAS) & spread
@@ -238,8 +238,8 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
         distance[j] = max(np.max(steps[1:] - placed), np.max(placed - steps[:-1]))
     units = [next(one.units for one in _reported(wanted) if one.label == name) for name in names]
     variables: dict[str, tuple[Any, str]] = {
-        "target_median": (np.exp(target_mean), "median of the target, in the unit of each measure; NaN without one"),
-        "median": (np.exp(mean), "geometric mean of the set, in the unit of each measure"),
+        "target_median": (exp(target_mean), "median of the target, in the unit of each measure; NaN without one"),
+        "median": (exp(mean), "geometric mean of the set, in the unit of each measure"),
         "target_sigma": (target_sigma, "standard deviation of the logarithm, target"),
         "sigma": (sigma, "standard deviation of the logarithm, set"),
         "bias": (bias, "median over the target's, minus 1"),
@@ -257,7 +257,7 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
         coords={"measure": names, "unit": ("measure", units)},
         attrs={
             "title": "Selected motions beside the target",
-            "ks_critical": float(scipy.stats.kstwo.ppf(CONFIDENCE, n)),
+            "ks_critical": round(float(scipy.stats.kstwo.ppf(CONFIDENCE, n)), 12),
             "number": n,
             "consistent": int(np.all(passes[free])),
         },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, log
 from ..intensity.measure import Measure
 from ..intensity.naming import written_level
 from .target import FORMULAS, Conditional, Target
@@ -86,7 +87,7 @@ class Stated:
         """Return the distribution at a level that is stated, to 2 %, scaled to it; ValueError for another."""
         y = checks.number("level", level, above=0.0)
         levels = self.levels
-        row = int(np.abs(np.log(levels / y)).argmin())
+        row = int(np.abs(log(levels / y)).argmin())
         if abs(levels[row] / y - 1.0) > NEAR:
             known = ", ".join(written_level(self.given, one) for one in levels.tolist())
             asked = written_level(self.given, y)
@@ -97,6 +98,6 @@ class Stated:
         rho = residual / np.outer(spread, spread)
         sigmas = self.sigmas[row].copy()
         sigmas[k] = 0.0
-        mean = np.log(self.medians[row])
-        mean[k] = np.log(y)
+        mean = log(self.medians[row])
+        mean[k] = math.log(y)
         return Conditional(tuple(self.measures), self.given, y, mean, rho * np.outer(sigmas, sigmas), float("nan"))

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log, times
 from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
 from ..intensity.parametric_measures import AvgSa, Sa
@@ -45,7 +45,7 @@ class Conditional:
     @property
     def medians(self) -> Array:
         """Medians, SI, shape (measure,)."""
-        return np.asarray(np.exp(self.mean))
+        return exp(self.mean)
 
     @property
     def sigmas(self) -> Array:
@@ -136,7 +136,7 @@ class Target:
             "sigmas": tuple(sigmas.tolist()),
             "given": given,
             "correlation_change": change,
-            "_mean": np.log(medians),
+            "_mean": log(medians),
             "_covariance": matrix * sigmas[:, None] * sigmas,
             "_direction": _direction(given, chosen),
         }.items():
@@ -146,9 +146,9 @@ class Target:
         """Return the distribution at a level of `given`, SI, > 0."""
         y = checks.number("level", level, above=0.0)
         a = self._direction
-        c = self._covariance @ a
-        v = float(a @ c)
-        off = math.log(y) - float(a @ self._mean)
+        c = times(self._covariance, a)
+        v = float(times(a, c))
+        off = math.log(y) - float(times(a, self._mean))
         mean = self._mean + c * (off / v)
         covariance = self._covariance - np.outer(c, c) / v
         for i in np.flatnonzero(a == 1.0):
@@ -211,11 +211,11 @@ class Mixture:
         parts = [one.at(level) for one in self.targets]
         weights = np.array(self.weights)
         means = np.array([one.mean for one in parts])
-        mean = weights @ means
+        mean = times(weights, means)
         apart = means - mean
         covariance = np.einsum("r,rij->ij", weights, np.array([one.covariance for one in parts]))
         covariance = covariance + np.einsum("r,ri,rj->ij", weights, apart, apart)
-        epsilon = float(weights @ np.array([one.epsilon for one in parts]))
+        epsilon = float(times(weights, np.array([one.epsilon for one in parts])))
         return Conditional(self.measures, self.given, parts[0].level, mean, covariance, epsilon)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, cholesky, times
 from .marginals import BoundedBeta, ExponentialOfBeta, LognormalMarginal, Marginal, TwoSidedExponential
 from .scenario import FAULTINGS, TWO_PI, Parameters
 
@@ -99,8 +99,8 @@ def _symmetric(triangle: tuple[tuple[float, ...], ...]) -> Array:
     return matrix
 
 
-ROOT_WITH_PULSE = np.linalg.cholesky(_symmetric(CORRELATION_WITH_PULSE))
-ROOT_WITHOUT_PULSE = np.linalg.cholesky(_symmetric(CORRELATION_WITHOUT_PULSE))
+ROOT_WITH_PULSE = cholesky(_symmetric(CORRELATION_WITH_PULSE))
+ROOT_WITHOUT_PULSE = cholesky(_symmetric(CORRELATION_WITHOUT_PULSE))
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ class NearFaultEquations:
         """Return one random set of scores, with errors within two standard deviations."""
         root = ROOT_WITH_PULSE if pulse else ROOT_WITHOUT_PULSE
         while True:
-            errors = root @ random.standard_normal(len(root))
+            errors = times(root, random.standard_normal(len(root)))
             if np.abs(errors).max() <= TRUNCATION:
                 return self.at(errors, pulse)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp
 
 
 class Envelope(ABC):
@@ -60,7 +60,7 @@ class RiseStrongDecay(Envelope):
         growth = (np.minimum(time, self.rise) / self.rise) ** 2
         # (0 where it underflows, however late it is)
         late = np.minimum(np.maximum(time - self.strong_end, 0.0), GONE / self.decay)
-        return np.asarray(growth * np.exp(-self.decay * late))
+        return growth * exp(-self.decay * late)
 
 
 ENVELOPES: dict[str, type[Envelope]] = {

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-import scipy
 import xarray as xr
 
 from ...core import checks
@@ -19,7 +18,7 @@ from ..arrays import records
 from ..intensity.dataset import measure
 from ..kernels.drifting_filters import drifting_ground
 from .envelopes import Envelope, RiseStrongDecay
-from .filters import filtered, high_pass, settling
+from .filters import filtered, high_pass, propagators, settling
 from .generator import LARGEST, Streams, ensemble, normals, steps_of
 from .kanai_tajimi import BASELINES, FilteredNoise
 
@@ -107,7 +106,7 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         w = np.asarray(omega, dtype=np.float64)[..., None]
         ground = self.frequency(time)
         damping = (2.0 * self.xi_g * ground * w) ** 2
-        squared = (ground**4 + damping) / ((ground**2 - w**2) ** 2 + damping)
+        squared = ((ground**2) ** 2 + damping) / ((ground**2 - w**2) ** 2 + damping)
         return np.asarray(self.s0 * (squared * weight).sum(axis=-1) / weight.sum())
 
     def calibrate_pga(self, target: float, n: int = 200, seed: int = 0) -> Self:
@@ -132,13 +131,14 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         steps, rest = self._steps()
         time = np.arange(steps + rest + 1, dtype=np.float64) * self.dt
         amplitude = math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time[: steps + 1])
-        propagators = _propagators(self.frequency(time[:-1] + 0.5 * self.dt), self.xi_g, self.dt)
+        omega, where = np.unique(self.frequency(time[:-1] + 0.5 * self.dt), return_inverse=True)
+        of_steps = [part[where] for part in propagators(2.0 * self.xi_g * omega, omega**2, self.dt)]
         ground = self.frequency(time)
         read = np.stack([ground**2, 2.0 * self.xi_g * ground], axis=1)
 
         def make(streams: Streams) -> Array:
             noise = np.pad(normals(streams, steps + 1) * amplitude, ((0, 0), (0, rest)))
-            motions: Array = drifting_ground(noise, *propagators, read)
+            motions: Array = drifting_ground(noise, *of_steps, read)
             return self._finished(self._post_filter(motions))
 
         return ensemble(self, n, seed, first, steps + rest, self.dt, make)
@@ -177,25 +177,7 @@ class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
     def density(self, omega: Array) -> Array:
         w = np.asarray(omega, dtype=np.float64)
         damping = (2.0 * self.xi_f * self.omega_f * w) ** 2
-        return super().density(omega) * w**4 / ((self.omega_f**2 - w**2) ** 2 + damping)
+        return super().density(omega) * (w**2) ** 2 / ((self.omega_f**2 - w**2) ** 2 + damping)
 
     def _post_filter(self, motions: Array) -> Array:
         return filtered(motions, *high_pass(self.omega_f, self.xi_f), self.dt)
-
-
-def _propagators(omega: Array, xi: float, dt: float) -> tuple[Array, Array, Array]:
-    """Return one step of x'' + 2 xi omega x' + omega² x = w for each omega (n,), with w linear over the step.
-
-    The step is the exponential of the matrix of (x, x', w, dt w'), which holds for any damping ratio; it is computed
-    once for each different frequency.
-    """
-    different, where = np.unique(omega, return_inverse=True)
-    matrix = np.zeros((different.size, 4, 4))
-    matrix[:, 0, 1] = dt
-    matrix[:, 1, 0] = -(different**2) * dt
-    matrix[:, 1, 1] = -2.0 * xi * different * dt
-    matrix[:, 1, 2] = dt
-    matrix[:, 2, 3] = 1.0
-    step = np.asarray(scipy.linalg.expm(matrix))[where]
-    after = step[:, :2, 3]
-    return np.ascontiguousarray(step[:, :2, :2]), step[:, :2, 2] - after, np.ascontiguousarray(after)

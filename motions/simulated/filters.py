@@ -8,9 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy
 
-from ...core.aliases import Array
+from ...core.elementary import Array, expm, times
 from ..kernels.constant_filters import second_order
 
 SETTLING = 10.0
@@ -45,24 +44,31 @@ def filtered(values: Array, numerator: list[float], denominator: list[float], dt
     return response
 
 
+def propagators(damping: Array, stiffness: Array, dt: float) -> tuple[Array, Array, Array]:
+    """Return one step of x'' + damping x' + stiffness x = w for each of several (n,), with w linear over the step.
+
+    The step is the exponential of the matrix of (x, x', w, dt w'), which holds for any damping: of (x, x') before it,
+    and of w before and after it.
+    """
+    matrix = np.zeros((damping.size, 4, 4))
+    matrix[:, 0, 1] = matrix[:, 1, 2] = dt
+    matrix[:, 1, 0], matrix[:, 1, 1], matrix[:, 2, 3] = -stiffness * dt, -damping * dt, 1.0
+    step = expm(matrix)
+    return step[:, :2, :2], step[:, :2, 2] - step[:, :2, 3], step[:, :2, 3]
+
+
 def discrete(numerator: list[float], denominator: list[float], dt: float) -> tuple[Array, Array]:
     """Return the polynomials (3,) and (3,) in 1/z of a filter whose input is linear between samples of step dt (s).
 
-    The state space of the filter (observed through its output) is stepped by the exponential of its matrix, which holds
-    the input and its slope as well.  Bit for bit what `scipy.signal.cont2discrete` returns with ``method="foh"``; but
-    `scipy.signal` takes longer to load than thousands of motions take to be filtered.
+    Up to rounding it is `scipy.signal.cont2discrete` with ``method="foh"``, whose last digits depend on the processor.
     """
     b = np.pad(np.array(numerator, dtype=np.float64), (3 - len(numerator), 0))
     damping, stiffness = denominator[1:]
-    system = np.array([[-damping, -stiffness], [1.0, 0.0]])
-    enter = np.array([[1.0], [0.0]])
-    read = (b[1:] - b[0] * np.array([damping, stiffness]))[None, :]
-    step = np.zeros((4, 4))
-    step[:2, :2], step[:2, 2:3], step[2, 3] = system * dt, enter * dt, 1.0
-    step = np.asarray(scipy.linalg.expm(step))
-    state, now, slope = step[:2, :2], step[:2, 2:3], step[:2, 3:4]
-    enter = now - slope + state @ slope
-    through = b[0] + (read @ slope)[0, 0]
-    poles: Array = np.asarray(np.poly(state), dtype=np.float64)
-    zeros: Array = np.asarray(np.poly(state - enter @ read), dtype=np.float64)
+    read = (b[1:] - b[0] * np.array([damping, stiffness]))[::-1]
+    state, now, slope = (part[0] for part in propagators(np.array([damping]), np.array([stiffness]), dt))
+    through = b[0] + float(times(read, slope))
+    without = state - (now + times(state, slope))[:, None] * read
+    poles, zeros = (
+        np.array([1.0, -m[0, 0] - m[1, 1], m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]]) for m in (state, without)
+    )
     return zeros + (through - 1.0) * poles, poles

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ...core.streams import stream
 from ...core.units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import records
@@ -227,7 +227,7 @@ def scale_to_model(
     seed, first = checks.count("seed", seed), checks.count("first", first)
     unit = scale_to(motions, 1.0, wanted)
     terms = np.array([stream(seed, first + i, 1).standard_normal() for i in range(unit.sizes["motion"])])
-    scaled = unit * xr.DataArray(median * np.exp(spread * terms), dims="motion")
+    scaled = unit * xr.DataArray(median * exp(spread * terms), dims="motion")
     return scaled.transpose(*motions.dims).assign_attrs(motions.attrs).rename(motions.name)
 
 
@@ -245,7 +245,7 @@ def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: s
     return xr.Dataset(
         {
             "ratio": on_measure(np.median(values, axis=1) / medians, f"median over that of {model}"),
-            "dispersion": on_measure(np.log(values).std(axis=1, ddof=1), "dispersion of the motions"),
+            "dispersion": on_measure(log(values).std(axis=1, ddof=1), "dispersion of the motions"),
             "model_dispersion": on_measure(spreads, f"dispersion of {model}"),
         },
         coords={"measure": ("measure", names, {**_SPREAD, "long_name": "intensity measure"})},

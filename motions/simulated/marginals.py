@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, expm1, log, log1p
 
 
 class Marginal(ABC):
@@ -27,7 +27,7 @@ class LognormalMarginal(Marginal):
     sd: float = 1.0
 
     def __call__(self, score: Array) -> Array:
-        return np.asarray(np.exp(self.mean + self.sd * score))
+        return exp(self.mean + self.sd * score)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class ExponentialOfBeta(Marginal):
     upper: float
 
     def __call__(self, score: Array) -> Array:
-        return np.asarray(np.exp(BoundedBeta(self.a, self.b, self.lower, self.upper)(score)))
+        return exp(BoundedBeta(self.a, self.b, self.lower, self.upper)(score))
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ class TwoSidedExponential(Marginal):
 
     def __call__(self, score: Array) -> Array:
         p = scipy.special.ndtr(score)
-        left = -np.expm1(self.rise * self.lower) / self.rise
-        right = -np.expm1(-self.fall * self.upper) / self.fall
+        left = -expm1(self.rise * self.lower) / self.rise
+        right = -expm1(-self.fall * self.upper) / self.fall
         c = 1.0 / (left + right)
-        below = np.log(np.exp(self.rise * self.lower) + np.minimum(p, c * left) * self.rise / c) / self.rise
-        above = -np.log1p(-np.maximum(p - c * left, 0.0) * self.fall / c) / self.fall
+        below = log(exp(self.rise * self.lower) + np.minimum(p, c * left) * self.rise / c) / self.rise
+        above = -log1p(-np.maximum(p - c * left, 0.0) * self.fall / c) / self.fall
         return np.asarray(np.where(p <= c * left, below, np.minimum(above, self.upper)))

@@ -7,12 +7,13 @@ fraction is therefore a gamma quantile over the rate, and the ratio of two such 
 from __future__ import annotations
 
 import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 
 # Range of shapes: from an exponential decay (q finite at 0) to a burst whose length is 0.1 of its delay.
 LEAST_SHAPE, MOST_SHAPE = 1.0, 1000.0
@@ -35,14 +36,14 @@ class Modulation(NamedTuple):
         k, rate = self.shape[:, None], self.rate[:, None]
         # with xlogy the density at t = 0 is zero for shapes above 1, and the rate for a shape of 1
         power = scipy.special.xlogy(k - 1.0, rate * time)
-        values: Array = rate * np.exp(power - rate * time - scipy.special.gammaln(k))
+        values: Array = rate * exp(power - rate * time - scipy.special.gammaln(k))
         return values
 
 
 def ratio_limits(middle: float) -> tuple[float, float]:
     """Return the smallest and largest D5-95/t_middle of a modulating function."""
     _, ratios = _table(middle)
-    return float(np.exp(ratios[0])), float(np.exp(ratios[-1]))
+    return math.exp(ratios[0]), math.exp(ratios[-1])
 
 
 def modulation(d5_95: Array, t_middle: Array, middle: float = 0.45) -> Modulation:
@@ -53,7 +54,7 @@ def modulation(d5_95: Array, t_middle: Array, middle: float = 0.45) -> Modulatio
     outside `ratio_limits`.
     """
     logs, ratios = _table(middle)
-    target = np.log(d5_95 / t_middle)
+    target = log(d5_95 / t_middle)
     log_shape = np.interp(target, ratios, logs)
     # Newton's method on a smooth monotone curve from a close start; the number of steps is fixed, so that the bits of
     # an element do not depend on its neighbours.
@@ -61,13 +62,13 @@ def modulation(d5_95: Array, t_middle: Array, middle: float = 0.45) -> Modulatio
         slope = (_log_ratio(log_shape + 1e-4, middle) - _log_ratio(log_shape - 1e-4, middle)) / 2e-4
         log_shape = log_shape - (_log_ratio(log_shape, middle) - target) / slope
     fits = (target >= ratios[0]) & (target <= ratios[-1])
-    shape = np.where(fits, np.exp(log_shape), np.nan)
+    shape = np.where(fits, exp(log_shape), np.nan)
     return Modulation(shape, scipy.special.gammaincinv(shape, middle) / t_middle)
 
 
 def _log_ratio(log_shape: Array, middle: float) -> Array:
-    k = np.exp(log_shape)
-    ratio: Array = np.log(
+    k = exp(log_shape)
+    ratio: Array = log(
         (scipy.special.gammaincinv(k, 0.95) - scipy.special.gammaincinv(k, 0.05)) / scipy.special.gammaincinv(k, middle)
     )
     return ratio
@@ -76,5 +77,5 @@ def _log_ratio(log_shape: Array, middle: float) -> Array:
 @functools.lru_cache(maxsize=8)
 def _table(middle: float) -> tuple[Array, Array]:
     """Return logarithms of shapes and of their D5-95/t_middle; the latter increase."""
-    logs = np.linspace(np.log(MOST_SHAPE), np.log(LEAST_SHAPE), TABLE_POINTS)
+    logs = np.linspace(math.log(MOST_SHAPE), math.log(LEAST_SHAPE), TABLE_POINTS)
     return logs, _log_ratio(logs, middle)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp
 from ..arrays import from_array
 from .generator import Generator
 
@@ -134,7 +134,7 @@ class Ricker(Pulse):
 
     def shape(self, time: Array) -> Array:
         x = 0.5 * self.omega * (time - 0.5 * self.duration)
-        return (1.0 - 2.0 * x * x) * np.exp(-x * x)
+        return (1.0 - 2.0 * x * x) * exp(-x * x)
 
 
 @dataclass(frozen=True)

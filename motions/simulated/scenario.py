@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, cholesky, times
 from ...core.units import STANDARD_GRAVITY
 from .marginals import BoundedBeta, GammaLaw, LognormalMarginal, Marginal, TwoSidedExponential
 
@@ -129,7 +129,7 @@ class SiteBasedEquations:
 
     def draw(self, random: np.random.Generator) -> Array:
         """Return one random set of scores, shape (6,)."""
-        return np.asarray(self.expected + SPREAD @ random.standard_normal(6))
+        return self.expected + times(SPREAD, random.standard_normal(6))
 
     def parameters(self, scores: Array) -> Parameters:
         """Return the parameters (SI) at scores (motion, 6)."""
@@ -146,4 +146,4 @@ class SiteBasedEquations:
         return Parameters(*(values[0] for values in found))
 
 
-SPREAD = np.hypot(BETWEEN, WITHIN)[:, None] * np.linalg.cholesky(CORRELATION)
+SPREAD = np.hypot(BETWEEN, WITHIN)[:, None] * cholesky(CORRELATION)

@@ -11,7 +11,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log, power
 from .generator import Generator, Streams, ensemble, steps_of
 from .ground_motion_models import Scenario
 
@@ -169,15 +169,15 @@ class Seismological(Generator):
         constant = 0.55 / math.sqrt(2.0) * 2.0 / (4.0 * math.pi * self.density * self.beta**3 * 1e3)
         source = constant * self.moment * (2.0 * math.pi * f) ** 2 / (1.0 + (f / self.corner) ** 2)
         spreading = 1.0 / km if km <= 40.0 else math.sqrt(40.0 / km) / 40.0
-        quality = self.q0 * np.maximum(f, 1.0) ** self.q_exponent
-        decay = np.exp(-math.pi * f * (self.distance / (quality * self.beta) + self.kappa))
+        quality = self.q0 * power(np.maximum(f, 1.0), self.q_exponent)
+        decay = exp(-math.pi * f * (self.distance / (quality * self.beta) + self.kappa))
         return np.asarray(source * spreading * decay * self._amplification(f))
 
     def window(self, time: Array) -> Array:
         """Return the window of the noise at times from its start (s), at most 1, in the same shape."""
         b = -EPSILON * math.log(ETA) / (1.0 + EPSILON * (math.log(EPSILON) - 1.0))
         x = np.maximum(np.asarray(time, dtype=np.float64), 0.0) / (STRETCH * self.shaking)
-        return np.asarray((math.e / EPSILON * x) ** b * np.exp(-b / EPSILON * x))
+        return power(math.e / EPSILON * x, b) * exp(-b / EPSILON * x)
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of `seed`; see `KanaiTajimi.sample`."""
@@ -203,6 +203,5 @@ class Seismological(Generator):
     def _amplification(self, frequency: Array) -> Array:
         if self.amplification is None and self.site == "flat":
             return np.ones_like(frequency)
-        table = np.log(np.array(GENERIC_ROCK if self.amplification is None else self.amplification))
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.exp(np.interp(np.log(frequency), table[:, 0], table[:, 1])))
+        table = log(np.array(GENERIC_ROCK if self.amplification is None else self.amplification))
+        return exp(np.interp(log(frequency), table[:, 0], table[:, 1]))

@@ -15,7 +15,7 @@ import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, arccos, arcsin, orthonormal, solve, times
 from ...core.streams import stream
 from ...core.units import STANDARD_GRAVITY, described
 from ..arrays import records
@@ -394,7 +394,8 @@ def _spectral(a: Array, dt: float, time: Array, t_mid: float, counted: Flags) ->
         raise ValueError(f"motion must cross zero upwards {LEAST_CROSSINGS} times to be fitted, got fewer")
     # N(t) = N_0 + [omega_mid x + slope x²/2]/(2 pi)
     basis = np.stack([np.ones_like(x), x, 0.5 * x * x], axis=1)
-    _, apparent, apparent_slope = 2.0 * math.pi * np.linalg.lstsq(basis, crossings[counted], rcond=None)[0]
+    across = orthonormal(basis).T
+    _, apparent, apparent_slope = 2.0 * math.pi * solve(times(across, basis), times(across, crossings[counted]))
     rises, falls = a[1:-1] - a[:-2], a[1:-1] - a[2:]
     extremes = ((rises < 0.0) & (falls < 0.0) & (a[1:-1] > 0.0)) | ((rises > 0.0) & (falls > 0.0) & (a[1:-1] < 0.0))
     observed = int(extremes[counted[1:-1]].sum())
@@ -429,7 +430,7 @@ def _correlations(omega: Array, zeta: float, dt: float) -> tuple[Array, Array]:
 
 def crossing_frequency(omega: Array, zeta: float, dt: float) -> Array:
     """Return 2 pi times the rate of up-crossings of the sampled noise, arccos(rho_1)/dt, rad/s (omega as dt -> 0)."""
-    return np.asarray(np.arccos(_correlations(omega, zeta, dt)[0]) / dt)
+    return arccos(_correlations(omega, zeta, dt)[0]) / dt
 
 
 def small_extremes(omega: Array, zeta: float, dt: float) -> Array:
@@ -441,5 +442,5 @@ def small_extremes(omega: Array, zeta: float, dt: float) -> Array:
     one, two = _correlations(omega, zeta, dt)
     with_level = -np.sqrt(0.5 * (1.0 - one))
     between = (1.0 - 2.0 * one + two) / (2.0 * (1.0 - one))
-    p = 0.125 + (np.arcsin(np.clip(between, -1.0, 1.0)) + 2.0 * np.arcsin(with_level)) / (4.0 * math.pi)
+    p = 0.125 + (arcsin(np.clip(between, -1.0, 1.0)) + 2.0 * arcsin(with_level)) / (4.0 * math.pi)
     return np.asarray(2.0 * np.maximum(p, 0.0))

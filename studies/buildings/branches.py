@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, times
 from ...core.streams import key_of, stream
 from ...core.units import DIMENSIONLESS
 from ...fragility import HazardCurve
@@ -231,7 +231,7 @@ def rates_over_branches(
         for branch in branches
     ]
     for name, first_of_branches in ranges[0].items():
-        mean = np.stack([of_branch[name].values for of_branch in ranges], axis=-1) @ weights
+        mean = times(np.stack([of_branch[name].values for of_branch in ranges], axis=-1), weights)
         found.variables[f"epistemic_{name}"] = first_of_branches.copy(data=mean)
     beyond = np.array([one.beyond for one in every])
     text = "share of the expected falls from shaking beyond the hazard curve's or above the highest level"
@@ -271,7 +271,7 @@ class _Sampled(NamedTuple):
     def summed(self, share: Array) -> _Sampled:
         """Return sums over rows with their shares (place, row)."""
         given = (self.mean, self.rates.mean, self.rates.samples, self.rates.modelled)
-        mean, own, plain, modelled = (np.tensordot(share, values, axes=1) for values in given)
+        mean, own, plain, modelled = (np.einsum("pr,r...->p...", share, values) for values in given)
         return _Sampled(mean, SampledRates(own, plain, modelled, self.rates.weights))
 
     def plus(self, other: _Sampled) -> _Sampled:
@@ -294,7 +294,7 @@ class _Found:
         found = [one.rates for one in sampled]
         own = np.stack([one.mean for one in found], axis=-1)
         return (
-            np.stack([one.mean for one in sampled], axis=-1) @ self.weights,
+            times(np.stack([one.mean for one in sampled], axis=-1), self.weights),
             fractiles_of(found, self.weights, FRACTILES),
             shares_of_spread(self.branches, found, self.weights),
             own,
@@ -390,7 +390,7 @@ class _Branch:
                 return year.total(together).mean(axis=-1), year.total(resampled)
             states = self._states(hazard)
             each = self._year_at(states.rates).total(rows.blurred(states))
-            return each.mean(axis=-1), each @ self.drawn.T / self.motions
+            return each.mean(axis=-1), times(each, self.drawn.T) / self.motions
 
         mean, _ = of(self.hazard, beta)
         inside = 0.0 if spread else beta
@@ -410,7 +410,7 @@ class _Branch:
             for s in range(number):
                 shifts = {label: beta * each[s] for label, each in scores.items()}
                 cases, rates = _cases(states, shifts)
-                modelled[:, s, r] = self._year_at(rates).total(rows.at(cases)) @ self.drawn[s] / self.motions
+                modelled[:, s, r] = times(self._year_at(rates).total(rows.at(cases)), self.drawn[s]) / self.motions
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
     def event(self, word: str = "") -> JoinedEvent:
@@ -451,7 +451,7 @@ class _Branch:
         rates = np.asarray(plain.rates)
 
         def value(of: Array) -> float:
-            return float(straight_weights(self.levels, plain, of).weights @ self.number)
+            return float(times(straight_weights(self.levels, plain, of).weights, self.number))
 
         whole = value(rates)
         if not whole > 0.0:

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from ...core.aliases import Array, Index
+from ...core.elementary import Array, Index, exp, geomspace, log
 from ...core.streams import key_of, stream
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import LevelWeights
@@ -37,7 +37,7 @@ def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> Haza
     if modelling > 0.0:
         return blurred(hazard, modelling, np.array([lowest, highest]))
     # (between points this close a second-order curve is nearly straight)
-    bent = np.geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
+    bent = geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
     ends = [one for one in (lowest, highest) if one not in hazard.levels]
     return hazard.resampled(np.unique(np.concatenate([ends, hazard.levels, bent])))
 
@@ -117,7 +117,7 @@ class ScoredLevels(Mixture):
     @property
     def weights(self) -> Array:
         """The probabilities of the scores: of the normal density at equal steps."""
-        density = np.exp(-0.5 * SCORES**2)
+        density = exp(-0.5 * SCORES**2)
         return np.asarray(density / density.sum())
 
     @property
@@ -138,15 +138,15 @@ def scored_levels(levels: Array, beta: float) -> tuple[Array, ScoredLevels]:
     over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)) to 0.2 % where beta >=
     beta_m/2.
     """
-    every = levels[:, None] * np.exp(-beta * SCORES)
+    every = levels[:, None] * exp(-beta * SCORES)
     run = np.unique(every)
     return run, ScoredLevels(np.searchsorted(run, every))
 
 
 def positions_of(weights: Array, hazard: HazardCurve) -> Array:
     """Return ln x (level,) at which a hazard curve has the rates of the weights from each level on."""
-    u, fall = np.log(hazard.levels), -np.log(hazard.rates)
-    wanted = -np.log(np.cumsum(weights[::-1])[::-1])
+    u, fall = log(hazard.levels), -log(hazard.rates)
+    wanted = -log(np.cumsum(weights[::-1])[::-1])
     found = np.interp(wanted, fall, u)
     for outside, a, b in ((wanted < fall[0], 0, 1), (wanted > fall[-1], -1, -2)):
         slope = (u[b] - u[a]) / (fall[b] - fall[a])

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, geomspace, times
 from ...core.units import DIMENSIONLESS
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, fallen_pieces
@@ -160,7 +160,7 @@ class JointFlags:
             found.append(Quantity("downtime", days, DAY, text, thresholds, True, "downtime", greatest=True))
         persons = np.array([0.0 if row.injury is None else row.injury.mean for row in rows])
         if persons.any():
-            mean = float(persons @ self.counts)
+            mean = float(times(persons, self.counts))
             whole = whole_thresholds(math.ceil(mean + 4.0 * math.sqrt(mean)))
             found.append(Quantity("injuries", persons, DIMENSIONLESS, "injured persons", whole, False, "injury"))
         return found
@@ -279,14 +279,14 @@ def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_m
 
 def thresholds_up_to(most: float) -> Array:
     """Return thresholds of an amount: 0, and 60 from a thousandth of the greatest to it."""
-    return np.concatenate([[0.0], np.geomspace(1e-3, 1.0, MOST_THRESHOLDS) * most])
+    return np.concatenate([[0.0], geomspace(1e-3, 1.0, MOST_THRESHOLDS) * most])
 
 
 def whole_thresholds(most: int) -> Array:
     """Return the numbers from 1 to the greatest, or some 60 of them where there are more."""
     if most <= MOST_THRESHOLDS:
         return np.arange(1.0, most + 1.0)
-    return np.unique(np.rint(np.geomspace(1.0, most, MOST_THRESHOLDS)))
+    return np.unique(np.rint(geomspace(1.0, most, MOST_THRESHOLDS)))
 
 
 def upper_tail(given: Consequence | None) -> float:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Flags
+from ...core.elementary import Array, Flags, tan
 from ...core.units import DIMENSIONLESS, NEWTON
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
 from ...fragility.validity.slab_screen import SQUAT_RATIO
@@ -179,7 +179,7 @@ def squat_items(results: xr.Dataset) -> Flags:
     if "friction_uplift" in results:
         needs = results["friction_uplift"].values
     elif "alpha" in results.coords and results["alpha"].dims == ("item",):
-        needs = np.tan(results["alpha"].values)
+        needs = tan(results["alpha"].values)
     else:
         return np.zeros(results.sizes["item"], bool)
     return np.asarray(needs > 1.0 / SQUAT_RATIO)

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, times
 from ...core.units import DIMENSIONLESS
 from ...core.wording import given_percent
 from ...fragility.curves.means import mean_interval, quantiles, share_error
@@ -115,7 +115,7 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     for one in joint.quantities:
         # at most everything overturns that is not anchored
         can_fall = joint.exposed if one.taken else joint.standing
-        most = (joint.members @ (one.amounts * joint.counts * can_fall))[None, :, None]
+        most = times(joint.members, one.amounts * joint.counts * can_fall)[None, :, None]
         expected = of_motions(results.expected[one.name], joint.polarities)
         # (the greatest of what is drawn is a mean of draws, which may exceed that of all pieces)
         means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if one.greatest else most)
@@ -467,7 +467,7 @@ def range_of_a_year(means: Mapping[Any, Any], levels: Array, hazard: HazardCurve
         if given in means:
             mean = means[given].transpose(..., "level")
             units = per_year(mean.attrs["units"])
-            ends = [mean.values @ each for each in weights]
+            ends = [times(mean.values, each) for each in weights]
             found |= with_ends(name, mean.dims[:-1], ends, units, dispersion)
     return found
 

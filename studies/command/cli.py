@@ -70,9 +70,6 @@ def run(
     out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
     fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
-    accept_other_machine: Annotated[
-        bool, Parameter(negative="", help="Go on with parts from another kind of processor, whose last digits differ.")
-    ] = False,
     target: Annotated[
         float | None,
         Parameter(help="Chance (0.001) that restraints are to keep, restraints.NAME.target: find the strength."),
@@ -111,7 +108,7 @@ def run(
         say(console, *forecast(plan, folder).lines())
         if folder.is_dir() and any(folder.iterdir()) and not fresh:
             try:
-                plan.refuse_occupied(folder, accept_other_machine)
+                plan.refuse_occupied(folder)
                 say(console, f"in {folder}: {status_of(folder).lines(folder)[0]}")
             except StudyError as error:
                 say(console, f"in {folder}: {error}")
@@ -130,7 +127,6 @@ def run(
                 folder,
                 client,
                 resume=not fresh,
-                other_machine=accept_other_machine,
                 progress=display.update,
                 watching=display.watching,
             )

@@ -132,8 +132,8 @@ def _tables(a: Side, b: Side) -> Iterator[str]:
 
 
 def _surroundings(a: Side, b: Side) -> Iterator[str]:
-    """Say where the versions or the machines differ."""
-    for key, text in (("toppling_version", "made by toppling"), ("machines", "computed on")):
+    """Say where the versions or the processors differ."""
+    for key, text in (("toppling_version", "made by toppling"), ("processor", "computed on")):
         one, other = (str(side.results.attrs.get(key, "")) for side in (a, b))
         if one != other:
             yield f"{text} {one} in A, {other} in B"

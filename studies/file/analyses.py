@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, field_validator, model_validator
 
-from ...core.aliases import Array
 from ...core.doubts import warn
+from ...core.elementary import Array, exp
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...fragility.adaptive.curve import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
@@ -147,7 +147,7 @@ class LevelsTable(Table):
             return np.linspace(self.from_, self.to, self.number)
         if not self.to > 0.0:
             raise ValueError(f"levels with log spacing need to > 0, got {self.to}")
-        return np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number))
+        return exp(np.linspace(math.log(self.from_), math.log(self.to), self.number))
 
 
 def _any_capitals(names: Iterable[str]) -> str:

@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 
 from ...core import checks
-from ...core.aliases import Array
 from ...core.distributions import Normal
+from ...core.elementary import Array, exp, times
 from ...core.streams import key_of, stream
 
 LOGNORMAL, NORMAL = DISTRIBUTIONS = ("lognormal", "normal")
@@ -94,11 +94,11 @@ class Consequence:
             return float(self.median), 0.0
         z = np.linspace(-12.0, 12.0 + 4.0 * MOST_DISPERSION[LOGNORMAL], 20_001)
         n = pieces if greatest else 1
-        density = n * np.exp((n - 1) * scipy.special.log_ndtr(z) - 0.5 * z**2) / math.sqrt(2.0 * math.pi)
+        density = n * exp((n - 1) * scipy.special.log_ndtr(z) - 0.5 * z**2) / math.sqrt(2.0 * math.pi)
         weights = density * (z[1] - z[0])
         values = self.at(z) / self.median
-        mean = float(weights @ values)
-        spread = math.sqrt(float(weights @ (values - mean) ** 2) / (1 if greatest else pieces))
+        mean = float(times(weights, values))
+        spread = math.sqrt(float(times(weights, (values - mean) ** 2)) / (1 if greatest else pieces))
         return self.median * mean, self.median * spread
 
     def at(self, scores: Array) -> Array:
@@ -106,7 +106,7 @@ class Consequence:
         if self.dispersion == 0.0:
             return np.full(np.shape(scores), float(self.median))
         if self.distribution == LOGNORMAL:
-            return np.asarray(self.median * np.exp(self.dispersion * scores))
+            return np.asarray(self.median * exp(self.dispersion * scores))
         law = Normal(self.median, self.dispersion * self.median, lower=0.0)
         # (the largest probability below 1 stands for scores above 8.2)
         return law.quantile(np.minimum(scipy.special.ndtr(scores), np.nextafter(1.0, 0.0)))

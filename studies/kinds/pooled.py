@@ -12,6 +12,7 @@ import xarray as xr
 
 from ...core.aliases import Progress
 from ...core.doubts import Doubt
+from ...core.elementary import expm1
 from ...core.units import DIMENSIONLESS
 from ...core.wording import counted, years_text
 from ...fragility.analyses.pooled import checked_plan
@@ -183,7 +184,7 @@ class PooledStudy(BlockStudy, Study):
         return {
             f"risk_probability{end}": (
                 ("block", "model"),
-                -np.expm1(-years * found[f"rate{end}"].values),
+                -expm1(-years * found[f"rate{end}"].values),
                 {"units": DIMENSIONLESS, "long_name": text + words},
             )
             for end, words in (("", ""), ("_lower", ", lower end"), ("_upper", ", upper end"))

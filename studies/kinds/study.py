@@ -55,7 +55,7 @@ from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
 from ..store.resources import Resources, refuse_shortage
-from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_emptied, remove_shards
+from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 from ..text.error import StudyError
@@ -345,7 +345,6 @@ class Study(ABC):
         client: Client | None = None,
         resume: bool = True,
         *,
-        other_machine: bool = False,
         progress: Callable[[int, int], None] | None = None,
         watching: Callable[[Watch], None] | None = None,
     ) -> xr.Dataset:
@@ -363,9 +362,6 @@ class Study(ABC):
         resume : bool
             Keep the parts of this study in `out` instead of computing them again, and refuse a folder of another study.
             With False, compute everything and replace the content of the folder.
-        other_machine : bool
-            Go on with parts from another kind of processor, or another set of libraries, which differ in last digits;
-            the attribute ``machines`` of the results names both.
         progress : callable, optional
             Called with (runs done, runs in all).
         watching : callable, optional
@@ -394,7 +390,7 @@ class Study(ABC):
         checks.callback("watching", watching)
         if out is None:
             found = self._labelled(self._runner(client, never), progress)
-            return sealed(found.assign_attrs(machines=json.dumps([engine_identity()["processor"]])))
+            return sealed(found.assign_attrs(processor=engine_identity()["processor"]))
         folder = Path(out)
         stop = Stop()
         with folder_of_one(folder), stop.graceful():
@@ -402,7 +398,7 @@ class Study(ABC):
             # (shards of this study are newer than results beside them: begun with resume=False, or just finished)
             whole = resume and not belongs(folder, self.identity)
             target = folder / RESULT_NAME
-            before = finished(target, self.identity, self.configuration, other_machine) if whole else None
+            before = finished(target, self.identity, self.configuration) if whole else None
             if before is not None:
                 state = content_state(before)
                 if state == EDITED:
@@ -418,7 +414,7 @@ class Study(ABC):
                 results = sealed(results) if state == AS_WRITTEN else results
             else:
                 refuse_shortage(folder, self.room, resume)
-                results = sealed(self._kept(folder, client, stop, not resume, other_machine, progress, watching))
+                results = sealed(self._kept(folder, client, stop, not resume, progress, watching))
             try:
                 save(results, folder / RESULT_NAME)
             except KeyboardInterrupt:
@@ -433,11 +429,11 @@ class Study(ABC):
                 raise StudyError(f"{folder / RESULT_NAME}: is written, but {error}; remove it yourself") from None
         return results
 
-    def refuse_occupied(self, folder: Path, other_machine: bool = False) -> None:
-        """Raise a StudyError where a folder holds the results or parts of another study, or of another machine."""
+    def refuse_occupied(self, folder: Path) -> None:
+        """Raise a StudyError where a folder holds the results or parts of another study."""
         if not belongs(folder, self.identity):
-            finished(folder / RESULT_NAME, self.identity, self.configuration, other_machine)
-        refuse_other(folder, self._pinned, other_machine)
+            finished(folder / RESULT_NAME, self.identity, self.configuration)
+        refuse_other(folder, self._pinned)
 
     @property
     def _pinned(self) -> dict[str, Any]:
@@ -450,12 +446,11 @@ class Study(ABC):
         client: Client | None,
         stop: Stop,
         fresh: bool,
-        other_machine: bool,
         progress: Progress | None,
         watching: Callable[[Watch], None] | None,
     ) -> xr.Dataset:
         """Compute the results of the study, and keep every chunk in the folder as it is finished."""
-        shards, resumed = open_shards(folder, self._pinned, fresh, other_machine)
+        shards, resumed = open_shards(folder, self._pinned, fresh)
         with run_log(folder) as log:
             watch = Watch(self.all_runs, log, self.at_most)
             log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
@@ -463,7 +458,7 @@ class Study(ABC):
                 watching(watch)
             try:
                 results = self._labelled(Shards(shards, self._runner(client, stop), watch, stop), progress)
-                results = results.assign_attrs(machines=json.dumps(machines_of(folder)))
+                results = results.assign_attrs(processor=engine_identity()["processor"])
             except KeyboardInterrupt:
                 log.warning("interrupted: %s", watch.words)
                 # (of runs kept before, a study that goes on wave by wave may not have come to all yet)

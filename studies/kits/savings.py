@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array
+from ...core.elementary import Array, log
 from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON
 from ...core.wording import given_percent
 from ...fragility import HazardCurve
@@ -248,7 +248,7 @@ def _static(
         medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
         if level is None:
             assert shake.hazard is not None  # (annual rates come from it)
-            here = float(np.exp(at_level(design_level(scaled.levels, shake.hazard), scaled.levels, np.log(medians))))
+            here = math.exp(at_level(design_level(scaled.levels, shake.hazard), scaled.levels, log(medians)))
         else:
             here = float(medians[level_index(assessment, level)])
         peaks[[support_of(row) == at for row in placed.rows]] = here

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.elementary import times
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...fragility import Branch, HazardCurve, epistemic_rates
 from ...fragility.fitting.states import state_name
@@ -114,6 +115,6 @@ class Branches:
                 rates_alone(every[branch.motions].plain.sel(model=branch.model), seen_by(branch.hazard, factor), *rules)
                 for branch in branches
             ]
-            ends.append(bounded(np.stack([rates for _, rates in found], axis=-1) @ weights))
+            ends.append(bounded(times(np.stack([rates for _, rates in found], axis=-1), weights)))
         dims = found[0][0]
         return with_ends("epistemic_rate", dims, ends, PER_YEAR, modelling)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.aliases import Array
+from ...core.elementary import Array, exp, log
 from ...fragility import HazardCurve
 
 DESIGN_RATE = -math.log(0.9) / 50.0
@@ -19,11 +19,11 @@ POINTS = 10_000
 def design_level(levels: Array, hazard: HazardCurve) -> float:
     """Return the level that is exceeded with 10 % in 50 years, in the unit of the levels; NaN beyond the levels."""
     axis = np.linspace(math.log(levels[0]), math.log(levels[-1]), POINTS)
-    rates = hazard.rate_at(np.exp(axis))
+    rates = hazard.rate_at(exp(axis))
     if not rates[-1] <= DESIGN_RATE <= rates[0]:
         return math.nan
     # (rates fall along the axis, which `interp` wants to rise)
-    return float(np.exp(np.interp(-DESIGN_RATE, -rates, axis)))
+    return math.exp(np.interp(-DESIGN_RATE, -rates, axis))
 
 
 def at_level(level: float, levels: Array, values: Any) -> Array:
@@ -31,7 +31,7 @@ def at_level(level: float, levels: Array, values: Any) -> Array:
     given = np.asarray(values, dtype=np.float64)
     if math.isnan(level):
         return np.full(given.shape[:-1], np.nan)
-    place = float(np.interp(math.log(level), np.log(levels), np.arange(levels.size)))
+    place = float(np.interp(math.log(level), log(levels), np.arange(levels.size)))
     k = min(int(place), levels.size - 2) if levels.size > 1 else 0
     share = place - k
     below = given[..., k]

@@ -364,7 +364,7 @@ def provenance_rows(results: xr.Dataset, path: Path, state: str) -> Rows:
     rows = [
         ("toppling", str(results.attrs.get("toppling_version", ""))),
         ("packages", packages),
-        ("processor", "; ".join(map(str, json.loads(str(results.attrs.get("machines", "[]")))))),
+        ("processor", str(results.attrs.get("processor", results.attrs.get("machines", ""))).strip('[]"')),
         ("layout of the results (schema)", str(results.attrs.get("schema", ""))),
         ("identity of the study", str(results.attrs.get("identity", ""))),
         ("result file", path.name),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Flags, Index
+from ...core.elementary import Array, Flags, Index, exp, log, times
 from ...core.units import DIMENSIONLESS, HERTZ
 from ...core.wording import given_percent
 from ...fragility import binomial_interval, fit_fragility, overturning_probability
@@ -38,9 +39,8 @@ class Curves(NamedTuple):
         )
         status = fit["status"].values
         beyond = np.select([status == NOTHING_FELL, status == ALL_FELL], [np.inf, -np.inf], np.nan)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            middle = np.log(fit["median"].values)
-            samples = np.log(fit["median_sample"].transpose("block", "model", "replicate").values)
+        middle = log(fit["median"].values)
+        samples = log(fit["median_sample"].transpose("block", "model", "replicate").values)
         middle = np.where(np.isnan(middle), beyond, middle)
         lost = np.broadcast_to(beyond[..., None], samples.shape)
         samples = np.where(np.isnan(samples), lost, samples)
@@ -61,8 +61,7 @@ def exponentials(middle: Array, samples: Array, confidence: float) -> tuple[Arra
     """Return exp of estimates (…) and of percentile intervals of replicates (…, replicate); NaN without an estimate."""
     lower, upper, _ = percentile_interval(samples, confidence)
     known = ~np.isnan(middle)
-    with np.errstate(over="ignore"):
-        return np.exp(middle), np.exp(np.where(known, lower, np.nan)), np.exp(np.where(known, upper, np.nan))
+    return exp(middle), exp(np.where(known, lower, np.nan)), exp(np.where(known, upper, np.nan))
 
 
 def flipped(flags: Flags, one: Index, other: Index, confidence: float, ways: int = 1) -> tuple[Array, Array, Array]:
@@ -94,7 +93,7 @@ def excess(
                 continue
             differs = flags[block, one[where]].astype(np.int8) - flags[block, other[where]]
             found[(0, block, *where)] = differs.mean(axis=-1)
-            samples = differs @ weights.T
+            samples = times(differs, weights.T)
             # as in percentile_interval, the ends are values of replicates
             found[(1, block, *where)] = np.quantile(samples, tail, axis=-1, method="lower")
             found[(2, block, *where)] = np.quantile(samples, 1.0 - tail, axis=-1, method="higher")
@@ -107,10 +106,10 @@ def swing(curves: Curves, block: int, laws: Index, confidence: float) -> Array:
         middle = float(np.ptp(curves.log_median[block, laws]))
         samples = np.ptp(curves.log_samples[block, laws], axis=0)
     if not np.isfinite(middle):
-        return np.full(3, np.exp(middle))
+        return np.full(3, exp(middle))
     ends = percentile_interval(samples, confidence)
     turned = 2.0 * middle - np.array([ends.upper, ends.lower])
-    return np.exp([middle, *np.maximum(turned, 0.0).tolist()])
+    return exp([middle, *np.maximum(turned, 0.0).tolist()])
 
 
 def trend(curves: Curves, block: int, laws: Index, x: Array) -> Array:
@@ -118,13 +117,13 @@ def trend(curves: Curves, block: int, laws: Index, x: Array) -> Array:
     weights = (x - x.mean()) / np.sum((x - x.mean()) ** 2)
     logs = np.concatenate([curves.log_median[block, laws][:, None], curves.log_samples[block, laws]], axis=1)
     with np.errstate(invalid="ignore"):
-        return np.asarray(weights @ logs)
+        return times(weights, logs)
 
 
 ALL, USUAL = "all", "usual"
 DELTA_USUAL = (0.01, 0.1)
 """Values of delta that are in use; the paper recommends 0.05."""
-STEPS = {"delta": np.log(10.0), "e": 0.1}
+STEPS = {"delta": math.log(10.0), "e": 0.1}
 """Steps that the trend of medians is given for: a tenfold delta, 0.1 more of e."""
 
 
@@ -237,7 +236,7 @@ def swings_and_slopes(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep
     shape = (len(blocks), len(grid.at), len(spans))
     swings = np.full((3, *shape), np.nan)
     slopes = np.full((*shape, 1 + sweep.replicates), np.nan)
-    x = np.log(sweep.values) if sweep.parameter == "delta" else sweep.values
+    x = log(sweep.values) if sweep.parameter == "delta" else sweep.values
     for i, j, s in np.ndindex(*shape):
         inside = np.flatnonzero(spans[s][i])
         if inside.size > 1:

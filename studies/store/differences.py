@@ -18,7 +18,6 @@ DECISIONS = {"performance": ("sort", "safety", "code", "budget", "target", "disc
 """Keys by table that change no run: what they decide is computed from results, and they are no part of the identity."""
 FILES = ("records", "floors_file", "floors_index", "target")
 """Keys of motions that name files."""
-OTHER_MOTIONS = "this processor or its libraries make other motions"
 
 
 def identifying(study: Any) -> Any:
@@ -78,7 +77,7 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
     changed = [f"{key} was {old}, is {new}" for key, old, new in changes(identifying(before), identifying(now))]
     if not changed:
         if same and makes_motions(now):
-            return OTHER_MOTIONS
+            return "this processor or its libraries make other motions"
         if same:
             how = ", or this machine corrects them in other last digits" if corrects(now) else ""
             return f"the records that it reads have changed{how}"

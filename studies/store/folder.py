@@ -121,18 +121,15 @@ def refuse_folder(target: Path) -> None:
         raise StudyError(f"{target}: is a folder; move it away")
 
 
-def finished(target: Path, identity: str, study: Mapping[str, Any], other_machine: bool = False) -> xr.Dataset | None:
+def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Dataset | None:
     """Return the finished results of the study of this identity, or None where there are none."""
-    from .differences import OTHER_MOTIONS, makes_motions, same_inputs  # noqa: PLC0415
-
     try:
         if not target.exists():
             return None
         with ExitStack() as closing:
             stored = closing.enter_context(opened(target))
             about = dict(stored.attrs)
-            theirs = str(about.get("identity"))
-            if theirs == identity or (other_machine and same_inputs(theirs, identity) and makes_motions(study)):
+            if str(about.get("identity")) == identity:
                 found = _sound(stored, target)
                 if any(one.nbytes > WHOLE_BYTES for one in found.variables.values()):
                     closing.pop_all()  # (large variables are read when they are used)
@@ -143,11 +140,6 @@ def finished(target: Path, identity: str, study: Mapping[str, Any], other_machin
         raise damaged(target) from None
     except UNREADABLE as error:
         raise no_results(target, error, "; move it away or use --fresh") from None
-    if same_inputs(str(about.get("identity")), identity) and makes_motions(study):
-        raise StudyError(
-            f"{target}: holds the results of this study from another machine ({OTHER_MOTIONS}): "
-            "--accept-other-machine takes them, --fresh computes them here"
-        )
     raise StudyError(
         f"{target}: holds the results of another study{_other(about, study, identity)}; use another folder or --fresh"
     )

@@ -43,7 +43,6 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     kinds = {
         "layout": int,
         "engine": dict,
-        "machines": list,
         "identity": str,
         "study": dict,
         "work": int,

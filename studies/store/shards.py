@@ -30,7 +30,7 @@ from ...fragility.runs.runners import Runner
 from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
 from ..text.error import StudyError
-from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
+from .differences import differences, same_inputs
 from .folder import removed, write_whole
 from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, REACHED_AFTER, REFUSED, read_manifest, refuse_link
 from .watch import Stop, Watch
@@ -44,7 +44,6 @@ class Shards(Runner):
     """A runner that runs chunks by another runner, keeps each of them, and returns the chunks kept before."""
 
     def __init__(self, folder: Path, inner: Runner, watch: Watch, stop: Stop) -> None:
-        self._lenient = len(machines_of(folder.parent)) > 1
         self._folder = folder
         self._inner = inner
         self._watch = watch
@@ -123,7 +122,7 @@ class Shards(Runner):
         """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""
         for path in self._known.get((call, number), []):
             try:
-                return _read(path, key, work, chunk, self._lenient)
+                return _read(path, key, work, chunk)
             except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as error:  # (netCDF4's)
                 self._watch.log.warning("%s is damaged (%s): its chunk is computed again", path.name, error)
                 with suppress(OSError):
@@ -138,13 +137,11 @@ class Shards(Runner):
         self._watch.storing += perf_counter() - started
 
 
-def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_machine: bool = False) -> tuple[Path, bool]:
+def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[Path, bool]:
     """Return the folder for the shards of a study, and True if it holds shards of this study already."""
     shards = folder / FOLDER
     refuse_link(shards)
     if shards.exists() and not fresh:
-        if other_machine:
-            _take_over(folder, pinned)
         if refuse_other(folder, pinned):
             return shards, True
         if any(NAME.fullmatch(path.name) for path in shards.iterdir()):
@@ -158,21 +155,12 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_mach
     return shards, False
 
 
-def refuse_other(folder: Path, pinned: Mapping[str, Any], other_machine: bool = False) -> bool:
+def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
     """Return True if a folder holds parts of the study `pinned`; StudyError where they are of another study."""
     before = read_manifest(folder)
     if before is None:
         return False
-    now = _manifest(pinned)
-    machine = _other_machine(before, now)
-    if machine and other_machine:
-        return True
-    if machine:
-        raise StudyError(
-            f"{folder / FOLDER}: holds parts of this study from another machine ({machine}), whose results "
-            "differ in their last digits: go on there, or here with --accept-other-machine, or --fresh to start over"
-        )
-    differs = _difference(before, now)
+    differs = _difference(before, _manifest(pinned))
     if differs:
         raise StudyError(
             f"{folder / FOLDER}: holds parts of another study ({differs}); use another folder, or --fresh to start over"
@@ -181,42 +169,7 @@ def refuse_other(folder: Path, pinned: Mapping[str, Any], other_machine: bool = 
 
 
 def _manifest(pinned: Mapping[str, Any]) -> dict[str, Any]:
-    engine = engine_identity()
-    return {"layout": LAYOUT, "engine": engine, "machines": [engine["processor"]], **pinned, "calls": []}
-
-
-def _other_machine(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """Return how the machine of a manifest differs from this one, where nothing else differs; else an empty text."""
-    if {**before["engine"], "processor": ""} != {**now["engine"], "processor": ""}:
-        return ""
-    if not same_inputs(before["identity"], now["identity"]):
-        return ""
-    found = []
-    if before["engine"].get("processor") != now["engine"]["processor"]:
-        found.append(f"its processor was {before['engine'].get('processor')}, this is {now['engine']['processor']}")
-    if before["identity"] != now["identity"] and makes_motions(now["study"]):
-        found.append(OTHER_MOTIONS)
-    return "; ".join(found)
-
-
-def _take_over(folder: Path, pinned: Mapping[str, Any]) -> None:
-    """Write this machine into the manifest of parts that another one has begun; nothing where it is this one's."""
-    before = read_manifest(folder)
-    if before is None:
-        return
-    now = _manifest(pinned)
-    if _other_machine(before, now):
-        machines = list(dict.fromkeys([*before["machines"], *now["machines"]]))
-        if len(machines) == 1:  # (the same processor with other libraries)
-            machines.append(f"{machines[0]}, other libraries")
-        kept = {**before, **now, "machines": machines, "calls": before["calls"]}
-        write_whole(folder / FOLDER / MANIFEST, _json(kept))
-
-
-def machines_of(folder: Path) -> list[str]:
-    """Return the processors on which the parts in a study's folder were computed, in their order."""
-    found = read_manifest(folder)
-    return [] if found is None else [str(one) for one in found["machines"]]
+    return {"layout": LAYOUT, "engine": engine_identity(), **pinned, "calls": []}
 
 
 def belongs(folder: Path, identity: str) -> bool:
@@ -327,15 +280,14 @@ def _packed(work: Work, done: ChunkResult, key: str) -> memoryview:
     return content
 
 
-def _read(path: Path, key: str, work: Work, chunk: Chunk, lenient: bool) -> ChunkResult:
-    """Read a chunk from its shard, ValueError where damaged; `lenient`: motions may differ in last digits."""
+def _read(path: Path, key: str, work: Work, chunk: Chunk) -> ChunkResult:
+    """Read a chunk from its shard, ValueError where damaged."""
     content = path.read_bytes()
     name = NAME.fullmatch(path.name)
     if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:
         raise ValueError("its bytes have changed")
     with netCDF4.Dataset(path.name, memory=content) as file:
-        stored = str(file.getncattr("key"))
-        if stored != key and not (lenient and stored.partition(" ")[2] == key.partition(" ")[2]):
+        if str(file.getncattr("key")) != key:
             raise ValueError("it is of another chunk")
         file.set_auto_mask(False)
         shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)

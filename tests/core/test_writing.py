@@ -168,7 +168,7 @@ def test_no_command_writes_through_a_link(results, tmp_path, monkeypatch, comman
 
 
 @pytest.mark.filterwarnings("ignore:.* was edited after it was written")
-@pytest.mark.parametrize("name", ["study", "doubts", "screen", "package_versions", "spectral_variability", "machines"])
+@pytest.mark.parametrize("name", ["study", "doubts", "screen", "package_versions", "spectral_variability"])
 def test_attributes_nested_deeply(results, tmp_path, capsys, name):
     """A crafted file gets one sentence, not the recursion's end."""
     path = tmp_path / "results.nc"

@@ -164,7 +164,7 @@ def _runs() -> list[Case]:
                 run,
                 [*run, "--dry-run"],
                 [*run, "--verbose"],
-                [*run, "--fresh", "--accept-other-machine"],
+                [*run, "--fresh"],
                 [*run, "--fresh", "--dry-run", "--verbose"],
                 ["run", "other.toml", "--out", "out"],
                 ["run", "other.toml", "--out", "out", "--dry-run"],

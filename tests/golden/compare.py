@@ -20,7 +20,7 @@ from worker import DIED, HUNG, REPORT
 Found = tuple[str, str, float, str]
 """A file, an item in it, the size and the words of a difference."""
 
-PROVENANCE = {"toppling_version", "package_versions", "identity", "machines", "content_sha256"}
+PROVENANCE = {"toppling_version", "package_versions", "identity", "machines", "processor", "content_sha256"}
 """Attributes of results that say who computed them, on what, and with which checksum: those may differ."""
 MASKS = (
     (r'File "[^"]*", line \d+', "File …"),  # (of a traceback)

@@ -27,7 +27,7 @@ def outcome(folder):
     folder.mkdir()
     with netCDF4.Dataset(folder / "results.nc", "w") as data:
         data.setncattr("title", "Two blocks")
-        data.setncattr("machines", folder.name)  # (who computed it is no answer)
+        data.setncattr("processor", folder.name)  # (who computed it is no answer)
         data.createDimension("block", 2)
         median = data.createVariable("median", "f8", ("block",))
         median[:] = [0.5, np.nan]

@@ -183,7 +183,7 @@ def test_a_region_with_a_kink_is_cut_there(cut):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 5])
+@pytest.mark.parametrize("seed", [3, 18])
 def test_a_kink_that_the_check_misses_is_found_in_the_runs(seed, monkeypatch):
     """24 blocks agree with a surface whose further degrees, or width, hide the jump; all of its runs do not."""
     passed = []
@@ -196,7 +196,7 @@ def test_a_kink_that_the_check_misses_is_found_in_the_runs(seed, monkeypatch):
     monkeypatch.setattr(pooled_curves.PooledCurves, "cut_region", seen)
     found = pooled(region(2000), Kinked(delta=0.1), SHAKES, "pga", {"median": 0.08}, seed=seed)
     assert passed == [True]
-    # (or, of seed 5, further blocks do not agree with the cut either, and every interval holds what is left)
+    # (or, of seed 18, further blocks do not agree with the cut either, and every interval holds what is left)
     cut_there = "cut at a size R of 0.8" in found["account"].values[0]
     assert cut_there == (seed == 3)
     assert cut_there or float(found["lack_of_fit"][0]) > 0.1

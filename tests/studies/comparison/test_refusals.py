@@ -50,7 +50,7 @@ def folder(tmp_path_factory):
     whole = (here / "base/results.nc").read_bytes()
     (here / "damaged/results.nc").write_bytes(whole[: len(whole) // 2])
     (here / "unfinished" / FOLDER).mkdir()
-    manifest = {"engine": {}, "study": {}, "calls": [], "layout": LAYOUT, "machines": [], "identity": "", "work": 1}
+    manifest = {"engine": {}, "study": {}, "calls": [], "layout": LAYOUT, "identity": "", "work": 1}
     (here / "unfinished" / FOLDER / MANIFEST).write_text(json.dumps(manifest), encoding="utf-8")
     return here
 

@@ -206,14 +206,14 @@ def test_results_of_before_are_not_called_pulses(finished):
         "Do the motions’ spectra differ as those of earthquakes do?"
     ]
     assert said.startswith("Pulses, single motions and floor motions")
-    del results.attrs["machines"]
+    del results.attrs["processor"]
     assert "The results do not contain this check." in [one.reason for one in checks_of(results)]
 
 
 def test_a_study_that_is_not_finished(finished, tmp_path, capsys):
     shards = tmp_path / "shards"
     shards.mkdir()
-    manifest = {"layout": 3, "engine": {}, "machines": [], "identity": "", "study": {}, "work": 1, "calls": []}
+    manifest = {"layout": 3, "engine": {}, "identity": "", "study": {}, "work": 1, "calls": []}
     (shards / "manifest.json").write_text(json.dumps(manifest))
     assert main(["status", str(tmp_path), "--verify"]) == 2
     assert "is not finished, there are no results to verify" in capsys.readouterr().err

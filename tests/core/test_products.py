@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from toppling.fragility.numerics.products import crossed, squares
+from toppling.core.elementary import crossed, squares
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 1), (7, 3, 2), (500, 15, 15)])

@@ -1,0 +1,163 @@
+"""exp, log, power, products and the like of arrays, with the same bits on every processor that fuses multiply and add.
+
+numpy's loops are as wide as the processor's vectors, and their last digits differ by that width.  These functions have
+numpy's names and values, at 0, infinity and NaN too, where they do not warn; they call the C library, whose variants
+for such processors agree: in Python for a few values, else in a compiled loop.
+
+Libraries of linear algebra divide products by the vectors and processors that they find; here every sum has one order.
+Matrices are small.  Golub, G. H. and Van Loan, C. F. (2013). Matrix Computations, 4th edition, Johns Hopkins University
+Press: sections 3.4 (pivoting), 4.2 (Cholesky), 5.2 (Gram and Schmidt, twice), 8.5 (Jacobi, the pairs of a round at
+once) and 9.3 (exponentials).
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from .aliases import Array as Array, Flags as Flags, Index as Index  # noqa: PLC0414 - for one line of imports
+from .kernels import elementary as engine
+
+FEW, UNLOADED = 32, 10_000
+"""Values up to which Python is as fast as a compiled loop, and as fast as loading numba for one."""
+PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
+"""Functions in the order of the compiled loops, those of two numbers last."""
+SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
+"""Of eigh: most sweeps, of which some ten are needed, what they leave, and a divisor for 0; terms of expm."""
+
+
+def _of(at: int, *given: Any) -> Any:
+    """Return a function of one or two numbers or arrays, which are broadcast; of numbers it is one of numpy's."""
+    x = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in given))
+    flat = [values.ravel() for values in x]
+    found = np.empty(flat[0].size)
+    if found.size <= (FEW if "numba" in sys.modules else UNLOADED):
+        numbers = [values.tolist() for values in flat]
+        try:
+            found[:] = [*map(PYTHON[at], *numbers)]
+        except (ValueError, OverflowError):
+            found[:] = [_alone(PYTHON[at], *each) for each in zip(*numbers, strict=True)]
+    else:
+        with np.errstate(all="ignore"):  # (of numpy, where nothing is compiled)
+            engine.fill(at, flat[0], flat[-1], found)
+    return found.reshape(x[0].shape)[()]
+
+
+def _alone(function: Any, *x: float) -> float:
+    """Return a function of numbers, numpy's where Python refuses: there it is infinite or NaN."""
+    try:
+        return float(function(*x))
+    except (ValueError, OverflowError):
+        with np.errstate(all="ignore"):
+            return float(getattr(np, function.__name__)(*x))
+
+
+_all: list[Callable[..., Array]] = [partial(_of, at) for at in range(len(PYTHON))]
+exp, log, expm1, log1p, tan, arcsin, arccos, arctan, power, arctan2 = _all
+
+
+def geomspace(low: float, high: float, number: int) -> Array:
+    """Return `number` values from `low` to `high`, both among them, at equal ratios."""
+    found = power(10.0, np.linspace(math.log10(low), math.log10(high), number))
+    found[[0, -1]] = low, high
+    return found
+
+
+def times(one: Any, other: Any) -> Array:
+    """Return the sums over the last axis of `one` and the first of `other`, a vector (j,) or matrix (j, k)."""
+    return np.asarray(np.einsum("...j,j->..." if np.ndim(other) == 1 else "...j,jk->...k", one, other))
+
+
+def crossed(one: Array, other: Array) -> Array:
+    """Return the product of the transpose of a matrix (i, j) with a matrix (i, k), row by row."""
+    return times(np.ascontiguousarray(one).T, np.ascontiguousarray(other))
+
+
+def squares(rows: Array, covariance: Array) -> Array:
+    """Return, of each row (i, j), row' covariance row: its variance, not below 0."""
+    each = np.ascontiguousarray(rows)
+    return np.asarray(np.maximum((times(each, np.ascontiguousarray(covariance)) * each).sum(axis=1), 0.0))
+
+
+def cholesky(matrix: Array) -> Array:
+    """Return the lower triangle L with L L' = the matrix; LinAlgError where it is not positive definite."""
+    lower = np.tril(matrix)
+    for j in range(len(lower)):
+        lower[j:, j] -= times(lower[j:, :j], lower[j, :j])
+        if not lower[j, j] > 0.0:
+            raise np.linalg.LinAlgError("not positive definite")
+        lower[j:, j] /= np.sqrt(lower[j, j])
+    return lower
+
+
+def solve(matrix: Array, right: Array) -> Array:
+    """Return x with matrix x = right, (n,) or (n, k); LinAlgError where the matrix is singular."""
+    n = len(matrix)
+    both = np.column_stack([matrix, right])
+    for j in range(n):
+        pivot = j + int(np.abs(both[j:, j]).argmax())
+        both[[j, pivot]] = both[[pivot, j]]
+        if both[j, j] == 0.0:
+            raise np.linalg.LinAlgError("singular matrix")
+        both[j, j:] /= both[j, j]
+        factors = both[:, j].copy()
+        factors[j] = 0.0
+        both[:, j:] -= factors[:, None] * both[j, j:]
+    return both[:, n:].reshape(np.shape(right))
+
+
+def inverse(matrix: Array) -> Array:
+    """Return the inverse; LinAlgError where there is none."""
+    return solve(matrix, np.eye(len(matrix)))
+
+
+def orthonormal(columns: Any) -> Array:
+    """Return orthonormal columns (n, k), of which the first j span the first j that are given."""
+    found: Array = np.zeros(columns.shape)
+    for j, column in enumerate(columns.T):
+        once = column - times(found, times(found.T, column))
+        twice = once - times(found, times(found.T, once))
+        found[:, j] = twice / np.sqrt(times(twice, twice))
+    return found
+
+
+def eigh(matrix: Array) -> tuple[Array, Array]:
+    """Return the eigenvalues (n,) of a symmetric matrix, rising, and unit eigenvectors (n, n) as columns.
+
+    The largest share of each vector is positive.
+    """
+    a, n = np.array(matrix, dtype=np.float64), len(matrix)
+    vectors, order = np.eye(n), np.arange(n + n % 2)
+    half = len(order) // 2
+    for _ in range(SWEEPS):
+        if np.abs(np.triu(a, 1)).max() <= ROUNDING * np.abs(a).max():
+            break
+        for _ in range(2 * half - 1):
+            pairs = np.stack([order[:half], order[: half - 1 : -1]])
+            p, q = pairs[:, pairs.max(axis=0) < n]
+            apart, off = a[q, q] - a[p, p], 2.0 * a[p, q]
+            t = np.where(apart < 0.0, -off, off) / np.maximum(np.abs(apart) + np.hypot(apart, off), LEAST)
+            c, t = 1.0 / np.sqrt(1.0 + t * t)[:, None], t[:, None]
+            for rows in (a, a.T, vectors.T):
+                rows[p], rows[q] = c * (rows[p] - t * rows[q]), c * (t * rows[p] + rows[q])
+            a[p, q] = a[q, p] = 0.0
+            order[1:] = np.roll(order[1:], 1)
+    rising, largest = np.argsort(np.diag(a), kind="stable"), np.abs(vectors).argmax(axis=0)
+    return np.diag(a)[rising], (vectors * np.sign(vectors[largest, range(n)]))[:, rising]
+
+
+def expm(matrices: Array) -> Array:
+    """Return the exponentials of matrices (..., n, n)."""
+    one = np.eye(matrices.shape[-1])
+    halvings = np.maximum(np.frexp(np.abs(matrices).sum(axis=-1).max(axis=-1))[1] + 1, 0)[..., None, None]
+    found, small = one, matrices * 0.5**halvings
+    for j in range(TERMS, 0, -1):
+        found = one + np.einsum("...ij,...jk->...ik", small, found) / j
+    for i in range(halvings.max()):
+        found = np.where(i < halvings, np.einsum("...ij,...jk->...ik", found, found), found)
+    return found

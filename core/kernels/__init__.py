@@ -1,0 +1,1 @@
+"""Compiled loops over functions of the C library: plain numbers and arrays only."""
