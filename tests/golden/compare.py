@@ -34,6 +34,9 @@ MASKS = (
 )
 """What a text may say otherwise from run to run: identity, checksums, versions, processor, times, rates, paths."""
 EXPORTS = {".csv", ".xml", ".json"}
+WRITTEN = {*EXPORTS, ".at2", ".txt"}
+"""Files with all digits of their numbers, which are compared as numbers where the words are the same."""
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?(?![\w.])")
 PICTURES = {".png", ".gif", ".pdf", ".svg", ".webp"}
 PLACES = re.compile(r"--[a-z][\w-]*|\b(?:line|row|column) \d+|\b[a-z]\w*(?:\.\w+)+|\b[a-z]+_\w+|(['`\"]).*?\1")
 """What a sentence of refusal names: an option, a line, a dotted key or a file, a name with underscores, a quotation."""
@@ -120,7 +123,7 @@ def _commands(names: Sequence[str], ends: Sequence[Sequence[Any]], old: Path, ne
                     words = f"no longer names {sorted(lost)}" if (lost := named[0] - named[1]) else "names more"
                     yield "", f"{number} err", np.inf, f"{words}, is “{_masked(texts[1])}”"
             else:
-                yield from (("", f"{number} {stream}", np.inf, what) for what in _lines(*map(str.splitlines, texts)))
+                yield from (("", f"{number} {stream}", np.inf, what) for _, what in _lines(*map(str.splitlines, texts)))
 
 
 def _opens(path: Path) -> bool:
@@ -151,11 +154,11 @@ def _file(old: Path, new: Path, variables: Mapping[str, str]) -> Iterator[tuple[
         lines = [visible(text) if kind == ".html" else text.splitlines() for text in texts]
         differences = [*(_tables(*lines) if kind == ".csv" else _lines(*lines))]
         if not differences and kind in EXPORTS and _masked_lines(texts[0]) != _masked_lines(texts[1]):
-            differences = ["the same words in other bytes (ends of lines, spaces)"]
-        yield from (("", np.inf, what) for what in differences)
+            differences = [(np.inf, "the same words in other bytes (ends of lines, spaces)")]
+        yield from (("", size if kind in WRITTEN else np.inf, what) for size, what in differences)
 
 
-def _tables(old: Sequence[str], new: Sequence[str]) -> Iterator[str]:
+def _tables(old: Sequence[str], new: Sequence[str]) -> Iterator[tuple[float, str]]:
     """Yield which columns of a table are lost or new, and differences of the others."""
     rows = [list(csv.reader(table)) for table in (old, new)]
     before, after = ((table or [[]])[0] for table in rows)
@@ -163,7 +166,7 @@ def _tables(old: Sequence[str], new: Sequence[str]) -> Iterator[str]:
         yield from _lines(old, new)
         return
     lost, came = Counter(before) - Counter(after), Counter(after) - Counter(before)
-    yield f"columns lost: {list(lost)}, new: {list(came)}"
+    yield np.inf, f"columns lost: {list(lost)}, new: {list(came)}"
     shared = [name for name in after if name in set(before) & set(after)]
     yield from _lines(*([",".join(row) for row in _chosen(table, shared)] for table in rows))
 
@@ -174,18 +177,26 @@ def _chosen(table: Sequence[Sequence[str]], columns: Sequence[str]) -> list[list
     return [[row[place] if place < len(row) else "" for place in places] for row in table]
 
 
-def _lines(old: Sequence[str], new: Sequence[str]) -> Iterator[str]:
-    """Yield each run of lines that differs, identity and the like masked."""
+def _lines(old: Sequence[str], new: Sequence[str]) -> Iterator[tuple[float, str]]:
+    """Yield the size and the words of each run of lines that differs, identity and the like masked."""
     before, after = ([masked for line in side if (masked := _masked(line))] for side in (old, new))
     if before != after and sorted(before) == sorted(after):
-        yield f"the same {len(before)} lines in another order"
+        yield np.inf, f"the same {len(before)} lines in another order"
         return
     for kind, i, j, k, m in difflib.SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
         if kind != "equal":
             was, is_ = " / ".join(before[i:j]), " / ".join(after[k:m])
             start = next((at for at, (a, b) in enumerate(zip(was, is_, strict=False)) if a != b), 0)
             begin = max(0, start - 40)
-            yield f"“{was[begin : begin + 100]}” → “{is_[begin : begin + 100]}”"
+            yield _size(was, is_), f"“{was[begin : begin + 100]}” → “{is_[begin : begin + 100]}”"
+
+
+def _size(was: str, is_: str) -> float:
+    """Return the largest relative difference of the numbers of two texts, infinity where other words differ."""
+    if NUMBER.sub("", was) != NUMBER.sub("", is_):
+        return np.inf
+    a, b = (np.array(NUMBER.findall(text), dtype=float) for text in (was, is_))
+    return max((size for size, _ in _numbers(a, b)), default=0.0)
 
 
 def _masked_lines(text: str) -> list[str]:
@@ -272,7 +283,7 @@ def _attributes(name: str, old: Any, new: Any) -> Iterator[tuple[str, float, str
             yield from ((f"{name}@{key}", size, what) for size, what in _numbers(was, is_))
         else:
             texts = ([str(side.tolist())] for side in (was, is_))
-            yield from ((f"{name}@{key}", np.inf, what) for what in _lines(*texts))
+            yield from ((f"{name}@{key}", size, what) for size, what in _lines(*texts))
 
 
 def _values(old: Any, new: Any) -> Iterator[tuple[float, str]]:
@@ -283,7 +294,8 @@ def _values(old: Any, new: Any) -> Iterator[tuple[float, str]]:
     if was.dtype.kind in "OUS" or is_.dtype.kind in "OUS":
         differing = [(a, b) for a, b in zip(np.ravel(was), np.ravel(is_), strict=True) if a != b]
         if differing:
-            yield np.inf, f"{len(differing)} texts, the first “{differing[0][0]}” → “{differing[0][1]}”"
+            size = max(_size(*map(str, pair)) for pair in differing)
+            yield size, f"{len(differing)} texts, the first “{differing[0][0]}” → “{differing[0][1]}”"
     else:
         yield from _numbers(was, is_)
 
@@ -322,7 +334,7 @@ def _workbooks(old: Path, new: Path) -> Iterator[tuple[str, float, str]]:
         for column, row in sorted(before.keys() | after.keys()):
             cells = [sheet.get((column, row), "") for sheet in (before, after)]
             if column in shared[0] and cells[0] != cells[1]:
-                yield f"{title}!{column}{row}", np.inf, f"“{cells[0]}” → “{cells[1]}”"
+                yield f"{title}!{column}{row}", _size(*cells), f"“{cells[0]}” → “{cells[1]}”"
 
 
 def _sheet(sheet: Any) -> dict[tuple[str, str], str]:
