@@ -6,7 +6,7 @@ OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
 .PHONY: help study docs pages validate-experiments schema lint test test-slow test-all \
-        coverage covered-lines engine-truth faults test-exchange environments golden lock benchmark clean
+        wheel coverage covered-lines engine-truth faults test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -78,6 +78,10 @@ test-slow: $(VENV)/installed-dev
 
 # test and test-slow (half an hour)
 test-all: test test-slow
+
+# dist: a wheel of this platform and Python that carries compiled code of the kernels (ten minutes, with AVX-512)
+wheel: $(VENV)/installed-dev
+	PYTHON=$(BIN)/python .ci/wheel
 
 # docs/coverage.md: coverage of intervals (half an hour; FULL=1: 1,000 studies per row)
 coverage: $(VENV)/installed-dev

@@ -54,9 +54,8 @@ class Kernel:
     @property
     def on_disk(self) -> bool:
         """True if machine code of the kernel's folder as it is now is stored, so that nothing need be compiled."""
-        cache = getattr(self.dispatcher, "_cache", None)
-        stored = getattr(cache, "_cache_file", None)  # (none where there is no place for files)
-        return stored is not None and bool(stored._load_index())
+        # (there is none where there is no place for files)
+        return bool(getattr(getattr(self.dispatcher, "_cache", None), "holds_code", False))
 
     def __reduce__(self) -> Any:
         """Pickle it by its name, as functions are."""

@@ -7,6 +7,9 @@ Where multiplications and additions are fused depends on what a function is inli
 depend on which copy of a callee runs.  numba exports every callee under one name, and the linker takes the copy that
 was loaded first: the process that compiles would have other bits than those that load from disk.  So each function that
 Python calls carries its callees as its own, and what only other kernels call never becomes machine code by itself.
+
+Machine code is made for a family of processors, not for the host, so that a wheel can carry it; what a process compiles
+besides kernels is as numba makes it.
 """
 
 from __future__ import annotations
@@ -19,9 +22,10 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 from numba import config, jit, njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher, cpu_target
@@ -32,7 +36,13 @@ OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": Fa
 to be compiled first: then the bits of a process that compiles everything differ from those of one that loads a part.
 """
 
-
+FAMILIES = {
+    "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
+    "x86-64-v3": ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"),
+}
+"""What a processor must have for a family of kernels, the widest first (x86-64 psABI 1.0, section 3.1.1)."""
+STORED = "stored"
+"""Folder beside a kernel's, in which a wheel carries machine code."""
 FUSED = ("haswell", "skylake-avx512", "x86-64-v3", "x86-64-v4", "znver2")
 """Targets whose own features fuse multiplications and additions, and whose kernels were seen to have the same bits."""
 
@@ -47,15 +57,66 @@ def folder_stamp(folder: Path) -> str:
     return digest.hexdigest()
 
 
+@cache
+def target() -> tuple[str, str]:
+    """Return the processor and features that kernels are compiled for: a family's, or what numba is told or finds."""
+    if config.CPU_NAME is None and llvm.get_process_triple().startswith("x86_64"):  # type: ignore[attr-defined]
+        has = llvm.get_host_cpu_features()
+        found = [family for family, needed in FAMILIES.items() if all(has.get(one) for one in needed)]
+        if "x86-64-v3" in found:
+            return found[0], ""
+    _, name, features = cpu_target.target_context.codegen().magic_tuple()
+    return name, features
+
+
+class Generator(JITCPUCodegen):
+    """numba's generator of machine code, for the kernels' target."""
+
+    def _get_host_cpu_name(self) -> str:
+        return target()[0]
+
+    def _get_host_cpu_features(self) -> str:
+        return target()[1]
+
+
+@cache
+def generator() -> Generator:
+    """Return the generator of all kernels of this process."""
+    return Generator("toppling")  # type: ignore[no-untyped-call]
+
+
+def for_kernels(context: Any) -> Any:
+    """Return numba's context of a compilation with the kernels' generator in place of its own."""
+    return context.subtarget(_internal_codegen=generator())
+
+
 class FolderCache(FunctionCache):
-    """numba's disk cache of a function, stamped by its folder; numba chooses where the files lie."""
+    """numba's disk cache of a function, stamped by its folder; numba chooses where the files lie.
+
+    What is not there may have come with the wheel, which is never written to.
+    """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        stamp = folder_stamp(Path(function.__code__.co_filename).parent)
-        self._cache_file = IndexDataCacheFile(  # type: ignore[no-untyped-call]
-            self.cache_path, self._impl.filename_base, stamp
+        folder = Path(function.__code__.co_filename).parent
+        self._cache_file, self._carried = (
+            IndexDataCacheFile(place, self._impl.filename_base, folder_stamp(folder))  # type: ignore[no-untyped-call]
+            for place in (self.cache_path, str(folder / STORED))
         )
+
+    @property
+    def holds_code(self) -> bool:
+        """True if code of the folder as it is now is stored for this numba and this target."""
+        made_for = generator().magic_tuple()
+        return any(key[1] == made_for for file in (self._cache_file, self._carried) for key in file._load_index())
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        context = for_kernels(target_context)
+        for file in (self._cache_file, self._carried):
+            data = file.load(self._index_key(sig, context.codegen()))  # type: ignore[no-untyped-call]
+            if data is not None:
+                return self._impl.rebuild(context, data)
+        return None
 
 
 class ClosedLibrary(JITCodeLibrary):
@@ -82,6 +143,7 @@ class KeptCompiler(CompilerBase):
 
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
+        state.targetctx = for_kernels(state.targetctx)
         closed = ClosedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         closed.enable_object_caching()  # type: ignore[no-untyped-call]
         state["library"] = closed
@@ -180,6 +242,6 @@ class UncachedCode(UserWarning):
 
 def processor() -> str:
     """Return for what numba compiles: "x86-64 with FMA", where all processors have the same bits, else "generic"."""
-    system, name, features = cpu_target.target_context.codegen().magic_tuple()
+    system, name, features = generator().magic_tuple()
     fused = "+fma" in features.split(",") or (not features and name in FUSED)
     return "x86-64 with FMA" if fused and system.startswith("x86_64") else "generic"

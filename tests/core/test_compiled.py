@@ -9,12 +9,14 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from llvmlite import binding as llvm
 from numba.core.caching import UserProvidedCacheLocator
+from numba.core.registry import cpu_target
 
 import toppling
 from toppling.core import machine_code
 from toppling.core.compiled import Kernel
-from toppling.core.machine_code import Callee, FolderCache, folder_stamp
+from toppling.core.machine_code import FAMILIES, STORED, Callee, FolderCache, folder_stamp, generator, target
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
 from toppling.models.engine.pieces import solve_sample
@@ -61,8 +63,8 @@ BITS = """
 import hashlib
 import numpy as np
 from llvmlite.binding import ObjectFileRef
-from numba.core.registry import cpu_target
 import toppling as tp
+from toppling.core.machine_code import generator
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
 from toppling.models.engine.starts import begin_runs
@@ -80,7 +82,7 @@ print(hashlib.sha256(b"".join(one.tobytes() for one in results)).hexdigest())
 for entry in (begin_runs, run_lanes, run_exact):
     cache, compiled = entry.dispatcher._cache, sum(entry.dispatcher.stats.cache_misses.values())
     for signature in entry.dispatcher.signatures:
-        stored = cache._cache_file.load(cache._index_key(signature, cpu_target.target_context.codegen()))
+        stored = cache._cache_file.load(cache._index_key(signature, generator()))
         _, _, (file, _) = stored[0]
         # (instructions alone: names hold numbers that count what was compiled before)
         code = b"".join(section.data() for section in ObjectFileRef.from_data(file).sections() if section.is_text())
@@ -179,6 +181,34 @@ def test_a_read_only_installation(folder, tmp_path):
     check(folder, *who_may_not_write(folder, home), HOME=str(home), XDG_CACHE_HOME=str(home / "cache"))
     assert not list(folder.rglob("*.nbi"))
     assert list(home.rglob("*.nbi"))
+
+
+@pytest.mark.slow
+def test_code_that_came_with_the_wheel(folder, tmp_path):
+    """It is loaded where it fits, and never written to: another target and an edited source compile as without it."""
+    made, own = tmp_path / "made", {"NUMBA_CACHE_DIR": str(tmp_path / "own")}
+    assert use(folder, NUMBA_CACHE_DIR=str(made)) == [3.0, 0, 1]
+    shutil.copytree(next(made.iterdir()), folder / STORED)
+    carried = {path.name: path.read_bytes() for path in (folder / STORED).iterdir()}
+    assert use(folder, **own) == [3.0, 1, 0]
+    assert not list((tmp_path / "own").rglob("*.nbi"))
+    assert use(folder, **own, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="") == [3.0, 0, 1]
+    edit(folder, 10.0)
+    assert use(folder, **own) == [21.0, 0, 1]
+    assert use(folder, **own) == [21.0, 1, 0]
+    assert {path.name: path.read_bytes() for path in (folder / STORED).iterdir()} == carried
+
+
+@pytest.mark.parametrize(("lacks", "family"), [(None, "x86-64-v4"), ("avx512vl", "x86-64-v3"), ("fma", None)])
+def test_target(lacks, family, monkeypatch):
+    """A family that the processor has whole; else the host, and numba's own target stays the host in any case."""
+    has = dict.fromkeys([name for names in FAMILIES.values() for name in names], True) | {lacks: False}
+    monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: has)
+    monkeypatch.setattr(llvm, "get_process_triple", lambda: "x86_64-unknown-linux-gnu")
+    host = cpu_target.target_context.codegen().magic_tuple()[1:]
+    assert target.__wrapped__() == ((family, "") if family else host)
+    assert generator().magic_tuple()[1:] == target()
+    assert host[0] == llvm.get_host_cpu_name()
 
 
 def who_may_not_write(folder, home):

@@ -258,7 +258,7 @@ def test_the_example_agrees_at_every_level(tmp_path):
 
 @pytest.mark.slow
 def test_what_the_tutorial_says_of_its_example(tmp_path):
-    """Selected motions, and all candidates scaled to the same levels; another processor selects a few others."""
+    """Selected motions, and all candidates scaled to the same levels."""
     write_starter("hazard", tmp_path / "site")
     study = tp.Study.from_toml(tmp_path / "site/study.toml")
     results = study.run()
@@ -270,11 +270,11 @@ def test_what_the_tutorial_says_of_its_example(tmp_path):
         study.blocks, study.models, [list(pool.arrays)] * levels.size, levels, im="Sa(1.0)", screen=False
     )
     at = levels.tolist().index(pytest.approx(0.45 * 9.80665))
-    assert round(float(results["probability"].values.ravel()[at]), 2) == pytest.approx(0.40, abs=0.03)
+    assert round(float(results["probability"].values.ravel()[at]), 2) == pytest.approx(0.38, abs=0.03)
     assert float(scaled["overturned"][..., scaled["stripe"].values == at + 1].mean()) == pytest.approx(0.63, abs=0.02)
     hazard = tp.fragility.read_hazard(tmp_path / "site/hazard.csv")
     of_all = tp.fragility.annual_rate(tp.fragility.fit_fragility(scaled), hazard)["rate"].item()
-    assert 1.0 / results["rate"].item() == pytest.approx(1500.0, rel=0.05)
+    assert 1.0 / results["rate"].item() == pytest.approx(1270.0, rel=0.05)
     assert 1.0 / of_all == pytest.approx(820.0, rel=0.05)
     # … and what scaling brings along at that level, over the hazard's medians
     wanted = results["selection_target_median"][at]
