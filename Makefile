@@ -79,7 +79,7 @@ test-slow: $(VENV)/installed-dev
 # test and test-slow (half an hour)
 test-all: test test-slow
 
-# dist: a wheel of this platform and Python that carries compiled code of the kernels (ten minutes, with AVX-512)
+# dist: a wheel for this platform, Python and numba that carries compiled code (six minutes; needs AVX-512)
 wheel: $(VENV)/installed-dev
 	PYTHON=$(BIN)/python .ci/wheel
 

@@ -110,7 +110,6 @@ UNIFORMITY = 0.05
 # Limits (m/s², s) above which a motion is no shaking and arithmetic on it overflows.
 MAX_ACCELERATION = 1e9
 MAX_STEP = 1e3
-ACCELERATION_SPELLINGS = ("m s-2", "m/s2", "m/s^2", "m/s²", "m s^-2", "m s**-2")
 
 
 def time_step(what: str, time: Array | None, dt: float | None) -> float:
@@ -155,18 +154,6 @@ def _spelled(unit: str) -> str:
     text = re.sub(r"[*·.\s]+", " ", re.sub(r"\s*(?:\*\*|\^)\s*", "", text))
     text = re.sub(r"-$", "-1", re.sub(r"/\(?([a-z]+)(\d*)\)?$", r" \1-\2", text))
     return re.sub(r"^1? ?(?=year-1$)|^(?:dimensionless|none|-)?$", "", text).strip() or "1"
-
-
-def acceleration_units(what: str, units: Any) -> None:
-    """Raise ValueError if the stated units of an acceleration are not m/s²; unstated units are taken as m/s²."""
-    if units is not None and units not in ACCELERATION_SPELLINGS:
-        raise ValueError(f"{what} must be in m s-2, got units {units!r}")
-
-
-def time_units(what: str, units: Any) -> None:
-    """Raise ValueError if the stated units of a time are not seconds; unstated units are taken as seconds."""
-    if units not in (None, "", "s", "sec", "second", "seconds"):
-        raise ValueError(f"{what} must be in s, got units {units!r:.40}: convert it, and write units 's'")
 
 
 def callback(name: str, value: Any) -> None:

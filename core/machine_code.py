@@ -107,8 +107,9 @@ class FolderCache(FunctionCache):
     @property
     def holds_code(self) -> bool:
         """True if code of the folder as it is now is stored for this numba and this target."""
-        made_for = generator().magic_tuple()
-        return any(key[1] == made_for for file in (self._cache_file, self._carried) for key in file._load_index())
+        made_for = generator().magic_tuple()  # type: ignore[no-untyped-call]
+        stored = [file._load_index() for file in (self._cache_file, self._carried)]  # type: ignore[no-untyped-call]
+        return any(key[1] == made_for for index in stored for key in index)
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         context = for_kernels(target_context)
@@ -242,6 +243,6 @@ class UncachedCode(UserWarning):
 
 def processor() -> str:
     """Return for what numba compiles: "x86-64 with FMA", where all processors have the same bits, else "generic"."""
-    system, name, features = generator().magic_tuple()
+    system, name, features = generator().magic_tuple()  # type: ignore[no-untyped-call]
     fused = "+fma" in features.split(",") or (not features and name in FUSED)
     return "x86-64 with FMA" if fused and system.startswith("x86_64") else "generic"

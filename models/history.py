@@ -226,7 +226,7 @@ def _single_motion(motion: Any) -> tuple[Array, Array | None, float, str, float]
     extra = [d for d in motion.dims if d != "time"]
     if "time" not in motion.dims or any(motion.sizes[d] != 1 for d in extra):
         raise ValueError(f"motion must be exactly one motion over time, got sizes {dict(motion.sizes)}; select one")
-    checks.acceleration_units("motion", motion.attrs.get("units"))
+    checks.stated_unit("motion", motion, "m s-2")
     one = motion.isel(dict.fromkeys(extra, 0)).compute()
     label = str(one["motion"].item()) if "motion" in one.coords else "motion"
     values = checks.acceleration("motion", one.values)

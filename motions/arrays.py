@@ -136,7 +136,7 @@ def from_array(
     """
     step = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
     if isinstance(acceleration, xr.DataArray):
-        checks.acceleration_units("acceleration", acceleration.attrs.get("units", acceleration.attrs.get("unit")))
+        checks.stated_unit("acceleration", acceleration, "m s-2")
         if "time" in acceleration.dims:
             acceleration = acceleration.transpose(..., "time")
         if "time" in acceleration.indexes and acceleration.sizes["time"] > 1:
@@ -265,7 +265,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
         return _records_of_pairs(array)
     if "time" not in array.dims or "motion" not in array.dims or not set(array.dims) <= {"motion", "floor", "time"}:
         raise ValueError(f"motions must have dims (motion, time) or (motion, floor, time), got {array.dims}")
-    checks.acceleration_units("motions", array.attrs.get("units"))
+    checks.stated_unit("motions", array, "m s-2")
     if "floor" in array.dims:
         array = array.transpose("motion", "floor", "time")
         floors = [str(f) for f in array["floor"].values] if "floor" in array.coords else None
@@ -338,7 +338,7 @@ def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] |
     if name != "time" and not {*coordinate.dims} <= {"motion"}:
         raise ValueError(f"{name} of motions must be on motion alone, got dims {coordinate.dims}")
     if name in ("time", "dt"):
-        checks.time_units(f"{name} of motions", coordinate.attrs.get("units"))
+        checks.stated_unit(f"{name} of motions", coordinate, "s")
     if "motion" not in coordinate.dims:
         return [coordinate.values[()]] * n
     return list(coordinate.transpose("motion", ...).values)
