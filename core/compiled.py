@@ -29,27 +29,23 @@ class Kernel:
         self.py_func = function
         self._keep = keep
         self._options = options
-        self._made: Any = None
+        self.made: Any = None
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it, compiled."""
         return self.dispatcher(*arguments)
 
-    def set(self, dispatcher: Any) -> None:
-        """Take a dispatcher as this kernel's."""
-        self._made = dispatcher
-
     @property
     def dispatcher(self) -> Any:
         """The compiled function; the first use makes all kernels of the folder known to each other."""
-        if self._made is None:
+        if self.made is None:
             folder = folder_of(self.py_func)
             # (outside of the lock, which the decorator takes while a module is imported)
             for module in pkgutil.iter_modules(getattr(sys.modules[folder], "__path__", [])):
                 importlib.import_module(f"{folder}.{module.name}")
             with _lock:
                 make_folder(folder)
-        return self._made
+        return self.made
 
     @property
     def on_disk(self) -> bool:
@@ -85,7 +81,7 @@ def make_folder(folder: str) -> None:
             named = {key: value for key, value in list(vars(module).items()) if isinstance(value, Kernel)}
             vars(module).update({key: made[value] for key, value in named.items() if value in made})
     for one, dispatcher in made.items():
-        one.set(dispatcher)
+        one.made = dispatcher
     _loaded.add(folder)
     _waiting.pop(folder, None)
 

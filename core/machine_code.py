@@ -29,7 +29,9 @@ from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher, cpu_target
+from numba.core.targetconfig import ConfigStack
 from numba.core.typed_passes import NativeLowering
+from numba.core.typing import Context
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "_nrt": True}
 """numba's options of a kernel that sets no others.  What is not set a callee takes from the caller for which it happens
@@ -79,15 +81,32 @@ class Generator(JITCPUCodegen):
         return target()[1]
 
 
-@cache
-def generator() -> Generator:
-    """Return the generator of all kernels of this process."""
-    return Generator("toppling")  # type: ignore[no-untyped-call]
+GENERATOR = Generator("toppling")  # type: ignore[no-untyped-call]
 
 
-def for_kernels(context: Any) -> Any:
-    """Return numba's context of a compilation with the kernels' generator in place of its own."""
-    return context.subtarget(_internal_codegen=generator())
+class Typing(Context):
+    """numba's types of calls, each looked up once: of the 12,000 in a kernel with its callees 600 differ."""
+
+    __slots__ = ("_found", "_known", "_options")
+
+    def __init__(self) -> None:
+        self.__dict__ = cpu_target.typing_context.__dict__  # (what is registered later is known here, too)
+        self._found: dict[Any, dict[Any, Any]] = {}
+        self._options, self._known = self, {}
+
+    def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
+        """Return the signature of a call under the options of the function that is being compiled."""
+        options = ConfigStack.top_or_none()  # type: ignore[no-untyped-call]
+        if options is not self._options:
+            self._options, self._known = options, self._found.setdefault(options, {})
+        known, key = self._known, (func, args, tuple(dict(kws).items()))
+        found = known.get(key)
+        if found is None:
+            found = known[key] = super().resolve_function_type(func, args, kws)  # type: ignore[no-untyped-call]
+        return found
+
+
+TYPING = Typing()
 
 
 class FolderCache(FunctionCache):
@@ -107,12 +126,12 @@ class FolderCache(FunctionCache):
     @property
     def holds_code(self) -> bool:
         """True if code of the folder as it is now is stored for this numba and this target."""
-        made_for = generator().magic_tuple()  # type: ignore[no-untyped-call]
+        made_for = GENERATOR.magic_tuple()  # type: ignore[no-untyped-call]
         stored = [file._load_index() for file in (self._cache_file, self._carried)]  # type: ignore[no-untyped-call]
         return any(key[1] == made_for for index in stored for key in index)
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
-        context = for_kernels(target_context)
+        context = target_context.subtarget(_internal_codegen=GENERATOR)
         for file in (self._cache_file, self._carried):
             data = file.load(self._index_key(sig, context.codegen()))  # type: ignore[no-untyped-call]
             if data is not None:
@@ -144,7 +163,8 @@ class KeptCompiler(CompilerBase):
 
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
-        state.targetctx = for_kernels(state.targetctx)
+        state.typingctx = TYPING
+        state.targetctx = state.targetctx.subtarget(typing_context=TYPING, _internal_codegen=GENERATOR)
         closed = ClosedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         closed.enable_object_caching()  # type: ignore[no-untyped-call]
         state["library"] = closed
@@ -156,6 +176,7 @@ class CalleeCompiler(CompilerBase):
 
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
+        state.typingctx, state.targetctx = TYPING, state.targetctx.subtarget(typing_context=TYPING)
         state.flags = state.flags.copy()
         state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
         state["library"] = LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
@@ -243,6 +264,6 @@ class UncachedCode(UserWarning):
 
 def processor() -> str:
     """Return for what numba compiles: "x86-64 with FMA", where all processors have the same bits, else "generic"."""
-    system, name, features = generator().magic_tuple()  # type: ignore[no-untyped-call]
+    system, name, features = GENERATOR.magic_tuple()  # type: ignore[no-untyped-call]
     fused = "+fma" in features.split(",") or (not features and name in FUSED)
     return "x86-64 with FMA" if fused and system.startswith("x86_64") else "generic"

@@ -1,6 +1,7 @@
 """The disk cache of compiled functions: what a folder's sources decide, in processes of their own, writable or not."""
 
 import json
+import operator
 import os
 import shutil
 import subprocess
@@ -8,15 +9,19 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numba
 import pytest
 from llvmlite import binding as llvm
 from numba.core.caching import UserProvidedCacheLocator
+from numba.core.compiler import Flags
 from numba.core.registry import cpu_target
+from numba.core.targetconfig import ConfigStack
+from numba.core.typing import Context
 
 import toppling
 from toppling.core import machine_code
 from toppling.core.compiled import Kernel
-from toppling.core.machine_code import FAMILIES, STORED, Callee, FolderCache, folder_stamp, generator, target
+from toppling.core.machine_code import FAMILIES, GENERATOR, STORED, Callee, FolderCache, Typing, folder_stamp, target
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
 from toppling.models.engine.pieces import solve_sample
@@ -64,7 +69,7 @@ import hashlib
 import numpy as np
 from llvmlite.binding import ObjectFileRef
 import toppling as tp
-from toppling.core.machine_code import generator
+from toppling.core.machine_code import GENERATOR
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
 from toppling.models.engine.starts import begin_runs
@@ -82,7 +87,7 @@ print(hashlib.sha256(b"".join(one.tobytes() for one in results)).hexdigest())
 for entry in (begin_runs, run_lanes, run_exact):
     cache, compiled = entry.dispatcher._cache, sum(entry.dispatcher.stats.cache_misses.values())
     for signature in entry.dispatcher.signatures:
-        stored = cache._cache_file.load(cache._index_key(signature, generator()))
+        stored = cache._cache_file.load(cache._index_key(signature, GENERATOR))
         _, _, (file, _) = stored[0]
         # (instructions alone: names hold numbers that count what was compiled before)
         code = b"".join(section.data() for section in ObjectFileRef.from_data(file).sections() if section.is_text())
@@ -202,13 +207,36 @@ def test_code_that_came_with_the_wheel(folder, tmp_path):
 @pytest.mark.parametrize(("lacks", "family"), [(None, "x86-64-v4"), ("avx512vl", "x86-64-v3"), ("fma", None)])
 def test_target(lacks, family, monkeypatch):
     """A family that the processor has whole; else the host, and numba's own target stays the host in any case."""
+    host = cpu_target.target_context.codegen().magic_tuple()[1:]
+    assert host[0] == llvm.get_host_cpu_name()
     has = dict.fromkeys([name for names in FAMILIES.values() for name in names], True) | {lacks: False}
     monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: has)
     monkeypatch.setattr(llvm, "get_process_triple", lambda: "x86_64-unknown-linux-gnu")
-    host = cpu_target.target_context.codegen().magic_tuple()[1:]
     assert target.__wrapped__() == ((family, "") if family else host)
-    assert generator().magic_tuple()[1:] == target()
-    assert host[0] == llvm.get_host_cpu_name()
+    assert GENERATOR.magic_tuple()[1:] == target()
+
+
+def test_types_of_calls_are_looked_up_once(monkeypatch):
+    """For each set of the compiler's options; numba's own types of calls stay numba's."""
+    asked, look_up = [], Context.resolve_function_type
+
+    def asks(context, func, args, kws):
+        asked.append((func, args))
+        return look_up(context, func, args, kws)
+
+    monkeypatch.setattr(Context, "resolve_function_type", asks)
+    cpu_target.typing_context.refresh()
+    types, call = Typing(), (operator.add, (numba.float64, numba.int64), {})
+    found = types.resolve_function_type(*call)
+    assert found.return_type == numba.float64
+    assert types.resolve_function_type(*call) is found
+    with ConfigStack().enter(Flags()):
+        assert types.resolve_function_type(*call).return_type == numba.float64
+    assert types.resolve_function_type(*call) is found
+    assert asked.count(call[:2]) == 2
+    with pytest.raises(numba.TypingError):
+        types.resolve_function_type(operator.add, (numba.float64, numba.types.unicode_type), {})
+    assert not isinstance(cpu_target.typing_context, Typing)
 
 
 def who_may_not_write(folder, home):
