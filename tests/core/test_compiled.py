@@ -202,13 +202,13 @@ def test_code_that_came_with_the_wheel(folder, tmp_path):
 @pytest.mark.parametrize(("lacks", "family"), [(None, "x86-64-v4"), ("avx512vl", "x86-64-v3"), ("fma", None)])
 def test_target(lacks, family, monkeypatch):
     """A family that the processor has whole; else the host, and numba's own target stays the host in any case."""
+    host = cpu_target.target_context.codegen().magic_tuple()[1:]
+    assert host[0] == llvm.get_host_cpu_name()
+    assert generator().magic_tuple()[1:] == target()
     has = dict.fromkeys([name for names in FAMILIES.values() for name in names], True) | {lacks: False}
     monkeypatch.setattr(llvm, "get_host_cpu_features", lambda: has)
     monkeypatch.setattr(llvm, "get_process_triple", lambda: "x86_64-unknown-linux-gnu")
-    host = cpu_target.target_context.codegen().magic_tuple()[1:]
     assert target.__wrapped__() == ((family, "") if family else host)
-    assert generator().magic_tuple()[1:] == target()
-    assert host[0] == llvm.get_host_cpu_name()
 
 
 def who_may_not_write(folder, home):
