@@ -96,7 +96,7 @@ def test_the_word_of_a_target(target, word, monkeypatch):
         def magic_tuple(self):
             return target
 
-    monkeypatch.setattr(type(machine_code.cpu_target.target_context), "codegen", lambda self: Codegen())
+    monkeypatch.setattr(machine_code, "generator", Codegen)
     assert machine_code.processor() == word
 
 
