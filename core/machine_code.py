@@ -30,9 +30,10 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pass
 from numba.core.errors import TypingError
 from numba.core.registry import CPUDispatcher, cpu_target
-from numba.core.typed_passes import NativeLowering
+from numba.core.typed_passes import NativeLowering, NopythonRewrites
 from numba.core.types.functions import Function
 from numba.core.typing import Context
+from numba.core.untyped_passes import InlineClosureLikes
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "_nrt": True}
 """numba's options of a kernel that sets no others.  What is not set a callee takes from the caller for which it happens
@@ -196,6 +197,13 @@ class LinkedLibrary(JITCodeLibrary):
         self._finalized = True
 
 
+def passes_of(state: Any) -> PassManager:
+    """Return numba's passes but those for closures and expressions of arrays, which kernels do not hold."""
+    passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
+    passes.passes = [step for step in passes.passes if step[0] not in (InlineClosureLikes, NopythonRewrites)]
+    return passes
+
+
 class KeptCompiler(CompilerBase):
     """Compiler of the kernels that Python calls."""
 
@@ -205,7 +213,9 @@ class KeptCompiler(CompilerBase):
         closed = ClosedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         closed.enable_object_caching()  # type: ignore[no-untyped-call]
         state["library"] = closed
-        return [DefaultPassBuilder.define_nopython_pipeline(state)]  # type: ignore[no-untyped-call]
+        passes = passes_of(state)
+        passes.finalize()
+        return [passes]
 
 
 class CalleeCompiler(CompilerBase):
@@ -217,7 +227,7 @@ class CalleeCompiler(CompilerBase):
         state.flags = state.flags.copy()
         state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
         state["library"] = LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
-        passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
+        passes = passes_of(state)
         passes.add_pass_after(CalleeDeclaration, NativeLowering)
         passes.finalize()
         return [passes]
