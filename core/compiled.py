@@ -11,9 +11,12 @@ import functools
 import importlib
 import os
 import pkgutil
+import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 _lock = threading.RLock()
@@ -30,10 +33,46 @@ class Kernel:
         self._keep = keep
         self._options = options
         self._made: Any = None
+        self._aside: subprocess.Popen[bytes] | None = None
+        self._waits = False
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it, compiled."""
+        if self._waits and self._aside is not None:
+            from .machine_code import told  # noqa: PLC0415 - numba, which takes a second
+
+            with told(self.py_func.__name__):
+                while self._aside.poll() is None and not self.on_disk:
+                    time.sleep(0.05)
+            self._waits = False
         return self.dispatcher(*arguments)
+
+    def compile_aside(self, call: str) -> None:
+        """Let another process, which calls a function ("module:name"), compile it; the first call here waits for it.
+
+        Nothing is done where it is stored, or can't be.  The function asks to `end_with_parent`.
+        """
+        cache = getattr(self.dispatcher, "_cache", None)
+        if not hasattr(cache, "holds_code") or self.on_disk:
+            return
+        module, _, name = call.partition(":")
+        # (where no further process may be started, the first call compiles)
+        with suppress(OSError):
+            self._aside = subprocess.Popen(
+                [sys.executable, "-c", f"from {module} import {name}; {name}()"],
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+            self._waits = True
+
+    def leave_aside(self) -> None:
+        """End the other process."""
+        if self._aside is not None:
+            self._waits = False
+            self._aside.kill()
+            self._aside.wait()
 
     def set(self, dispatcher: Any) -> None:
         """Take a dispatcher as this kernel's."""
@@ -66,6 +105,16 @@ class Kernel:
         from .machine_code import dispatcher  # noqa: PLC0415 - numba, which takes a second
 
         return dispatcher(self.py_func, self._keep, self._options)
+
+
+def end_with_parent() -> None:
+    """End this process, which another has started to compile, as soon as that one has ended."""
+
+    def watch() -> None:
+        sys.stdin.read()
+        os._exit(0)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def folder_of(function: Callable[..., Any]) -> str:

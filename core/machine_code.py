@@ -16,8 +16,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sys
+import threading
+import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -204,8 +208,44 @@ def passes_of(state: Any) -> PassManager:
     return passes
 
 
+_telling = threading.Lock()
+
+
+@contextmanager
+def told(name: str) -> Iterator[None]:
+    """Tell whoever waits, each second, that a kernel is compiled: on a terminal or in a notebook."""
+    watched = sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
+    if not (watched and _telling.acquire(blocking=False)):  # (a kernel within another is compiled with it)
+        yield
+        return
+    done, text = threading.Event(), ""
+
+    def tell() -> None:
+        nonlocal text
+        began = time.monotonic()
+        while not done.wait(1.0):
+            text = f"compiling {name}, once after installation: {time.monotonic() - began:.0f} s"
+            print(f"\r{text}", end="", file=sys.stderr, flush=True)
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        done.set()
+        teller.join()
+        _telling.release()
+        if text:
+            print("\r" + " " * len(text), end="\r", file=sys.stderr, flush=True)
+
+
 class KeptCompiler(CompilerBase):
     """Compiler of the kernels that Python calls."""
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function, and tell it."""
+        with told(func.__name__):
+            return super().compile_extra(func)  # type: ignore[no-untyped-call]
 
     def define_pipelines(self) -> list[PassManager]:
         state = self.state

@@ -16,13 +16,16 @@ import numpy as np
 
 from ..core import checks
 from ..core.aliases import Array, Index
+from ..core.compiled import Kernel
 from ..core.units import STANDARD_GRAVITY
 from .batches import Records, batch_of, flushed, lay_out
+from .block import Block
 from .engine import tables
 from .engine.exact_runs import run_exact
 from .engine.linear_runs import run_lanes
 from .engine.regions import AT_REST
 from .engine.starts import begin_runs
+from .laws import HousnerImpact
 from .oscillator import Oscillator, Stack, stack
 from .sliding.law import PlaneSlider, Slider
 from .sliding.plane import PlaneTable, plane_table, run_in_plane
@@ -312,12 +315,30 @@ def engine_identity() -> dict[str, str]:
     return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}
 
 
+def compile_aside(function: str) -> None:
+    """Let another process, in which a function is called ("module:name"), compile the largest driver, unless stored."""
+    if isinstance(run_lanes, Kernel):
+        run_lanes.compile_aside(function)
+
+
+def compile_lanes() -> None:
+    """Compile that driver, of linear geometry; all its batches have the same types."""
+    from numba import typeof  # noqa: PLC0415 - a second
+
+    oscillator, none = HousnerImpact().oscillator(Block(width=0.3, height=1.2)), np.zeros(1, np.int64)
+    records, tally = lay_out([np.zeros(2)], 0.01, []), np.zeros(len(TALLY), np.int64)
+    batch = batch_of(records, stack([oscillator]), none, none, np.ones(1), tally)
+    run_lanes.dispatcher.compile(tuple(map(typeof, (batch, none, none))))
+
+
 def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> None:
     """Load or compile the engine's drivers that these oscillators need (once after installation: half a minute).
 
     `sliding`: the driver of sliding blocks as well; `plane`: of those that slide under both horizontal components.
     """
     kinds = {oscillator.exact: oscillator for oscillator in oscillators}
+    if False not in kinds and isinstance(run_lanes, Kernel):
+        run_lanes.leave_aside()
     run_many(list(kinds.values()), np.ones((len(kinds), 1)), np.zeros(2), 0.01, skip=False)
     if sliding:
         run_sliders(friction_table([Slider(0.5, 0.5, 0.5, 0.5)]), np.ones((1, 1)), np.zeros(2), None, 0.01, skip=False)

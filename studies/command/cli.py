@@ -86,6 +86,11 @@ def run(
     Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
     finished results of the same study are not computed again; `toppling schema` lists every key.
     """
+    from ...models.runs import compile_aside
+
+    if scheduler is None and not dry_run:
+        compile_aside("toppling.studies.command.ahead:compile_ahead")
+
     from ...core.doubts import noted
     from ..kinds.study import Study
     from ..store.folder import RESULT_NAME
@@ -116,9 +121,8 @@ def run(
     client = None if scheduler is None else _connect(scheduler)
     if client is None:
         if not plan.is_compiled:
-            say(console, "compiling the engine for this study: once after installation, some 20 s")
-        with console.status("loading the engine"):
-            plan.prepare()
+            say(console, "compiling the engine for this study: once after installation, some 30 s")
+        plan.prepare()
     before = _stamp(folder)
     try:
         # (a total that depends on results is told with the first of them)

@@ -118,8 +118,7 @@ def simulate_one(
     run = Simulation(stands, damped, shaking, factor_of(shaking, scale, pga))
     console = terminal()
     log = Console(stderr=True)
-    with log.status("loading the engine (compiled once after installation, some 20 s)"):
-        written = run.write(out)
+    written = run.write(out)
     if not json_:
         say(console, *run.lines(), *(f"note: {note}" for note in run.notes))
     if animate:

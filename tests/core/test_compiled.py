@@ -1,11 +1,13 @@
 """The disk cache of compiled functions: what a folder's sources decide, in processes of their own, writable or not."""
 
+import io
 import json
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import pytest
@@ -45,6 +47,25 @@ from folder.caller import twice
 value = twice(1.0)
 stats = twice.dispatcher.stats
 print(json.dumps([value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
+"""
+ASIDE = """
+import json
+from folder.caller import twice
+twice.compile_aside("aside:{function}")
+value = twice(1.0)
+stats = twice.dispatcher.stats
+print(json.dumps([value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
+"""
+CHILD = """
+from toppling.core.compiled import end_with_parent
+from folder.caller import twice
+
+def compiles():
+    end_with_parent()
+    twice(1.0)
+
+def fails():
+    raise SystemExit(1)
 """
 PREPARE = """
 import json
@@ -132,12 +153,12 @@ def edit(place, step):
     (place / "callee.py").write_text(CALLEE.format(step=step), encoding="utf-8")
 
 
-def use(place, *before, **environment):
+def use(place, *before, script=USE, **environment):
     """Value, loads from the cache and compilations of `twice` in a new process."""
     paths = os.pathsep.join([str(place.parent), str(Path(toppling.__file__).parents[1]), *sys.path])
     kept = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     done = subprocess.run(
-        [*before, sys.executable, "-B", "-c", USE],
+        [*before, sys.executable, "-B", "-c", script],
         env={**kept, "PYTHONPATH": paths, **environment},
         cwd=place.parent,
         capture_output=True,
@@ -341,6 +362,45 @@ def test_a_callee_runs_by_itself():
     assert isinstance(step_grade, Kernel)
     assert isinstance(step_grade.dispatcher, Callee)
     assert step_grade(0.1) == step_grade.py_func(0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("function", "found"), [("compiles", [3.0, 1, 0]), ("fails", [3.0, 0, 1])])
+def test_a_kernel_that_another_process_compiles(function, found, folder):
+    """The first call waits for the code; it compiles where the other process did not."""
+    (folder.parent / "aside.py").write_text(CHILD, encoding="utf-8")
+    assert use(folder, script=ASIDE.format(function=function)) == found
+    assert use(folder, script=ASIDE.format(function="fails")) == [3.0, 1, 0]
+
+
+def test_a_process_ends_with_the_one_that_started_it():
+    script = "import time; from toppling.core.compiled import end_with_parent; end_with_parent(); time.sleep(100.0)"
+    child = subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE)
+    child.stdin.close()
+    assert child.wait(60.0) == 0
+
+
+class Terminal(io.StringIO):
+    """A terminal's stream."""
+
+    def isatty(self):
+        return True
+
+
+def test_a_terminal_is_told_what_is_waited_for(monkeypatch):
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    for _ in range(2):
+        with machine_code.told("a"), machine_code.told("b"):
+            time.sleep(1.5)
+    told = stream.getvalue()
+    assert told.count("compiling a, once after installation: 1 s") == 2
+    assert "compiling b" not in told
+    assert told.endswith(" \r"), "the line is wiped"
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with machine_code.told("a"):
+        time.sleep(1.5)
+    assert not sys.stderr.getvalue()
 
 
 @pytest.mark.slow

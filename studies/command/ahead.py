@@ -1,0 +1,25 @@
+"""Compiles what most studies need, as a process beside the one that reads and prepares a study."""
+
+from __future__ import annotations
+
+import gc
+import warnings
+
+import numpy as np
+import xarray as xr
+
+from ...core.compiled import end_with_parent
+from ...fragility import fit_fragility
+from ...models.runs import compile_lanes
+
+
+def compile_ahead() -> None:
+    """Compile the largest driver of the engine, then the fits of curves, and store them."""
+    gc.disable()
+    end_with_parent()
+    compile_lanes()
+    warnings.simplefilter("ignore")
+    levels = np.arange(1.0, 9.0)
+    fit_fragility(
+        xr.Dataset({"overturned": (("level", "motion"), levels[:, None] > levels)}, {"level": levels}), replicates=2
+    )
