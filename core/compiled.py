@@ -47,10 +47,14 @@ class Kernel:
             self._waits = False
         return self.dispatcher(*arguments)
 
+    def compile_for(self, *arguments: Any) -> None:
+        """Compile it for such arguments, without a call."""
+        self.dispatcher.compile(tuple(map(self.dispatcher.typeof_pyval, arguments)))
+
     def compile_aside(self, call: str) -> None:
         """Let another process, which calls a function ("module:name"), compile it; the first call here waits for it.
 
-        Nothing is done where it is stored, or can't be.  The function asks to `end_with_parent`.
+        Nothing is done where it is stored, or can't be.  The function ends when its input does, with this process.
         """
         cache = getattr(self.dispatcher, "_cache", None)
         if not hasattr(cache, "holds_code") or self.on_disk:
@@ -66,13 +70,6 @@ class Kernel:
                 stderr=subprocess.DEVNULL,
             )
             self._waits = True
-
-    def leave_aside(self) -> None:
-        """End the other process."""
-        if self._aside is not None:
-            self._waits = False
-            self._aside.kill()
-            self._aside.wait()
 
     def set(self, dispatcher: Any) -> None:
         """Take a dispatcher as this kernel's."""
@@ -105,16 +102,6 @@ class Kernel:
         from .machine_code import dispatcher  # noqa: PLC0415 - numba, which takes a second
 
         return dispatcher(self.py_func, self._keep, self._options)
-
-
-def end_with_parent() -> None:
-    """End this process, which another has started to compile, as soon as that one has ended."""
-
-    def watch() -> None:
-        sys.stdin.read()
-        os._exit(0)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def folder_of(function: Callable[..., Any]) -> str:

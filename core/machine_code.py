@@ -36,7 +36,7 @@ from numba.core.errors import TypingError
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typed_passes import NativeLowering, NopythonRewrites
 from numba.core.types.functions import Function
-from numba.core.typing import Context
+from numba.core.typing.context import Context
 from numba.core.untyped_passes import InlineClosureLikes
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "_nrt": True}
@@ -94,7 +94,7 @@ def generator() -> Generator:
 
 
 @cache
-def remembering(function: Function) -> Function:
+def remembering(function: Any) -> Function:
     """Return a function of numba's that resolves each call once: of the 12,000 in a kernel with its callees 600 differ.
 
     numba keeps the last compiled form of an overloaded function by its arguments alone: those are resolved each time.
@@ -105,8 +105,8 @@ def remembering(function: Function) -> Function:
         call = tuple(args), tuple(dict(kws).items())
         found = known.get(call)
         if found is None:
-            found = function.get_call_type(context, args, kws)  # type: ignore[no-untyped-call]
-            if function.get_impl_key(found) == function.typing_key:  # type: ignore[no-untyped-call]
+            found = function.get_call_type(context, args, kws)
+            if function.get_impl_key(found) == function.typing_key:
                 known[call] = found
         else:
             function._impl_keys[found.args] = function.typing_key
@@ -132,7 +132,7 @@ class Typing(Context):
         function = func if isinstance(func, Function) else self._lookup_global(func)
         if type(function) is Function:
             try:
-                return function.get_call_type(self, args, kws)  # type: ignore[no-untyped-call]
+                return function.get_call_type(self, args, kws)
             except TypingError:  # (it may be typed otherwise)
                 pass
         return super().resolve_function_type(func, args, kws)  # type: ignore[no-untyped-call]
@@ -201,7 +201,7 @@ class LinkedLibrary(JITCodeLibrary):
         self._finalized = True
 
 
-def passes_of(state: Any) -> PassManager:
+def passes_of(state: Any) -> Any:
     """Return numba's passes but those for closures and expressions of arrays, which kernels do not hold."""
     passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
     passes.passes = [step for step in passes.passes if step[0] not in (InlineClosureLikes, NopythonRewrites)]
@@ -339,7 +339,7 @@ def warn_of_no_cache() -> None:
     """Warn, once, that compiled code cannot be kept."""
     warnings.warn(
         "compiled code cannot be kept, for neither the installation nor a home can be written: every process compiles "
-        "it again, which takes up to a minute; NUMBA_CACHE_DIR may name a folder for it",
+        "it again, which takes half a minute; NUMBA_CACHE_DIR may name a folder for it",
         UncachedCode,
         stacklevel=2,
     )

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..core import checks
 from ..core.aliases import Array, Index
-from ..core.compiled import Kernel
 from ..core.units import STANDARD_GRAVITY
 from .batches import Records, batch_of, flushed, lay_out
 from .block import Block
@@ -317,18 +316,16 @@ def engine_identity() -> dict[str, str]:
 
 def compile_aside(function: str) -> None:
     """Let another process, in which a function is called ("module:name"), compile the largest driver, unless stored."""
-    if isinstance(run_lanes, Kernel):
+    if hasattr(run_lanes, "compile_aside"):  # (with NUMBA_DISABLE_JIT=1 it is a plain function)
         run_lanes.compile_aside(function)
 
 
 def compile_lanes() -> None:
     """Compile that driver, of linear geometry; all its batches have the same types."""
-    from numba import typeof  # noqa: PLC0415 - a second
-
     oscillator, none = HousnerImpact().oscillator(Block(width=0.3, height=1.2)), np.zeros(1, np.int64)
     records, tally = lay_out([np.zeros(2)], 0.01, []), np.zeros(len(TALLY), np.int64)
     batch = batch_of(records, stack([oscillator]), none, none, np.ones(1), tally)
-    run_lanes.dispatcher.compile(tuple(map(typeof, (batch, none, none))))
+    run_lanes.compile_for(batch, none, none)
 
 
 def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> None:
@@ -337,8 +334,6 @@ def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: boo
     `sliding`: the driver of sliding blocks as well; `plane`: of those that slide under both horizontal components.
     """
     kinds = {oscillator.exact: oscillator for oscillator in oscillators}
-    if False not in kinds and isinstance(run_lanes, Kernel):
-        run_lanes.leave_aside()
     run_many(list(kinds.values()), np.ones((len(kinds), 1)), np.zeros(2), 0.01, skip=False)
     if sliding:
         run_sliders(friction_table([Slider(0.5, 0.5, 0.5, 0.5)]), np.ones((1, 1)), np.zeros(2), None, 0.01, skip=False)

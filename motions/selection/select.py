@@ -105,10 +105,6 @@ def select(
     seed : int
         The choice depends on it and on the candidates, the target and the level, and on nothing else.
 
-    Returns
-    -------
-    Selection
-
     Warns
     -----
     InconsistentSelection

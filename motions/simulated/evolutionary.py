@@ -18,9 +18,9 @@ from ..arrays import records
 from ..intensity.dataset import measure
 from ..kernels.drifting_filters import drifting_ground
 from .envelopes import Envelope, RiseStrongDecay
-from .filters import filtered, high_pass, propagators, settling
-from .generator import LARGEST, Streams, ensemble, normals, steps_of
-from .kanai_tajimi import BASELINES, FilteredNoise
+from .filters import filtered, high_pass, propagators
+from .generator import LARGEST, Streams, ensemble, normals
+from .kanai_tajimi import FilteredNoise, HighPassed
 
 PSD_INSTANTS = 101  # of the drift, over which a density is averaged
 
@@ -75,7 +75,6 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         object.__setattr__(self, "omega_g", values)
         for name in ("xi_g", "s0"):
             checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
-        steps_of(self.duration, self.dt)
         if self.omega_g_times is not None:
             times = tuple(checks.number("omega_g_times", time, unit="s") for time in self.omega_g_times)
             if len(times) != len(values):
@@ -83,9 +82,7 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
             if any(late <= early for early, late in itertools.pairwise(times)):
                 raise ValueError(f"omega_g_times must increase, got {times}")
             object.__setattr__(self, "omega_g_times", times)
-        if not isinstance(self.envelope, Envelope):
-            raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
-        checks.choice("baseline", self.baseline, BASELINES)
+        self._check()
 
     def frequency(self, time: Array) -> Array:
         """Return the circular frequency of the ground at `time` (s), rad/s, in the same shape."""
@@ -148,7 +145,7 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
 
 
 @dataclass(frozen=True)
-class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
+class EvolutionaryCloughPenzien(HighPassed, EvolutionaryKanaiTajimi):
     """Evolutionary Kanai-Tajimi motions through the constant high-pass of `CloughPenzien`.
 
     Parameters as in `EvolutionaryKanaiTajimi`, and omega_f (rad/s) and xi_f as in `CloughPenzien`, whose motions end
@@ -159,20 +156,6 @@ class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
     >>> EvolutionaryCloughPenzien(omega_g=(25.0, 8.0), duration=10.0, dt=0.01).sample(2, seed=1).shape
     (2, 3124)
     """
-
-    omega_f: float = 0.25 * math.pi
-    xi_f: float = 0.6
-    baseline: str = "none"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in ("omega_f", "xi_f"):
-            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
-
-    @property
-    def rest(self) -> float:
-        slowest = max(settling(self.omega_f, self.xi_f), settling(float(np.min(self.omega_g)), self.xi_g))
-        return slowest if self.baseline == "none" else 0.0
 
     def density(self, omega: Array) -> Array:
         w = np.asarray(omega, dtype=np.float64)

@@ -29,7 +29,15 @@ class FilteredNoise(Generator):
 
     duration: float
     dt: float
+    envelope: Envelope
     baseline: str
+
+    def _check(self) -> None:
+        """Raise ValueError or TypeError for fields that every such generator has."""
+        steps_of(self.duration, self.dt)
+        if not isinstance(self.envelope, Envelope):
+            raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
+        checks.choice("baseline", self.baseline, BASELINES)
 
     @property
     def length(self) -> float:
@@ -57,6 +65,27 @@ class FilteredNoise(Generator):
         if rest:  # (what is left is taken out evenly; the trapezoidal rule counts half of the first step)
             motions[:, -rest:] -= velocity(motions, self.dt)[:, -1:] / ((rest - 0.5) * self.dt)
         return motions
+
+
+@dataclass(frozen=True)
+class HighPassed(FilteredNoise):
+    """Filtered noise through a second, high-pass filter, which brings the ground to rest after the noise."""
+
+    omega_f: float = 0.25 * math.pi
+    xi_f: float = 0.6
+    baseline: str = "none"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()  # type: ignore[misc]
+        for name in ("omega_f", "xi_f"):
+            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+
+    @property
+    def rest(self) -> float:
+        if self.baseline != "none":
+            return 0.0
+        soil = float(np.min(self.omega_g)), self.xi_g  # type: ignore[attr-defined]
+        return max(settling(self.omega_f, self.xi_f), settling(*soil))
 
 
 @dataclass(frozen=True)
@@ -130,10 +159,7 @@ class KanaiTajimi(FilteredNoise):
                 raise ValueError(
                     f"{name} must be at most {most:.3g} with this {name}_dispersion, got {getattr(self, name)}"
                 )
-        steps_of(self.duration, self.dt)
-        if not isinstance(self.envelope, Envelope):
-            raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
-        checks.choice("baseline", self.baseline, BASELINES)
+        self._check()
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of `seed`.
@@ -185,7 +211,7 @@ class KanaiTajimi(FilteredNoise):
 
 
 @dataclass(frozen=True)
-class CloughPenzien(KanaiTajimi):
+class CloughPenzien(HighPassed, KanaiTajimi):
     """Kanai-Tajimi motions through a second, high-pass filter, which keeps velocity and displacement finite.
 
     Parameters as in `KanaiTajimi`, and
@@ -204,20 +230,6 @@ class CloughPenzien(KanaiTajimi):
     ----------
     Clough, R. W. and Penzien, J. (1993). Dynamics of Structures, 2nd ed. McGraw-Hill.
     """
-
-    omega_f: float = 0.25 * math.pi
-    xi_f: float = 0.6
-    baseline: str = "none"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in ("omega_f", "xi_f"):
-            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
-
-    @property
-    def rest(self) -> float:
-        slowest = max(settling(self.omega_f, self.xi_f), settling(self.omega_g, self.xi_g))
-        return slowest if self.baseline == "none" else 0.0
 
     def _sections(self) -> list[tuple[list[float], list[float]]]:
         return [*super()._sections(), high_pass(self.omega_f, self.xi_f)]

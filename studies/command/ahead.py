@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import gc
+import os
+import sys
+import threading
 import warnings
 
 import numpy as np
 import xarray as xr
 
-from ...core.compiled import end_with_parent
 from ...fragility import fit_fragility
 from ...models.runs import compile_lanes
 
@@ -23,3 +25,13 @@ def compile_ahead() -> None:
     fit_fragility(
         xr.Dataset({"overturned": (("level", "motion"), levels[:, None] > levels)}, {"level": levels}), replicates=2
     )
+
+
+def end_with_parent() -> None:
+    """End this process as soon as the one that has started it, and holds its input open, has ended."""
+
+    def watch() -> None:
+        sys.stdin.read()
+        os._exit(0)
+
+    threading.Thread(target=watch, daemon=True).start()

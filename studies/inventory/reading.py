@@ -118,10 +118,6 @@ def read_inventory(
     stands : mapping of str to Stand, optional
         The benches and platforms that the column ``support`` can name.
 
-    Returns
-    -------
-    Inventory
-
     Raises
     ------
     InventoryError

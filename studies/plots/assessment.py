@@ -60,10 +60,6 @@ def inventory(
     ax, model, color : optional
         As for `fragility`.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     ValueError
@@ -75,18 +71,6 @@ def inventory(
     The exceedance curve is drawn as a step function.  Between two thresholds of value the rate is at most the rate at
     the lower threshold, which is drawn.  The curve begins with the rate at which anything overturns, and falls to the
     axis at the greatest value (or number) that any motion overturns.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> shaking = tp.motions.CloughPenzien(duration=6, dt=0.02).sample(10)
-    >>> from toppling.studies import Contents, Inventory, assess
-    >>> shelves = Contents("shelves", tp.catalogue["bookcase-5-shelf"], 0, count=4, value=200.0)
-    >>> found = assess(
-    ...     Inventory([shelves]), building=None, motions=shaking, levels=[1, 2, 4], im="pga", models=tp.HousnerImpact()
-    ... )
-    >>> tp.plot.inventory(found).get_ylabel()
-    'pieces overturned'
     """
     checks.choice("view", view, VIEWS)
     alone = ax is None

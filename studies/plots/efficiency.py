@@ -37,10 +37,6 @@ def measures(
         As for `fragility`, but a law is needed where there are several; the colour is of the measures that cannot be
         distinguished from the best.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     ValueError
@@ -51,15 +47,6 @@ def measures(
     Dots are dispersions of the capacity with bootstrap intervals.  Each measure is taken to the power in which it grows
     with the motion's amplitude (Arias intensity as its root).  Full dots: measures that paired differences do not
     distinguish from the best; hollow grey dots: worse measures.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> shaking = tp.motions.CloughPenzien(duration=6, dt=0.02).sample(12)
-    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shaking, [1.0, 2.0, 4.0, 8.0])
-    >>> found = tp.fragility.rank_measures(runs, shaking, replicates=50)
-    >>> tp.plot.measures(found).get_xlabel()
-    'dispersion of the capacity'
     """
     if f"{RANK}rank" in results:
         found = ranking_of_measures(results)

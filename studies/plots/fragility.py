@@ -109,10 +109,6 @@ def fragility(
     legend : bool
         True for a legend where there are several laws, or a label.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     ValueError
@@ -127,14 +123,6 @@ def fragility(
     where it falls.  The points of a cloud, and of adaptive levels, are fractions in bins of equally many motions, with
     Wilson intervals, where the curve has the mean probability of the bin's runs: a curve is bent within a bin, and its
     value at the mean level is another.  Without a curve they lie at the bin's geometric mean.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> from toppling.fragility.curves.published import fema_p58
-    >>> ax = tp.plot.fragility(fema_p58(), block="bookcase-5-shelf", label="FEMA P-58")
-    >>> ax.get_ylabel(), len(ax.lines)
-    ('probability of overturning', 2)
     """
     if not _has_curves(results) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")

@@ -43,23 +43,10 @@ def indices(
         For a study: one of its levels (SI); by default the level at which the probability of overturning is nearest to
         one half.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     ValueError
         No such indices; several methods, blocks, laws or outputs, and none given; no such label, no such level.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> from toppling.fragility import RandomInputs, Uniform, sobol_indices
-    >>> inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
-    >>> found = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
-    >>> [tick.get_text() for tick in tp.plot.indices(found).get_yticklabels()]
-    ['e', 'α']
     """
     draw = {"sobol": sobol_bars, "tornado": tornado_bars}
     held = [name for name, own in OWN.items() if f"{name}_{own}" in results]

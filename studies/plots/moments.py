@@ -49,10 +49,6 @@ def hysteresis(
     moment : {"total", "damping", "restoring"}
         The sum of both moments, or one of them.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     TypeError, ValueError
@@ -64,15 +60,6 @@ def hysteresis(
     moment of a rigid block jumps between ±m g R sin α (in small-angle geometry ±m g R α); the jump is drawn as a
     vertical line between the samples on both sides.  The moment of a law that is not the package's own is drawn from
     sample to sample.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> block = tp.Block.from_slenderness(0.2, 0.38)
-    >>> run = tp.free_rocking(block, tp.DiscreteDamping(e=0.925), 0.1, 4.0)
-    >>> ax = tp.plot.hysteresis(run, moment="damping")
-    >>> ax.get_ylabel()
-    'damping moment over m g R sin α (–)'
     """
     parts = MOMENTS[checks.choice("moment", moment, tuple(MOMENTS))]
     checked(response, VARIABLES, ATTRIBUTES)
@@ -112,10 +99,6 @@ def moment(
         Matplotlib's axes to draw into (new axes by default) and properties of the line; the default label is the law's
         own.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     TypeError
@@ -128,13 +111,6 @@ def moment(
     The moment is divided by m g R sin α, the moment that the floor's reaction can balance before the block lifts.  With
     ``rest="rigid"`` a block that starts from rest, or that would come to rest, follows the rigid branch; the zone is
     drawn dotted.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> ax = tp.plot.moment(tp.Block.from_slenderness(0.2, 0.38), tp.DiscreteDamping(e=0.925, delta=0.1))
-    >>> round(float(ax.get_lines()[0].get_ydata().max()), 3)
-    0.9
     """
     oscillator = oscillator_of(block, model)
     ax = ax or axes.new(5.4, 3.8)

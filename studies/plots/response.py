@@ -41,10 +41,6 @@ def history(
     colors : sequence of str, optional
         One of matplotlib's colours for each response; by default the palette, with the first Housner black and dashed.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     TypeError
@@ -56,15 +52,6 @@ def history(
     -----
     The cross marks where |θ| exceeds α for the last time, or the end of a history that ends before.  The block lies on
     its side later, at the response's `overturning_time`.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> block = tp.Block.from_slenderness(0.2, 0.38)
-    >>> laws = tp.HousnerImpact(e=0.925), tp.DiscreteDamping(e=0.925)
-    >>> ax = tp.plot.history([tp.free_rocking(block, law, 0.1, 4.0) for law in laws])
-    >>> [text.get_text() for text in ax.get_legend().get_texts()]
-    ['housner e=0.925', 'discrete e=0.925 δ=0.05']
     """
     many = [responses] if isinstance(responses, xr.Dataset) else list(responses)
     if not many:
@@ -111,22 +98,10 @@ def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = N
     ax, label, color : optional
         Matplotlib's axes to draw into (new axes by default), and properties of the line.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     TypeError, ValueError
         The response is not a dataset, or it holds no history.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> block = tp.Block.from_slenderness(0.2, 0.38)
-    >>> ax = tp.plot.phase(tp.free_rocking(block, tp.HousnerImpact(e=0.925), 0.1, 4.0))
-    >>> ax.get_ylabel()
-    "angular velocity over p α, θ'/(pα) (–)"
     """
     checked(response, VARIABLES, ATTRIBUTES)
     ax = ax or axes.new(4.6, 4.2)

@@ -51,10 +51,6 @@ def risk(
     ax, block, model, floor, color : optional
         As for `fragility`.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     ValueError
@@ -65,17 +61,6 @@ def risk(
     Shares are a histogram on a logarithmic axis.  The share from beyond the hazard curve's levels is hatched and spread
     over several bins' width so that its area is its share; its true distribution there is not known.  Bins outside the
     levels at which blocks were shaken are shaded, because the curve is extrapolated there.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> from toppling.fragility.curves.published import fema_p58
-    >>> curves = fema_p58().isel(block=slice(0, 1))
-    >>> rates = tp.annual_rate(curves, tp.HazardCurve([0.05, 0.2, 0.8], [1e-2, 1e-3, 5e-5], "pgv"))
-    >>> tp.plot.risk(rates).get_xlabel()
-    'annual rate of overturning (1/year)'
-    >>> tp.plot.risk(rates, quantity="share").get_ylabel()
-    'share of the rate per bin'
     """
     checks.choice("quantity", quantity, (RATE, SHARE))
     found = risk_of(results) if "rate_share" in results else results

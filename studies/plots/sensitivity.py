@@ -115,10 +115,6 @@ def sensitivity(
     ax, block, model, color : optional
         As for `fragility`.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     ValueError

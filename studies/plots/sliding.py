@@ -49,12 +49,6 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     From rest a block slides where its static friction is below b/h, whatever the shaking that moves it (Shenton, H. W.
     (1996). Criteria for initiation of slide, rock, and slide-rock rigid-body modes. Journal of Engineering Mechanics
     122(7), 690-693).  Whether it moves at all is not in the map.
-
-    Examples
-    --------
-    >>> import toppling as tp
-    >>> tp.plot.sliding(tp.catalogue["bookcase-5-shelf"]).get_xlabel()
-    'b/h: half the width over the height of the mass centre'
     """
     spread = checks.number("dispersion", dispersion, above=0.0)
     marked = [blocks] if isinstance(blocks, Block) else list(blocks)

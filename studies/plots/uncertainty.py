@@ -44,10 +44,6 @@ def uncertainty(
     ax, block, model, color : optional
         As for `fragility`.
 
-    Returns
-    -------
-    matplotlib Axes
-
     Raises
     ------
     ValueError
@@ -58,16 +54,6 @@ def uncertainty(
     -----
     A band lies between the outer quantiles over samples of the samples' own probabilities (90 % of them); its edges
     have the colour and the line of the law.
-
-    Examples
-    --------
-    >>> import toppling as tp, xarray as xr
-    >>> level = ("level", [1.0, 2.0, 4.0], {"units": "m s-2", "long_name": "peak ground acceleration"})
-    >>> coords = {"level": level, "quantile": [0.05, 0.5, 0.95]}
-    >>> spread = ("level", "quantile"), [[0.0, 0.1, 0.2], [0.2, 0.4, 0.7], [0.8, 0.9, 1.0]]
-    >>> found = xr.Dataset({"probability": ("level", [0.1, 0.4, 0.9]), "probability_quantile": spread}, coords)
-    >>> tp.plot.uncertainty(found).get_xlabel()
-    'peak ground acceleration (g)'
     """
     checks.choice("view", view, ("probability", "variance"))
     needed = "probability_quantile" if view == "probability" else "flag_share"

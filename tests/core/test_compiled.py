@@ -57,7 +57,7 @@ stats = twice.dispatcher.stats
 print(json.dumps([value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
 """
 CHILD = """
-from toppling.core.compiled import end_with_parent
+from toppling.studies.command.ahead import end_with_parent
 from folder.caller import twice
 
 def compiles():
@@ -374,7 +374,9 @@ def test_a_kernel_that_another_process_compiles(function, found, folder):
 
 
 def test_a_process_ends_with_the_one_that_started_it():
-    script = "import time; from toppling.core.compiled import end_with_parent; end_with_parent(); time.sleep(100.0)"
+    script = (
+        "import time; from toppling.studies.command.ahead import end_with_parent; end_with_parent(); time.sleep(100.0)"
+    )
     child = subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE)
     child.stdin.close()
     assert child.wait(60.0) == 0
