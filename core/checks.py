@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -154,6 +156,13 @@ def _spelled(unit: str) -> str:
     text = re.sub(r"[*·.\s]+", " ", re.sub(r"\s*(?:\*\*|\^)\s*", "", text))
     text = re.sub(r"-$", "-1", re.sub(r"/\(?([a-z]+)(\d*)\)?$", r" \1-\2", text))
     return re.sub(r"^1? ?(?=year-1$)|^(?:dimensionless|none|-)?$", "", text).strip() or "1"
+
+
+def path(value: Any) -> Path:
+    """Return a path; TypeError for anything else."""
+    if not isinstance(value, str | os.PathLike):
+        raise TypeError(f"path must be a path, got {type(value).__name__}")
+    return Path(value)
 
 
 def callback(name: str, value: Any) -> None:

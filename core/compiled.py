@@ -22,6 +22,7 @@ from typing import Any
 _lock = threading.RLock()
 _waiting: dict[str, list[Kernel]] = {}
 _loaded: set[str] = set()
+_beside: list[subprocess.Popen[bytes]] = []  # processes that compile more
 
 
 class Kernel:
@@ -34,42 +35,40 @@ class Kernel:
         self._options = options
         self._made: Any = None
         self._aside: subprocess.Popen[bytes] | None = None
-        self._waits = False
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it, compiled."""
-        if self._waits and self._aside is not None:
+        if self._aside is not None:
             from .machine_code import told  # noqa: PLC0415 - numba, which takes a second
 
             with told(self.py_func.__name__):
                 while self._aside.poll() is None and not self.on_disk:
                     time.sleep(0.05)
-            self._waits = False
+            _beside.append(self._aside)
+            self._aside = None
         return self.dispatcher(*arguments)
 
     def compile_for(self, *arguments: Any) -> None:
         """Compile it for such arguments, without a call."""
         self.dispatcher.compile(tuple(map(self.dispatcher.typeof_pyval, arguments)))
 
-    def compile_aside(self, call: str) -> None:
-        """Let another process, which calls a function ("module:name"), compile it; the first call here waits for it.
+    def compile_aside(self, statement: str) -> None:
+        """Let another process compile it by a Python statement; the first call here waits for that.
 
-        Nothing is done where it is stored, or can't be.  The function ends when its input does, with this process.
+        Nothing is done where it is stored, or can't be.  The statement ends when its input does, with this process.
         """
         cache = getattr(self.dispatcher, "_cache", None)
         if not hasattr(cache, "holds_code") or self.on_disk:
             return
-        module, _, name = call.partition(":")
         # (where no further process may be started, the first call compiles)
         with suppress(OSError):
             self._aside = subprocess.Popen(
-                [sys.executable, "-c", f"from {module} import {name}; {name}()"],
+                [sys.executable, "-c", statement],
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
             )
-            self._waits = True
 
     def set(self, dispatcher: Any) -> None:
         """Take a dispatcher as this kernel's."""

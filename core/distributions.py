@@ -38,6 +38,10 @@ class Distribution(ABC):
 class Continuous(Distribution):
     """Distribution of real numbers, which also gives the probability below a value."""
 
+    @property
+    def support(self) -> tuple[float, float]:
+        return float(self.lower), float(self.upper)  # type: ignore[attr-defined]
+
     @abstractmethod
     def below(self, value: ArrayLike) -> Array:
         """Return the probability of less than `value`, in the same shape; NaN where `value` is NaN."""
@@ -104,10 +108,6 @@ class Normal(Continuous):
         checks.number("std", self.std, above=0.0)
         _ends(self.lower, self.upper)
 
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
-
     def quantile(self, probability: Array) -> Array:
         return self.mean + self.std * _scores(probability, *self._edges)
 
@@ -147,10 +147,6 @@ class Lognormal(Continuous):
         checks.number("lower", self.lower, at_least=0.0)
         _ends(self.lower, self.upper)
 
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
-
     def quantile(self, probability: Array) -> Array:
         lower, upper = self._score(self.support)
         return self.median * exp(self.dispersion * _scores(probability, float(lower), float(upper)))
@@ -175,10 +171,6 @@ class Uniform(Continuous):
     def __post_init__(self) -> None:
         lower = checks.number("lower", self.lower)
         checks.number("upper", self.upper, above=lower)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
 
     def quantile(self, probability: Array) -> Array:
         return self.lower + (self.upper - self.lower) * np.asarray(probability)
@@ -219,10 +211,6 @@ class Beta(Continuous):
         most = math.sqrt(centre * (1.0 - centre))
         size = centre * (1.0 - centre) / checks.number("std", std, above=0.0, below=most) ** 2 - 1.0
         return cls(centre * size, (1.0 - centre) * size)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
 
     def quantile(self, probability: Array) -> Array:
         share = np.asarray(scipy.special.betaincinv(self.a, self.b, probability))

@@ -314,12 +314,6 @@ def engine_identity() -> dict[str, str]:
     return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}
 
 
-def compile_aside(function: str) -> None:
-    """Let another process, in which a function is called ("module:name"), compile the largest driver, unless stored."""
-    if hasattr(run_lanes, "compile_aside"):  # (with NUMBA_DISABLE_JIT=1 it is a plain function)
-        run_lanes.compile_aside(function)
-
-
 def compile_lanes() -> None:
     """Compile that driver, of linear geometry; all its batches have the same types."""
     oscillator, none = HousnerImpact().oscillator(Block(width=0.3, height=1.2)), np.zeros(1, np.int64)

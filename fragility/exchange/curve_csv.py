@@ -14,10 +14,11 @@ from collections.abc import Iterable, Sequence
 
 import xarray as xr
 
+from ...core import checks
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from .datasets import curve_set
-from .files import target, write_text
+from .files import write_text
 from .ids import TABLE_MARKS
 from .rows import (
     CURVE_NUMBERS,
@@ -79,7 +80,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     id,block,measure,measured_at,median (m/s),dispersion (1),width (m),height (m),directional (1),status
     E.20.22.102a,bookcase-2-shelf,pgv,floor,0.724,0.5,0.320675,0.7366,0.0,ok
     """
-    file = target(path)
+    file = checks.path(path)
     found = curve_set(curves, TABLE_MARKS, ids)
     accompanying = [name for name in CURVE_NUMBERS if any(name in curve.numbers for curve in found.curves)]
     words = [name for name in CURVE_WORDS if any(name in curve.words for curve in found.curves)]

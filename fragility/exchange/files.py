@@ -6,6 +6,7 @@ import math
 import os
 from pathlib import Path
 
+from ...core import checks
 from ...core.limits import CURVE_BYTES
 from ...core.wording import system_reason
 from ...core.writing import write_bytes
@@ -29,9 +30,7 @@ def read_text(path: str | os.PathLike[str]) -> tuple[Path, str]:
 
 def read_bytes(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
     """Read a small file; ExchangeError where it is missing, too large or empty."""
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a path, got {type(path).__name__}")
-    file = Path(path)
+    file = checks.path(path)
     try:
         if not file.is_file():
             raise ExchangeError(f"{file}: no such file" if not file.exists() else f"{file}: not a file")
@@ -55,13 +54,6 @@ def write_text(path: Path, text: str) -> Path:
     except OSError as error:
         raise ExchangeError(f"{path}: cannot be written ({system_reason(error)})") from None
     return path
-
-
-def target(path: str | os.PathLike[str]) -> Path:
-    """Return the path that a writer writes to; TypeError for anything other than a path."""
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a path, got {type(path).__name__}")
-    return Path(path)
 
 
 def number(file: Path, where: str, text: str) -> float:

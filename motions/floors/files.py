@@ -56,8 +56,6 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
 
     Floors that are whole numbers are read as numbers.
     """
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a path, got {type(path).__name__}")
     file = existing(path)
     if beginning(file, 8).startswith(_NETCDF):
         return _read_netcdf(file)

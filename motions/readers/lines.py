@@ -18,6 +18,7 @@ from typing import Self
 
 import numpy as np
 
+from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
 from ...core.limits import RECORD_BYTES
@@ -36,9 +37,7 @@ class RecordError(ValueError):
 
 def existing(path: str | os.PathLike[str]) -> Path:
     """Return the path of a record file; RecordError if it is missing, no file, too large or empty."""
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a path, got {type(path).__name__}")
-    file = Path(path)
+    file = checks.path(path)
     try:
         if not file.is_file():
             raise RecordError(f"{file}: no such file" if not file.exists() else f"{file}: not a file")

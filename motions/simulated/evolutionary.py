@@ -148,13 +148,7 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
 class EvolutionaryCloughPenzien(HighPassed, EvolutionaryKanaiTajimi):
     """Evolutionary Kanai-Tajimi motions through the constant high-pass of `CloughPenzien`.
 
-    Parameters as in `EvolutionaryKanaiTajimi`, and omega_f (rad/s) and xi_f as in `CloughPenzien`, whose motions end
-    alike.
-
-    Examples
-    --------
-    >>> EvolutionaryCloughPenzien(omega_g=(25.0, 8.0), duration=10.0, dt=0.01).sample(2, seed=1).shape
-    (2, 3124)
+    Parameters as in `EvolutionaryKanaiTajimi`, and omega_f (rad/s) and xi_f as in `CloughPenzien`; they end as those.
     """
 
     def density(self, omega: Array) -> Array:

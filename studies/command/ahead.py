@@ -6,7 +6,6 @@ import gc
 import os
 import sys
 import threading
-import warnings
 
 import numpy as np
 import xarray as xr
@@ -20,7 +19,6 @@ def compile_ahead() -> None:
     gc.disable()
     end_with_parent()
     compile_lanes()
-    warnings.simplefilter("ignore")
     levels = np.arange(1.0, 9.0)
     fit_fragility(
         xr.Dataset({"overturned": (("level", "motion"), levels[:, None] > levels)}, {"level": levels}), replicates=2
@@ -29,9 +27,4 @@ def compile_ahead() -> None:
 
 def end_with_parent() -> None:
     """End this process as soon as the one that has started it, and holds its input open, has ended."""
-
-    def watch() -> None:
-        sys.stdin.read()
-        os._exit(0)
-
-    threading.Thread(target=watch, daemon=True).start()
+    threading.Thread(target=lambda: os._exit(len(sys.stdin.read())), daemon=True).start()

@@ -86,10 +86,11 @@ def run(
     Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
     finished results of the same study are not computed again; `toppling schema` lists every key.
     """
-    from ...models.runs import compile_aside
+    from ...models.engine.linear_runs import run_lanes
 
-    if scheduler is None and not dry_run:
-        compile_aside("toppling.studies.command.ahead:compile_ahead")
+    # (with NUMBA_DISABLE_JIT=1 it is a plain function)
+    if scheduler is None and not dry_run and hasattr(run_lanes, "compile_aside"):
+        run_lanes.compile_aside("from toppling.studies.command.ahead import compile_ahead; compile_ahead()")
 
     from ...core.doubts import noted
     from ..kinds.study import Study

@@ -75,9 +75,7 @@ def animate(
     ...     tp.animate(run, f"{folder}/bookcase.gif", fps=5).suffix
     '.gif'
     """
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a path, got {type(path).__name__}")
-    target = Path(path)
+    target = checks.path(path)
     if target.suffix not in SUFFIXES:
         raise ValueError(f"path must end in .gif or .mp4, got {target.name!r}")
     pixels = checks.count("size", size, at_least=SMALLEST)

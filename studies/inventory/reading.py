@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...core import checks
 from ...core.doubts import warn
 from ...models import Block, Edge
 from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, FixedFriction, LognormalFriction
@@ -139,9 +140,7 @@ def read_inventory(
     >>> len(inventory), inventory.pieces, inventory.currency
     (14, 54, 'EUR')
     """
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a path, got {type(path).__name__}")
-    file = Path(path)
+    file = checks.path(path)
     table = CsvTable(file, KIND)
     if "floor" not in table.columns:
         raise InventoryError(f"{table.where}: column 'floor' is missing")

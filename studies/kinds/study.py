@@ -115,9 +115,7 @@ class Study(ABC):
         StudyError
             One sentence that names the file, the key, the value and what is allowed.
         """
-        if not isinstance(path, str | os.PathLike):
-            raise TypeError(f"path must be a path, got {type(path).__name__}")
-        file = Path(path)
+        file = checks.path(path)
         try:
             with noted() as found:
                 content = read_study_file(file, target)

@@ -60,6 +60,10 @@ def inventory(
     ax, model, color : optional
         As for `fragility`.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     ValueError

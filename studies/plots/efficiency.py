@@ -37,6 +37,10 @@ def measures(
         As for `fragility`, but a law is needed where there are several; the colour is of the measures that cannot be
         distinguished from the best.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     ValueError

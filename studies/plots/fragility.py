@@ -109,6 +109,10 @@ def fragility(
     legend : bool
         True for a legend where there are several laws, or a label.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     ValueError

@@ -43,6 +43,10 @@ def indices(
         For a study: one of its levels (SI); by default the level at which the probability of overturning is nearest to
         one half.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     ValueError

@@ -49,6 +49,10 @@ def hysteresis(
     moment : {"total", "damping", "restoring"}
         The sum of both moments, or one of them.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     TypeError, ValueError
@@ -98,6 +102,10 @@ def moment(
     ax, label, color, linestyle : optional
         Matplotlib's axes to draw into (new axes by default) and properties of the line; the default label is the law's
         own.
+
+    Returns
+    -------
+    matplotlib Axes
 
     Raises
     ------

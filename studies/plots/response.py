@@ -41,6 +41,10 @@ def history(
     colors : sequence of str, optional
         One of matplotlib's colours for each response; by default the palette, with the first Housner black and dashed.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     TypeError
@@ -97,6 +101,10 @@ def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = N
         Dataset that `toppling.simulate` or `toppling.free_rocking` returned; nothing is drawn after overturning.
     ax, label, color : optional
         Matplotlib's axes to draw into (new axes by default), and properties of the line.
+
+    Returns
+    -------
+    matplotlib Axes
 
     Raises
     ------

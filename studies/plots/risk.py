@@ -51,6 +51,10 @@ def risk(
     ax, block, model, floor, color : optional
         As for `fragility`.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     ValueError

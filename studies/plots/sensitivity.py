@@ -115,6 +115,10 @@ def sensitivity(
     ax, block, model, color : optional
         As for `fragility`.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     ValueError

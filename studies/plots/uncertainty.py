@@ -44,6 +44,10 @@ def uncertainty(
     ax, block, model, color : optional
         As for `fragility`.
 
+    Returns
+    -------
+    matplotlib Axes
+
     Raises
     ------
     ValueError

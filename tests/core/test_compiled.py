@@ -51,7 +51,7 @@ print(json.dumps([value, sum(stats.cache_hits.values()), sum(stats.cache_misses.
 ASIDE = """
 import json
 from folder.caller import twice
-twice.compile_aside("aside:{function}")
+twice.compile_aside("from aside import {function}; {function}()")
 value = twice(1.0)
 stats = twice.dispatcher.stats
 print(json.dumps([value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))

@@ -23,7 +23,7 @@ from ....core.units import STANDARD_GRAVITY
 from ....motions.intensity.naming import GROUND
 from ..datasets import curve_set
 from ..discrete import grid, probability_at
-from ..files import ExchangeError, target, write_text
+from ..files import ExchangeError, write_text
 from ..ids import OPENQUAKE_MARKS, component_record
 from ..rows import CurveRow, CurveSet, Written, spectral_period
 
@@ -101,7 +101,7 @@ def write_nrml(
     >>> len(written.ids)
     9
     """
-    file = target(path)
+    file = checks.path(path)
     share = checks.number("tail", tail, at_least=1e-9, at_most=0.01)
     found = curve_set(curves, OPENQUAKE_MARKS, ids)
     imt = _imt(found)

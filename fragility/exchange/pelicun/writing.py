@@ -14,8 +14,9 @@ from pathlib import Path
 
 import xarray as xr
 
+from ....core import checks
 from ..datasets import curve_set
-from ..files import ExchangeError, target, write_text
+from ..files import ExchangeError, write_text
 from ..ids import TABLE_MARKS
 from ..rows import CurveRow, CurveSet, Written
 from .demands import Demand, demand_of
@@ -39,9 +40,7 @@ def write_pelicun(
         True if the demand is that of the component's own direction.  Where not given, as stated by the curves
         (coordinate directional, which `read_pelicun` and `published.fema_p58` give), else True.
     ids : sequence of str, optional
-        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
-        the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
-        given, the curves' own (coordinate ``id``) or ids made of the labels.
+        Ids of the components, as `write_curve_csv` takes them.
 
     Returns
     -------
@@ -82,7 +81,7 @@ def write_pelicun(
     ...     print(written.paths[0].read_text().splitlines()[1])
     E.20.22.102a,0,Peak Floor Velocity,mps,0,0,lognormal,0.724,0.5,
     """
-    file = target(path)
+    file = checks.path(path)
     found = curve_set(curves, TABLE_MARKS, ids)
     return write_table(found, file, metadata_text(found), directional)
 
