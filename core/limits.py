@@ -18,6 +18,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .wording import system_reason
+
 if TYPE_CHECKING:
     import netCDF4
     import xarray as xr
@@ -50,6 +52,22 @@ _TAG = re.compile(rb"<(?:\w+:)?([A-Za-z]\w*)")
 _RANGE = re.compile(
     rb"<(?:\w+:)?(?:mergeCell|hyperlink)\b[^>]*?\bref\s*=\s*[\"']\$?([A-Z]+)\$?(\d+):\$?([A-Z]+)\$?(\d+)"
 )
+
+
+def whole_content(file: Path, most_bytes: int, what: str, error: type[Exception]) -> bytes:
+    """Return the bytes of a file; `error` where it is missing, no file, unreadable, or too large for any `what`."""
+    try:
+        if not file.is_file():
+            raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
+        with file.open("rb") as stream:
+            content = stream.read(most_bytes + 1)
+    except (OSError, ValueError) as wrong:
+        if isinstance(wrong, error):
+            raise
+        raise error(f"{file}: cannot be read ({system_reason(wrong)})") from None
+    if len(content) > most_bytes:
+        raise error(f"{file}: larger than {most_bytes // 2**20} MiB, no {what} is")
+    return content
 
 
 def memory_limit() -> int:

@@ -315,7 +315,7 @@ def engine_identity() -> dict[str, str]:
 
 
 def compile_lanes() -> None:
-    """Compile that driver, of linear geometry; all its batches have the same types."""
+    """Compile the driver of linear geometry, the largest; all its batches have the same types."""
     oscillator, none = HousnerImpact().oscillator(Block(width=0.3, height=1.2)), np.zeros(1, np.int64)
     records, tally = lay_out([np.zeros(2)], 0.01, []), np.zeros(len(TALLY), np.int64)
     batch = batch_of(records, stack([oscillator]), none, none, np.ones(1), tally)

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from ...core import checks
-from ...core.limits import CURVE_BYTES
+from ...core.limits import CURVE_BYTES, whole_content
 from ...core.wording import system_reason
 from ...core.writing import write_bytes
 
@@ -31,17 +31,7 @@ def read_text(path: str | os.PathLike[str]) -> tuple[Path, str]:
 def read_bytes(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
     """Read a small file; ExchangeError where it is missing, too large or empty."""
     file = checks.path(path)
-    try:
-        if not file.is_file():
-            raise ExchangeError(f"{file}: no such file" if not file.exists() else f"{file}: not a file")
-        with file.open("rb") as stream:
-            content = stream.read(CURVE_BYTES + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, ExchangeError):
-            raise
-        raise ExchangeError(f"{file}: cannot be read ({system_reason(error)})") from None
-    if len(content) > CURVE_BYTES:
-        raise ExchangeError(f"{file}: larger than {CURVE_BYTES // 2**20} MiB, no set of curves is")
+    content = whole_content(file, CURVE_BYTES, "set of curves", ExchangeError)
     if not content.strip():
         raise ExchangeError(f"{file}: empty")
     return file, content

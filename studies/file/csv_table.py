@@ -13,7 +13,7 @@ from typing import NamedTuple, NoReturn, TypeVar
 
 from ...core import checks
 from ...core.doubts import Doubt, first_of, warn
-from ...core.wording import system_reason
+from ...core.limits import whole_content
 from ..text.error import StudyError
 from .table import meant, shown, unended
 from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
@@ -180,17 +180,7 @@ class CsvTable:
 
     def _content(self) -> bytes:
         """Return the bytes of the file."""
-        file, error = self.file, self.kind.error
-        try:
-            if not file.is_file():
-                raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
-            if file.stat().st_size > self.kind.most_bytes:
-                raise error(f"{file}: larger than {self.kind.most_bytes // 2**20} MiB, no {self.kind.name} is")
-            return file.read_bytes()
-        except (OSError, ValueError) as wrong:
-            if isinstance(wrong, error):
-                raise
-            raise error(f"{file}: cannot be read ({system_reason(wrong)})") from None
+        return whole_content(self.file, self.kind.most_bytes, self.kind.name, self.kind.error)
 
     def _text(self) -> str:
         """Return the text of the file."""

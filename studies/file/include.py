@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ...core.doubts import warn
-from ...core.limits import ENTRIES, KEYS, STUDY_BYTES
-from ...core.wording import system_reason
+from ...core.limits import ENTRIES, KEYS, STUDY_BYTES, whole_content
 from ..text.error import StudyError
 from .table import PartialTable, RelativePath, Table, shown, unended
 
@@ -95,19 +94,9 @@ def _origins(key: str, value: Any, path: Path) -> dict[tuple[str, ...], Path]:
 
 def _parsed(path: Path) -> dict[str, Any]:
     """Return the content of one file; StudyError where no study can have such content."""
-    try:
-        if path.is_dir():
-            raise StudyError(f"{path}: cannot be read (Is a directory)")
-        if not path.is_file():
-            raise StudyError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
-        with path.open("rb") as stream:
-            data = stream.read(STUDY_BYTES + 1)
-    except StudyError:
-        raise
-    except (OSError, ValueError) as error:
-        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
-    if len(data) > STUDY_BYTES:
-        raise StudyError(f"{path}: larger than {STUDY_BYTES // 2**20} MiB, no study file is")
+    if os.path.isdir(path):  # (which raises nothing)
+        raise StudyError(f"{path}: cannot be read (Is a directory)")
+    data = whole_content(path, STUDY_BYTES, "study file", StudyError)
     try:
         content = tomllib.loads(data.decode("utf-8"))
     except UnicodeDecodeError:
