@@ -76,7 +76,7 @@ def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
 def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> Array:
     """Return a C-contiguous float64 copy; ValueError for NaN, infinity, no values, wrong dimensions or another unit."""
     stated_unit(name, values, unit)
-    if np.ma.is_masked(values):
+    if not isinstance(values, Mapping) and np.ma.is_masked(values):  # (a dataset is no array, and a mapping)
         raise ValueError(f"{name} must hold no masked values")
     try:
         array = np.asarray(values)
@@ -181,5 +181,5 @@ def _in(unit: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    text = repr(value)
+    text = " ".join(repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -196,6 +196,12 @@ def from_array(
     )
 
 
+def listed(motions: Any) -> list[Any]:
+    """Return one motion, or what cannot be iterated, as a list of one, and several as a list."""
+    several = isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray)
+    return list(motions) if several and getattr(motions, "ndim", 1) > 0 else [motions]
+
+
 def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
     """Return the plain records of one labelled array or a sequence of them, in order; a ``floor`` dimension is stacked.
 
@@ -207,9 +213,8 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
         No motion, a label used twice, units other than m s-2, a time axis that is not uniform or does not agree with
         dt, NaN or infinity.
     """
-    arrays = list(motions) if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray) else [motions]
     found: list[Record] = []
-    for array in arrays:
+    for array in listed(motions):
         if not isinstance(array, xr.DataArray):
             raise TypeError(
                 f"motions must be labelled arrays as toppling.motions makes them (numbers: motions.from_array), "

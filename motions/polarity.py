@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..core import checks
 from ..core.units import described
-from .arrays import REVERSE_OF, VERTICAL, Record, records
+from .arrays import REVERSE_OF, VERTICAL, Record, listed, records
 
 AS_RECORDED, BOTH = "as recorded", "both"
 POLARITIES = (AS_RECORDED, BOTH)
@@ -27,7 +27,7 @@ def records_under(motions: xr.DataArray | Iterable[xr.DataArray], polarity: str)
 def arrays_under(motions: xr.DataArray | Iterable[xr.DataArray], polarity: str) -> list[xr.DataArray]:
     """Return motions as a list of arrays, with `polarity` "both" each motion followed by its reverse."""
     chosen = checks.choice("polarity", polarity, POLARITIES)
-    arrays = list(motions) if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray) else [motions]
+    arrays = listed(motions)
     return both_polarities(arrays) if chosen == BOTH else arrays
 
 

@@ -151,7 +151,7 @@ def scaling(
 def increasing(levels: Any, one: Measure | BlockMeasure | None) -> Array:
     """Return levels as an array (level,); ValueError unless finite, > 0, increasing and of the unit of the measure."""
     checks.stated_unit("levels", levels, DIMENSIONLESS if one is None else one.units)
-    values = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
+    values = np.atleast_1d(checks.finite_array("levels", levels, ndim=(0, 1)))
     if values[0] <= 0.0:
         raise ValueError(f"levels must be > 0, got {values[0]:g}")
     if np.any(np.diff(values) <= 0.0):

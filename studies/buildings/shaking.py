@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -22,6 +21,7 @@ from ...motions.arrays import (
     RECORD,
     REVERSE_OF,
     Record,
+    listed,
     motion_coordinates,
     polarity_coordinate,
     records,
@@ -89,8 +89,7 @@ class Shaking:
                 raise ValueError("floor histories go with neither a building nor ground motions")
             run = motions.both_ways if polarity == BOTH else motions
             return cls([], list(motions.floors), motions.arrays, None, run, polarity)
-        several = isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray)
-        arrays = list(motions) if several else [motions]
+        arrays = listed(motions)
         if any(isinstance(array, xr.DataArray) and REVERSE_OF in array.coords for array in arrays):
             raise ValueError("motions must be as given, without their reverses, which polarity 'both' adds")
         plain = records_under(arrays, polarity)

@@ -115,9 +115,9 @@ def fragility(
 
     Raises
     ------
-    ValueError
-        Neither curves nor fractions; several blocks or floors, and no label given; no such block, law or floor; a
-        colour or label for several laws.
+    TypeError, ValueError
+        No dataset, neither curves nor fractions; several blocks or floors, and no label given; no such block, law or
+        floor; a colour or label for several laws.
 
     Notes
     -----
@@ -128,7 +128,7 @@ def fragility(
     Wilson intervals, where the curve has the mean probability of the bin's runs: a curve is bent within a bin, and its
     value at the mean level is another.  Without a curve they lie at the bin's geometric mean.
     """
-    if not _has_curves(results) and not _observed(results) and "intensity" not in results.coords:
+    if not _has_curves(selection.checked(results)) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
     here = selection.one(results, block=block, floor=floor)
     laws = selection.laws(here, model, color)

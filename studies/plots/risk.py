@@ -57,7 +57,7 @@ def risk(
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         Results without annual rates; several blocks or floors, and no label given; no such block, law or floor.
 
     Notes
@@ -67,7 +67,7 @@ def risk(
     levels at which blocks were shaken are shaded, because the curve is extrapolated there.
     """
     checks.choice("quantity", quantity, (RATE, SHARE))
-    found = risk_of(results) if "rate_share" in results else results
+    found = risk_of(results) if "rate_share" in selection.checked(results) else results
     if "rate" not in found or "share" not in found:
         raise ValueError("a figure of risk needs annual rates: a study with a hazard, or what annual_rate returns")
     here = selection.one(found, block=block, floor=floor)
