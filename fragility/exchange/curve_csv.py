@@ -68,17 +68,6 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     probability, a row for each level.  A spreadsheet takes a cell that begins with = + - @ for a formula: such labels
     begin with an apostrophe here, and what could begin another cell or line is
     written as a backslash, x and two hexadecimal digits.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from toppling.fragility.curves import published
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = write_curve_csv(published.fema_p58()[["median", "dispersion"]], f"{folder}/curves.csv")
-    ...     for line in written.paths[0].read_text().splitlines()[:2]:
-    ...         print(line)
-    id,block,measure,measured_at,median (m/s),dispersion (1),width (m),height (m),directional (1),status
-    E.20.22.102a,bookcase-2-shelf,pgv,floor,0.724,0.5,0.320675,0.7366,0.0,ok
     """
     file = checks.path(path)
     found = curve_set(curves, TABLE_MARKS, ids)

@@ -82,16 +82,6 @@ def goodness_of_fit(
     With one capacity for each motion, whatever the runs, it was 13-26 % at 0.3; chi-square quantiles, which take the
     runs as independent, are wrong above 0; and motions of the study drawn again, their fractions shifted to the curve,
     rejected 9-20 %.
-
-    Examples
-    --------
-    >>> import xarray as xr
-    >>> counts = xr.Dataset(
-    ...     {"overturnings": ("level", [0, 0, 0, 4, 6, 13, 12, 16]), "runs": ("level", [40] * 8)},
-    ...     coords={"level": [0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0]},
-    ... )
-    >>> bool(goodness_of_fit(counts, replicates=200)["p_value"] > 0.05)
-    True
     """
     chosen = form_named(form)
     first = checks.choice("method", method, METHODS) == "first-overturning"

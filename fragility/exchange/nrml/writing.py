@@ -91,15 +91,6 @@ def write_nrml(
 
     OpenQuake's classical calculations evaluate a continuous function at ``continuous_fragility_discretization`` levels
     evenly spaced from minIML to maxIML (20 unless the job sets it): a job should set a larger number.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from toppling.fragility.curves import published
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = write_nrml(published.fema_p58(), f"{folder}/fragility.xml")
-    >>> len(written.ids)
-    9
     """
     file = checks.path(path)
     share = checks.number("tail", tail, at_least=1e-9, at_most=0.01)

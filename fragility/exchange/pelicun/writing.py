@@ -71,15 +71,6 @@ def write_pelicun(
     Location of a demand in pelicun: for a component at location i, the demand of a floor is taken at location i - 1,
     the floor that the contents of storey i stand on; demands of the ground and spectral demands are taken at the
     component's own location.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from toppling.fragility.curves import published
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = write_pelicun(published.fema_p58(), f"{folder}/fragility.csv")
-    ...     print(written.paths[0].read_text().splitlines()[1])
-    E.20.22.102a,0,Peak Floor Velocity,mps,0,0,lognormal,0.724,0.5,
     """
     file = checks.path(path)
     found = curve_set(curves, TABLE_MARKS, ids)
