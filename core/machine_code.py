@@ -21,7 +21,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -167,8 +167,12 @@ class FolderCache(FunctionCache):
     def holds_code(self) -> bool:
         """True if code of the folder as it is now is stored for this numba and this target."""
         made_for = generator().magic_tuple()  # type: ignore[no-untyped-call]
-        stored = [file._load_index() for file in (self._cache_file, self._carried)]  # type: ignore[no-untyped-call]
-        return any(key[1] == made_for for index in stored for key in index)
+        # (numba writes the index before the code that it names)
+        return any(
+            key[1] == made_for and os.path.exists(file._data_path(name))  # type: ignore[no-untyped-call]
+            for file in (self._cache_file, self._carried)
+            for key, name in file._load_index().items()  # type: ignore[no-untyped-call]
+        )
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         context = for_kernels(target_context)
@@ -213,7 +217,7 @@ _telling = threading.Lock()
 
 @contextmanager
 def told(name: str) -> Iterator[None]:
-    """Tell whoever waits, each second, that a kernel is compiled: on a terminal or in a notebook."""
+    """Print each second which kernel compiles, and for how long, on a terminal or in a notebook."""
     watched = sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
     if not (watched and _telling.acquire(blocking=False)):  # (a kernel within another is compiled with it)
         yield
@@ -236,7 +240,8 @@ def told(name: str) -> Iterator[None]:
         teller.join()
         _telling.release()
         if text:
-            print("\r" + " " * len(text), end="\r", file=sys.stderr, flush=True)
+            with suppress(OSError):  # (the terminal may be gone)
+                print("\r" + " " * len(text), end="\r", file=sys.stderr, flush=True)
 
 
 class KeptCompiler(CompilerBase):

@@ -89,7 +89,7 @@ def run(
     from ...models.engine.linear_runs import run_lanes
 
     # (with NUMBA_DISABLE_JIT=1 it is a plain function)
-    if scheduler is None and not dry_run and hasattr(run_lanes, "compile_aside"):
+    if os.path.isfile(study) and scheduler is None and not dry_run and hasattr(run_lanes, "compile_aside"):
         run_lanes.compile_aside("from toppling.studies.command.ahead import compile_ahead; compile_ahead()")
 
     from ...core.doubts import noted

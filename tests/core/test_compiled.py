@@ -373,6 +373,18 @@ def test_a_kernel_that_another_process_compiles(function, found, folder):
     assert use(folder, script=ASIDE.format(function="fails")) == [3.0, 1, 0]
 
 
+@pytest.mark.slow
+def test_code_is_stored_when_its_file_is_there(folder):
+    """numba writes the index first: who waits for the code must not take that for it."""
+    use(folder)
+    script = "from folder.caller import twice; print(int(twice.on_disk))"
+    assert use(folder, script=script) == 1
+    (code,) = (folder / "__pycache__").glob("*.nbc")
+    code.unlink()
+    assert use(folder, script=script) == 0
+    assert use(folder) == [3.0, 0, 1]
+
+
 def test_a_process_ends_with_the_one_that_started_it():
     script = (
         "import time; from toppling.studies.command.ahead import end_with_parent; end_with_parent(); time.sleep(100.0)"
