@@ -43,6 +43,7 @@ Result = Annotated[Path, Parameter(help="The results (results.nc), or the folder
 Verify = Annotated[
     bool, Parameter(negative="", help="Refuse results that were edited after they were written (exit code 2).")
 ]
+LEAST_OF_ANY = 600_000  # kB of memory (ulimit -v): below, what any command loads may hang, or end it without a word
 COMMANDS = ("new", "run", "status", "simulate", "motions", "catalogue", "export", "report", "compare", "schema")
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
@@ -93,6 +94,7 @@ def run(
         run_lanes.compile_aside("from toppling.studies.command.ahead import compile_ahead; compile_ahead()")
 
     from ...core.doubts import noted
+    from ...fragility.runs.runners import thread_count
     from ..kinds.study import Study
     from ..store.folder import RESULT_NAME
     from ..store.progress import show_progress
@@ -103,7 +105,7 @@ def run(
     console = terminal()
     folder = out if out is not None else Path("results") / study.stem
     try:
-        least = _least_limit()  # (of the threads, which dask's configuration may give wrongly)
+        least = _least_limit(thread_count())  # (dask's configuration may give it wrongly)
     except ValueError as error:
         raise StudyError(str(error)) from None
     if 0 < memory_limit() < least:
@@ -485,22 +487,22 @@ def prepare_streams() -> None:
     warnings.filterwarnings("error", "Environment variable", RuntimeWarning)
 
 
-def _least_limit() -> int:
-    """Return the limit on memory (ulimit -v, kB) below which libraries may end the process, or wait for ever.
+def _least_limit(threads: int) -> int:
+    """Return the limit on memory (ulimit -v, kB) below which libraries may end a study's process, or wait for ever.
 
     Measured of a study of 640 runs: LLVM and OpenBLAS abort or hang below 1.0 GB with 2 threads and 1.05 GB with 8.
     Each thread reserves some 72 MB (its heap and its stack).
     """
-    from ...fragility.runs.runners import thread_count
-
-    return 1_150_000 + 72_000 * thread_count()
+    return 1_150_000 + 72_000 * threads
 
 
 def _out_of_memory() -> int:
     """Print that memory is not enough, and of what limit where there is one; return the exit code."""
     sentence = "not enough memory for this study; make it smaller"
     if limit := memory_limit():
-        least = _least_limit()
+        from dask.system import CPU_COUNT
+
+        least = _least_limit(CPU_COUNT)
         does = f"allow at least {least}" if limit < least else "allow more, or make the study smaller"
         sentence = f"{limit} kB of memory (ulimit -v) are not enough; {does}"
     print(f"toppling: {sentence}", file=sys.stderr)
@@ -516,11 +518,13 @@ def main(arguments: list[str] | None = None) -> int:
                 raise RuntimeWarning(
                     f"Environment variable {name!r} must be a number of at least {least}, got {given!r}"
                 )
+        words = sys.argv[1:] if arguments is None else arguments
+        if words and words[0] in COMMANDS and 0 < memory_limit() < LEAST_OF_ANY:
+            return _out_of_memory()
         app(arguments, exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
-        words = sys.argv[1:] if arguments is None else arguments
         command = f"toppling {words[0]}" if words and words[0] in COMMANDS else "toppling"
         print(f"toppling: {printable(sentence)} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
