@@ -64,11 +64,6 @@ def oscillators(law: Law, blocks: Sequence[Block]) -> list[Oscillator]:
     return [law.oscillator(block) for block in blocks]
 
 
-def is_rigid(law: Law) -> bool:
-    """Return True if a block under `law` rests rigidly, so that a rival may leave out the time at rest."""
-    return problem(next(iter(TRUTH_BLOCKS.values())), law).rigid
-
-
 class Truth(NamedTuple):
     """True runs (block, factor) of one law: flags; peaks, rad; rotations (…, sample), rad; and the changes of peaks and
     rotations, rad, when the record is multiplied by 1 + 1e-13."""

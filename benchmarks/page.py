@@ -16,7 +16,7 @@ from .measure import ENGINE, Row
 from .pages.tables import table as markdown
 from .sliding import TARGET as SLIDING_TARGET
 from .speed import EXACT_GEOMETRY, exact_over_linear
-from .tables import INTEGRATORS, RIGHT, TABLES, TARGETS, error, next_right, percent, short
+from .tables import INTEGRATORS, RIGHT, TABLES, error, next_right, percent, short
 
 PAGE, DATA, FIGURE = "performance.md", "integrators.csv", "work_precision.png"
 CONSTANTS = {
@@ -27,7 +27,6 @@ CONSTANTS = {
     "SAMPLE_TARGET": whole.MOTION_TARGET,
     "MEASURE_TARGET": whole.MEASURE_TARGET,
     "CORES": whole.CORES,
-    "TARGETS": TARGETS,
     "RIGHT": RIGHT,
     # cost of a sample of exact geometry, ns, and over that of linear geometry
     "EXACT_NS": 6.0,
@@ -75,7 +74,6 @@ def text(results: Row) -> str:
     environment.filters |= {
         "each": lambda rows, name: [row[name] for row in rows],
         "error": error,
-        "fraction": lambda target: f"1/{round(1.0 / target)}",
         "groupby_name": lambda rows: [
             (name, [row for row in rows if row["name"] == name]) for name in dict.fromkeys(row["name"] for row in rows)
         ],

@@ -7,11 +7,10 @@ from typing import Any
 
 from ..studies.text.rows import Rows
 from .measure import ENGINE, Row
+from .problems import CASES
 from .speed import YARDSTICK
 from .whole import CORES
 
-TARGETS = {"K": 1.0 / 3.0, "B": 1.0 / 6.0}
-"""Target cost of the engine over that of plain Runge-Kutta, by case."""
 RIGHT = 1e-6
 """Largest error of the trajectory, over alpha, of an integrator that is called right."""
 INTEGRATORS = {
@@ -52,17 +51,12 @@ def short(law: str) -> str:
 
 
 def _speed(rows: Sequence[Row]) -> Iterator[Rows]:
-    headings = ("engine", "RK4", "ratio", "passing over rest")
-    lines = []
-    for law in dict.fromkeys(row["law"] for row in rows):
-        cells = []
-        for row in (row for row in rows if row["law"] == law):
-            cells += [cost(row["engine"]), cost(row["yardstick"])]
-            shares = (row["share"], row["share_passing"])
-            cells += [f"{share:.3f}" + ("\u00a0✓" if share <= TARGETS[row["case"]] else "") for share in shares]
-        lines.append((short(law) + (" *" if row["rigid"] else ""), *cells))
+    headings = ("engine", "RK4", "ratio")
+    cells = [(row["law"], (cost(row["engine"]), cost(row["yardstick"]), f"{row['share']:.2f}")) for row in rows]
+    laws = dict.fromkeys(law for law, _ in cells)
+    lines = [(short(law), *(cell for of, row in cells if of == law for cell in row)) for law in laws]
     title = f"ns per sample and run, engine without skipping and {YARDSTICK.name}"
-    yield Rows(title, ("law", *(f"{case}: {heading}" for case in TARGETS for heading in headings)), lines)
+    yield Rows(title, ("law", *(f"{case}: {heading}" for case in CASES for heading in headings)), lines)
 
 
 def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
@@ -78,17 +72,10 @@ def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
 
 def _sliding(found: Row) -> Iterator[Rows]:
     headings = ("shaking", "PFA, m/s²", "vertical, m/s²", "slips in 1,000 samples", "ns", "with skips, ns")
-    lines: list[tuple[str, ...]] = [
-        (
-            row["case"],
-            f"{row['horizontal']:g}",
-            f"{row['vertical']:g}" if row["vertical"] else "–",
-            f"{row['slips']:.1f}",
-            f"{row['whole']:.2f}",
-            f"{row['skipping']:.2f}",
-        )
-        for row in found["cost"]
-    ]
+    lines: list[tuple[str, ...]] = []
+    for row in found["cost"]:
+        shaking = (row["case"], f"{row['horizontal']:g}", f"{row['vertical']:g}" if row["vertical"] else "–")
+        lines.append((*shaking, f"{row['slips']:.1f}", f"{row['whole']:.2f}", f"{row['skipping']:.2f}"))
     yield Rows("ns per sample and run of sliding blocks", headings, lines)
     rows = found["newmark"]["rows"]
     if not rows:

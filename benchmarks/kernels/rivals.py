@@ -11,9 +11,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...core.compiled import kernel
 
-RK4, NEWMARK, RK4_AT_REST = range(3)
+NEVER = 1e300
+LANES = 256
+"""Runs that plain Runge-Kutta advances together: what it keeps of them stays in the nearest cache."""
 # Kinds of damping of a problem (see `problems.Problem`).
 VISCOUS, ENTRY_SPEED, ENERGY, IMPACT, EXACT = range(5)
 
@@ -24,10 +28,6 @@ REST_SPEED = 1e-4
 """Speed, rad/s, below which an impact that is not located ends the motion (bounces shorter than a step are noise)."""
 _MOST_EVENTS = 1000
 _MOST_ITERATIONS = 50
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# rules of the oscillator
 
 
 @kernel()
@@ -196,57 +196,63 @@ def transition(event, mode, side, theta, omega, held, u, kind, q2, alpha, edge, 
     return ZONE, 1.0, side * edge, omega, entry_damping(abs(omega), kind, q2, alpha, edge, zone, c, e)
 
 
-# ---------------------------------------------------------------------------------------------------------------------
-# fixed steps, no event located
+@kernel(fastmath=True, inline="always")
+def _pull(x, q2, push):
+    """Return q2 sin x + push cos x, to rounding for abs(x) < 2, by Taylor's series of the half angle."""
+    y = 0.5 * x
+    z = y * y
+    w = z * z
+    v = w * w
+    sine = w * (1 / 120 - z / 5040) + v * ((1 / 362880 - z / 39916800) + w * (1 / 6227020800 - z / 1307674368000))
+    half = w * (1 / 720 - z / 40320) + v * ((1 / 3628800 - z / 479001600) + w * (1 / 87178291200 - z / 20922789888000))
+    sine = y * (1.0 - z / 6 + sine)
+    return q2 * 2.0 * sine * (1.0 - z * (0.5 - z / 24 + half)) + push * (1.0 - 2.0 * sine * sine)
 
 
-@kernel()
-def _rate(kind, theta, side, omega, u, q2, alpha, reach, zone, held, c, gain):
+@kernel(fastmath=True, inline="always")
+def _rate(exact, theta, side, omega, push, q2, alpha, reach, zone, held, c):
     """Return the angular acceleration; `side` has the sign of the falling branch, `reach` is the active zone's edge."""
-    if kind == EXACT:
-        x = math.copysign(alpha, side) - theta
-        return -(q2 * math.sin(x) + gain * u * math.cos(x))
-    if abs(theta) <= reach:
-        return -zone * theta - held * omega - gain * u
-    return q2 * (theta - math.copysign(alpha, side)) - c * omega - gain * u
+    if exact is not None:
+        return -_pull(math.copysign(alpha, side) - theta, q2, push)
+    outside = q2 * (theta - math.copysign(alpha, side)) - c * omega
+    return (outside if abs(theta) > reach else -zone * theta - held * omega) - push
 
 
-@kernel()
-def _runge_kutta(kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c, gain):
+@kernel(fastmath=True, inline="always")
+def _runge_kutta(exact, theta, omega, push0, push1, h, q2, alpha, reach, zone, held, c):
     """Return the state after one classical step, in which each stage takes the law of its region."""
-    um = 0.5 * (u0 + u1)
-    a1 = _rate(kind, theta, theta, omega, u0, q2, alpha, reach, zone, held, c, gain)
+    middle = 0.5 * (push0 + push1)
+    a1 = _rate(exact, theta, theta, omega, push0, q2, alpha, reach, zone, held, c)
     v2 = omega + 0.5 * h * a1
     x2 = theta + 0.5 * h * omega
-    a2 = _rate(kind, x2, x2, v2, um, q2, alpha, reach, zone, held, c, gain)
+    a2 = _rate(exact, x2, x2, v2, middle, q2, alpha, reach, zone, held, c)
     v3 = omega + 0.5 * h * a2
     x3 = theta + 0.5 * h * v2
-    a3 = _rate(kind, x3, x3, v3, um, q2, alpha, reach, zone, held, c, gain)
+    a3 = _rate(exact, x3, x3, v3, middle, q2, alpha, reach, zone, held, c)
     v4 = omega + h * a3
     x4 = theta + h * v3
-    a4 = _rate(kind, x4, x4, v4, u1, q2, alpha, reach, zone, held, c, gain)
+    a4 = _rate(exact, x4, x4, v4, push1, q2, alpha, reach, zone, held, c)
     return (theta + h / 6.0 * (omega + 2.0 * v2 + 2.0 * v3 + v4), omega + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4))
 
 
 @kernel()
-def _newmark(kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c, gain):
+def _newmark(exact, theta, omega, push0, push1, h, q2, alpha, reach, zone, held, c):
     """Return the state after one average-acceleration step, by Newton iterations with the tangent of the branch.
 
     The damping is that of the step's start (a force that jumps has no tangent), and a rigid block stays on its side
     until the step ends, as in a structural program.
     """
     damping = held if abs(theta) <= reach else c
-    start = _rate(kind, theta, theta, omega, u0, q2, alpha, reach, zone, held, c, gain)
+    start = _rate(exact, theta, theta, omega, push0, q2, alpha, reach, zone, held, c)
     end = theta + h * (omega + 0.5 * h * start)
     for _ in range(_MOST_ITERATIONS):
         moved = end - theta
         side = end if reach > 0.0 else theta
         speed = 2.0 / h * moved - omega
         residual = 4.0 / h * (moved / h - omega) - start + damping * speed
-        residual -= _rate(kind, end, side, speed, u1, q2, alpha, reach, zone, 0.0, 0.0, gain)
-        if kind == EXACT:
-            x = math.copysign(alpha, side) - end
-            tangent = -q2 * math.cos(x) + gain * u1 * math.sin(x)
+        residual -= _rate(exact, end, side, speed, push1, q2, alpha, reach, zone, 0.0, 0.0)
+        if exact is not None:
+            tangent = _pull(math.copysign(alpha, side) - end, push1, -q2)
         else:
             tangent = zone if abs(end) <= reach else -q2
         change = residual / (4.0 / (h * h) + 2.0 * damping / h + tangent)
@@ -256,91 +262,122 @@ def _newmark(kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c, gai
     return end, 2.0 / h * (end - theta) - omega
 
 
-@kernel(keep=True)
-def fixed_steps(
-    method, record, dt, steps, every, factors, kind, q2, alpha, edge, zone, c, e, gain, rigid, peaks, falls, rotation
-):
-    """Integrate runs by RK4 or Newmark, `steps` per sample; damping, impacts and rest change at the ends of steps.
+@kernel(fastmath=True)
+def _step(exact, newmark, lanes, happens, share, u0, u1, h, q2, alpha, edge, zone, c, gain):
+    """Take one step of all lanes, in vectors by RK4; `happens` where an event may have been within it.
 
-    No steps are taken while a rigid block rests, except by RK4_AT_REST, which otherwise equals RK4.
+    lanes: rotation, velocity, both before the step, reach, held damping, threshold (gain u'') and peak; (8, lanes).
     """
-    static = holds(kind, q2, alpha)
-    inner_gain = gain / math.cos(alpha) if kind == EXACT else gain
-    share = 1.0 / steps
-    h = dt * share
-    for j in range(factors.size):
-        theta = omega = peak = 0.0
-        held = c
-        mode = REST if rigid else ZONE  # ZONE stands for zone and outside, which theta distinguishes
-        for i in range(record.size - 1):
-            ua = factors[j] * record[i]
-            change = (factors[j] * record[i + 1] - ua) * share
-            u1 = ua
-            for _ in range(steps):
-                u0 = u1
-                u1 += change
-                if mode == REST:
-                    if gain * abs(u1) <= static:
-                        if method == RK4_AT_REST:
-                            # a step without effect, which the compiler cannot leave out
-                            lost, _ = _runge_kutta(kind, theta, omega, u0, u1, h, q2, alpha, 0.0, zone, held, c, gain)
-                            peak = max(peak, 0.0 * lost)
-                        continue
-                    theta = -math.copysign(1e-300, u1)  # a side, no height
-                    mode = RIGID
-                reach = 0.0 if mode == RIGID else edge
-                before = theta
-                omega_before = omega
-                if method != NEWMARK:
-                    theta, omega = _runge_kutta(
-                        kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c, inner_gain
-                    )
-                else:
-                    theta, omega = _newmark(kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c, inner_gain)
-                if mode == RIGID:
-                    if before * theta < 0.0 or theta == 0.0:
-                        omega *= e
-                        if abs(omega) < REST_SPEED:
-                            theta = omega = 0.0
-                            mode = REST
-                    elif abs(theta) > edge > 0.0:
-                        mode = ZONE
-                elif kind != VISCOUS and abs(theta) <= edge:
-                    if abs(before) > edge:
-                        if rigid and skips_zone(abs(omega), q2, alpha, edge, e):
-                            mode = RIGID
-                        else:
-                            held = entry_damping(abs(omega), kind, q2, alpha, edge, zone, c, e)
-                    elif rigid and omega_before * omega < 0.0:
-                        theta = after_turn(theta, q2, alpha, edge, zone)
-                        omega = 0.0
-                        mode = RIGID
-                peak = max(peak, abs(theta))
-                if peak >= FLAT:
-                    break
-            if peak >= FLAT:
-                if every > 0:
-                    rotation[j, i // every + 1 :] = math.copysign(FLAT, theta)
-                break
-            if every > 0 and (i + 1) % every == 0:
-                rotation[j, (i + 1) // every] = theta
-        falls[j] = peak >= FLAT or escapes(theta, omega, kind, q2, alpha, edge, c)
-        peaks[j] = FLAT if falls[j] else peak
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# steps that end where something happens
+    for b in range(share.size):
+        push0 = gain * share[b] * u0
+        push1 = gain * share[b] * u1
+        theta = lanes[0, b]
+        omega = lanes[1, b]
+        resting = (theta == 0.0) & (omega == 0.0)
+        theta = -math.copysign(1e-300, push1) if resting else theta  # a side, no height
+        stays = resting & (abs(push1) <= lanes[6, b])
+        if newmark is None:
+            end, speed = _runge_kutta(
+                exact, theta, omega, push0, push1, h, q2, alpha, lanes[4, b], zone, lanes[5, b], c
+            )
+        elif not stays:
+            end, speed = _newmark(exact, theta, omega, push0, push1, h, q2, alpha, lanes[4, b], zone, lanes[5, b], c)
+        end = 0.0 if stays else end
+        speed = 0.0 if stays else speed
+        lanes[0, b] = end
+        lanes[1, b] = speed
+        lanes[2, b] = theta
+        lanes[3, b] = omega
+        lanes[7, b] = max(lanes[7, b], abs(end))
+        turns = (abs(end) <= edge) & (omega * speed < 0.0)
+        passes = (theta * end <= 0.0) | ((abs(theta) <= edge) != (abs(end) <= edge))
+        happens[b] = (turns | passes | (abs(end) >= FLAT)) & (not stays)
 
 
 @kernel()
+def _after_step(mode, theta, omega, before, omega_before, held, kind, q2, alpha, edge, zone, c, e, rigid):
+    """Return mode, rotation, velocity and held damping after what has happened within a step."""
+    if mode == RIGID:
+        if before * theta < 0.0 or theta == 0.0:
+            omega *= e
+            if abs(omega) < REST_SPEED:
+                return mode, 0.0, 0.0, held  # at rest
+        elif abs(theta) > edge > 0.0:
+            return ZONE, theta, omega, held
+    elif kind != VISCOUS and abs(theta) <= edge:
+        if abs(before) > edge:
+            if rigid and skips_zone(abs(omega), q2, alpha, edge, e):
+                return RIGID, theta, omega, held
+            return mode, theta, omega, entry_damping(abs(omega), kind, q2, alpha, edge, zone, c, e)
+        if rigid and omega_before * omega < 0.0:
+            return RIGID, after_turn(theta, q2, alpha, edge, zone), 0.0, held
+    return mode, theta, omega, held
+
+
+@kernel(keep=True)
+def fixed_steps(
+    exact, newmark, record, dt, steps, every, factors, kind, q2, alpha, edge, zone, c, e, gain, rigid,
+    peaks, falls, rotation,
+):  # fmt: skip
+    """Integrate runs by RK4, LANES of them together, or by Newmark, `steps` per sample; no event is located.
+
+    Damping, impacts and rest change at the ends of steps.  exact: True in exact geometry, otherwise None; newmark: True
+    for Newmark, otherwise None.
+    """
+    static = holds(kind, q2, alpha) if rigid else 0.0
+    inner = gain / math.cos(alpha) if kind == EXACT else gain
+    h = dt / steps
+    happens = np.zeros(LANES, np.bool_)
+    words = happens.view(np.uint64)
+    mode = np.zeros(LANES, np.int64)
+    for first in range(0, factors.size, LANES):
+        share = factors[first : first + LANES]
+        lanes = np.zeros((8, share.size))
+        lanes[4] = 0.0 if rigid else edge
+        lanes[5] = c
+        lanes[6] = static * inner / gain
+        mode[:] = RIGID if rigid else ZONE  # ZONE stands for zone and outside, which theta distinguishes
+        happens[:] = False
+        for i in range(record.size - 1):
+            change = (record[i + 1] - record[i]) / steps
+            for k in range(steps):
+                u0 = record[i] + k * change
+                u1 = u0 + change
+                _step(exact, newmark, lanes, happens, share, u0, u1, h, q2, alpha, edge, zone, c, inner)
+                for b in range(share.size):
+                    if words[b // 8] == 0 or not happens[b]:
+                        continue
+                    theta = lanes[0, b]
+                    if abs(theta) >= FLAT:
+                        # it lies, and nothing lifts it
+                        falls[first + b] = True
+                        if every > 0:
+                            rotation[first + b, i // every + 1 :] = math.copysign(FLAT, theta)
+                        lanes[6, b] = NEVER
+                        lanes[:2, b] = 0.0
+                        continue
+                    mode[b], lanes[0, b], lanes[1, b], lanes[5, b] = _after_step(
+                        mode[b], theta, lanes[1, b], lanes[2, b], lanes[3, b], lanes[5, b],
+                        kind, q2, alpha, edge, zone, c, e, rigid,
+                    )  # fmt: skip
+                    lanes[4, b] = 0.0 if mode[b] == RIGID else edge
+            if every > 0 and (i + 1) % every == 0:
+                for b in range(share.size):
+                    if not falls[first + b]:
+                        rotation[first + b, (i + 1) // every] = lanes[0, b]
+        for b, j in enumerate(range(first, first + share.size)):
+            falls[j] = falls[j] or escapes(lanes[0, b], lanes[1, b], kind, q2, alpha, edge, c)
+            peaks[j] = FLAT if falls[j] else lanes[7, b]
+
+
+@kernel(fastmath=True, inline="always")
 def _acceleration(exact, stiffness, offset, damping, gain, theta, omega, u):
     if exact:
-        x = offset - theta
-        return -(stiffness * math.sin(x) + gain * u * math.cos(x))
+        return -_pull(offset - theta, stiffness, gain * u)
     return offset + stiffness * theta - damping * omega - gain * u
 
 
-@kernel()
+@kernel(fastmath=True)
 def _branch_step(exact, stiffness, offset, damping, gain, theta, omega, u, slope, h):
     """Return the state after one classical step under the law of one branch; `u` is the shaking at its start."""
     um = u + 0.5 * h * slope
@@ -469,10 +506,6 @@ def located_events(
                 rotation[j, (i + 1) // every] = theta
         falls[j] = mode == FALLEN or escapes(theta, omega, kind, q2, alpha, edge, c)
         peaks[j] = FLAT if falls[j] else peak
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# bookkeeping for integrators that advance many runs at once, each to its own next stop
 
 
 @kernel(keep=True)

@@ -1,14 +1,13 @@
 """Fixed-step integrators of rocking blocks, as a careful user would write them: rivals of the engine.
 
 Plain Runge-Kutta and Newmark locate no events: they change damping, impacts and rest at the ends of their steps.
-Runge-Kutta with events ends its steps at events, and is the strongest rival in speed.
+Runge-Kutta with events ends its steps at events, and is the cheapest rival that is right.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -55,9 +54,9 @@ class FixedSteps:
     """Method in numba with `steps` equal steps per sample; it handles every problem."""
 
     title: str
-    kernel: Callable[..., Any]
-    leading: tuple[int, ...]
     steps: int
+    newmark: bool | None = None
+    locates: bool = False
 
     @property
     def name(self) -> str:
@@ -68,28 +67,25 @@ class FixedSteps:
 
     def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
         answer = empty(record, factors, every)
-        self.kernel(*self.leading, record, dt, self.steps, every, factors, *problem[1:], *answer)
+        leading = () if self.locates else (problem.kind == kernels.EXACT or None, self.newmark)
+        kernel = kernels.located_events if self.locates else kernels.fixed_steps
+        kernel(*leading, record, dt, self.steps, every, factors, *problem[1:], *answer)
         return answer
 
 
 def runge_kutta(steps: int) -> FixedSteps:
-    """Return classical Runge-Kutta, which takes no steps while a rigid block rests."""
-    return FixedSteps("RK4", kernels.fixed_steps, (kernels.RK4,), steps)
-
-
-def runge_kutta_at_rest() -> FixedSteps:
-    """Return `runge_kutta(1)` with a step at every sample, also at rest: the yardstick of the engine's speed."""
-    return FixedSteps("RK4, one step a sample", kernels.fixed_steps, (kernels.RK4_AT_REST,), 1)
+    """Return classical Runge-Kutta in vectors of runs: the yardstick of the engine's speed."""
+    return FixedSteps("RK4", steps)
 
 
 def newmark(steps: int) -> FixedSteps:
     """Return Newmark's average acceleration, iterated to convergence, as in structural programs."""
-    return FixedSteps("Newmark", kernels.fixed_steps, (kernels.NEWMARK,), steps)
+    return FixedSteps("Newmark", steps, newmark=True)
 
 
 def located_runge_kutta(steps: int) -> FixedSteps:
     """Return classical Runge-Kutta that ends a step at each event; an excursion within one step is not detected."""
-    return FixedSteps("RK4 with events", kernels.located_events, (), steps)
+    return FixedSteps("RK4 with events", steps, locates=True)
 
 
 RIVALS: tuple[Rival, ...] = (

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import scipy.signal
 
 from toppling.benchmarks import figures, flags, page, precision, scale, scenes, speed, tables
 from toppling.benchmarks.__main__ import PARTS, main, parts_of
+from toppling.benchmarks.kernels.rivals import EXACT, REST_SPEED
 from toppling.benchmarks.measure import answers, errors, machine, seconds, true_record, truth_data, truth_of
 from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
 from toppling.benchmarks.rivals.fixed_steps import located_runge_kutta, newmark, runge_kutta
@@ -99,6 +101,45 @@ def test_errors_see_what_is_wrong():
     assert errors(law, found)["trajectory_max"] is None
 
 
+@pytest.mark.parametrize("law", [LAWS[2], LAWS[9]], ids=lambda law: law.label)
+def test_runge_kutta_in_vectors(law):
+    """Its runs are those of the textbook's step, one run at a time, with the sine and cosine of libm."""
+    _, kind, q2, alpha, edge, zone, c, e, gain, rigid = problem(HARD, law)
+    shaking, factors = record()[:1200], np.linspace(0.05, 0.3, 11)
+    found = runge_kutta(1).run(problem(HARD, law), shaking, DT, factors, 1)
+
+    def acceleration(theta, omega, u):
+        if kind == EXACT:
+            x = math.copysign(alpha, theta) - theta
+            return -q2 * (math.sin(x) + u / STANDARD_GRAVITY * math.cos(x))
+        if abs(theta) <= edge:
+            return -zone * theta - c * omega - gain * u
+        return q2 * (theta - math.copysign(alpha, theta)) - c * omega - gain * u
+
+    for factor, rotation in zip(factors, found.rotation, strict=True):
+        theta = omega = 0.0
+        for i, (u, after) in enumerate(pairwise(factor * shaking)):
+            before = theta
+            if rigid and theta == omega == 0.0:
+                if abs(after) <= STANDARD_GRAVITY * math.tan(alpha):
+                    continue
+                theta = -math.copysign(1e-300, after)
+            half = 0.5 * (u + after)
+            a1 = acceleration(theta, omega, u)
+            a2 = acceleration(theta + 0.5 * DT * omega, v2 := omega + 0.5 * DT * a1, half)
+            a3 = acceleration(theta + 0.5 * DT * v2, v3 := omega + 0.5 * DT * a2, half)
+            a4 = acceleration(theta + DT * v3, v4 := omega + DT * a3, after)
+            theta += DT / 6.0 * (omega + 2.0 * v2 + 2.0 * v3 + v4)
+            omega += DT / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+            if rigid and before * theta < 0.0:
+                omega *= e
+                if abs(omega) < REST_SPEED:
+                    theta = omega = 0.0
+            if abs(theta) >= math.pi / 2.0:
+                break
+            assert rotation[i + 1] == pytest.approx(theta, abs=1e-9)
+
+
 def test_times_are_medians_of_each_task():
     calls = []
     ours, theirs = seconds([lambda: calls.append(0), lambda: sum(range(300_000))], 3)
@@ -106,7 +147,7 @@ def test_times_are_medians_of_each_task():
 
 
 def test_the_engine_costs_less_than_five_steps_a_sample():
-    """Plain RK4 with dt/5 costs some thirty times as much: a margin that noise does not eat."""
+    """Plain RK4 with dt/5 costs some ten times as much: a margin that noise does not eat."""
     from functools import partial
 
     from toppling.benchmarks.measure import oscillators
@@ -161,9 +202,6 @@ class TestParts:
         rows = results["speed"]
         assert [(row["law"], row["case"]) for row in rows] == [(a.label, c) for a in (*FEW, LAWS[9]) for c in "KB"]
         assert all(row["share"] == pytest.approx(row["engine"] / row["yardstick"]) for row in rows)
-        assert [row["rigid"] for row in rows] == [False, False, True, True, True, True]
-        assert all(row["share_passing"] == row["share"] for row in rows if not row["rigid"])
-        assert all(row["share_passing"] > 0.0 for row in rows)
         found = speed.exact_over_linear(rows)
         assert set(found) == {"K", "B"}
         cost = {(row["law"], row["case"]): row["engine"] for row in rows}
@@ -313,20 +351,9 @@ class TestPage:
             "Wrong verdicts",
         ):
             assert f"\n## {heading}\n" in text
-        assert "a step there, too" in text  # what the yardstick pays for
         data = (tmp_path / "integrators.csv").read_text(encoding="utf-8").splitlines()
         assert len(data) == 1 + len(results["precision"]["found"])
         assert data[1].startswith(f"{tables.short(FEW[0].label)},toppling,")
-
-    @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.label)
-    def test_steps_at_rest_come_to_nothing(self, law):
-        """The yardstick, which steps at rest, too, and the RK4 that does not have the same runs."""
-        factors = np.linspace(0.05, 0.45, 6)
-        one, other = (
-            rival.run(problem(HARD, law), record(), DT, factors, 1) for rival in (speed.YARDSTICK, speed.PASSING)
-        )
-        for a, b in zip(one, other, strict=True):
-            np.testing.assert_array_equal(a, b)
 
     def test_says_which_scene_is_dear(self, results):
         rows = [dict(row, ratio=1.0 if row["scene"] != "strap" else 1.77) for row in results["scenes"]]
@@ -360,14 +387,10 @@ class TestPage:
 
     def test_says_what_is_missed(self, results):
         costs = {LAWS[7].label: 1.0, LAWS[9].label: 12.3}
-        rows = [dict(row, share=0.9, engine=costs.get(row["law"], 2.0)) for row in results["speed"]]
+        rows = [dict(row, engine=costs.get(row["law"], 2.0)) for row in results["speed"]]
         text = page.text({**results, "speed": rows})
-        assert "met by 0 of 2 laws; **missed** by discrete (0.900)" in text
         assert "12.3 in case K, 12.3 in case B (target 10: **missed**)" in text
-        rows = [dict(row, share=0.1, engine=2.0) for row in rows]
-        text = page.text({**results, "speed": rows})
-        assert "met by 2 of 2 laws." in text
-        assert "(target 10: met)" in text
+        assert "(target 10: met)" in page.text({**results, "speed": [dict(row, engine=2.0) for row in rows]})
 
     def test_of_one_part(self, results, tmp_path):
         one = {name: results[name] for name in ("command", "machine", "motions")}
