@@ -1,0 +1,69 @@
+"""Every sentence that the corpus printed has its row in the table of facts, and every row its sentence."""
+
+import re
+from collections import Counter
+
+import pytest
+from sentences import HERE, facts, of_file, pattern
+
+PLACES = {
+    *("answer", "figure", "action", "validity", "anchor-table", "footnote"),  # the first screen
+    *("A", "B", "C", "D", "E", "F"),  # the appendix
+    *("terminal", "progress", "help", "comparison", "single", "motions", "dropped"),
+}
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The sentences of the corpus, each with the places of its rows."""
+    rows = facts()
+    sentences = (HERE / "sentences.txt").read_text(encoding="utf-8").splitlines()
+    patterns = [pattern(row["sentence"]) for row in rows]
+    return {
+        sentence: [place for place, of_row in enumerate(patterns) if of_row.fullmatch(sentence)]
+        for sentence in sentences
+    }
+
+
+def test_every_sentence_tells_a_fact(found):
+    assert len(found) > 1_700
+    assert [sentence for sentence, rows in found.items() if not rows] == []
+
+
+def test_no_sentence_tells_a_fact_twice(found):
+    rows = facts()
+    for sentence, places in found.items():
+        told = Counter(rows[place]["fact"] for place in places)
+        assert set(told.values()) == {1}, (sentence, told)
+
+
+def test_every_row_has_a_sentence(found):
+    told = {place for places in found.values() for place in places}
+    assert [row["sentence"] for place, row in enumerate(facts()) if place not in told] == []
+
+
+def test_rows_are_whole():
+    rows = facts()
+    for row in rows:
+        assert re.fullmatch(r"[a-z]+\.[a-z0-9_]+", row["fact"]), row
+        assert row["place"] in PLACES, row
+        assert row["condition"], row
+        assert row["source"], row
+        assert row["because"] or row["place"] != "dropped", row
+    assert len({(row["fact"], row["sentence"]) for row in rows}) == len(rows)
+
+
+def test_sentences_of_a_page_and_a_terminal(tmp_path):
+    page = tmp_path / "report.html"
+    page.write_text(
+        "<head><title>no title here</title></head><body><h1>The study's own title</h1><p>About 16 of <b>100</b> fall. "
+        "“Two cabinets” falls rarely, they say.</p><table><tr><td>four words of cell</td>"
+        "<td>One cell of six words, 3 pieces</td></tr></table><p>sha 0a1b2c3d4e5f is no number</p></body>",
+        encoding="utf-8",
+    )
+    assert list(of_file(page)) == [
+        *("About # of # fall.", "“…” falls rarely, they say.", "One cell of six words, # pieces", "sha # is no number"),
+    ]
+    terminal = tmp_path / ".1.out"
+    terminal.write_text("of a table   with columns\nnote: 3 words and more\n\n", encoding="utf-8")
+    assert list(of_file(terminal)) == ["note: # words and more"]
