@@ -21,12 +21,11 @@ from ...core.doubts import warn
 from ...core.elementary import Array, exp, log, power
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance
 from ...models import Block
-from ...models.block import MAX_SIZE
 from ...motions.intensity.measure import MEASURES
 from ..fitting.states import OK
 from ..runs.labels import block_coordinates
 from ..runs.request import labelled_sequence
-from ..validity.plausibility import block_doubts, size_doubts
+from ..validity.plausibility import block_doubts
 
 CRITERIA = ("acceleration", "velocity")
 DISPERSION = 0.5
@@ -85,48 +84,19 @@ def fema_p58() -> xr.Dataset:
     return curves.assign_coords(descriptions)
 
 
-def p58_regression(width: Any, height: Any) -> Array:
-    """Return the median peak floor velocity (m/s) at overturning that FEMA P-58 implies for a block of any size.
-
-    Parameters
-    ----------
-    width, height : array_like
-        Full outer sizes, m, of any shapes that broadcast.
-
-    Returns
-    -------
-    numpy.ndarray
-        exp(1.05) B^1.48 H^-1.07.
-
-    Notes
-    -----
-    Least squares over the nine rows of `fema_p58` gives 1.0535, 1.4802 and -1.0740, which reproduce them within -3.3 to
-    5.1 %; rounded as here, within -3.0 to 5.6 % (the worst is the squattest, the two-drawer vertical file).  The rows
-    have widths of 0.32 to 0.47 m and heights of 0.61 to 2.06 m: beyond these sizes the law is an extrapolation.
-
-    Examples
-    --------
-    >>> p58_regression(0.320675, [1.4224, 1.8034]).round(3)
-    array([0.364, 0.282])
-    """
-    B, H = np.broadcast_arrays(*_sizes(width, height))
-    sides = np.stack([B.ravel(), H.ravel()], axis=1)
-    warn(size_doubts(sides, sides[:, 1] / sides[:, 0], lambda _: None))
-    return _p58(B, H)
-
-
-def _p58(B: Array, H: Array) -> Array:
-    a, b, c = P58_COEFFICIENTS
-    return np.asarray(exp(a + b * log(B) + c * log(H)))
-
-
 def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
-    """Return curves of any blocks by the law between FEMA P-58's medians (`p58_regression`), dispersion 0.5.
+    """Return curves of any blocks by the law between FEMA P-58's medians, exp(1.05) B^1.48 H^-1.07, dispersion 0.5.
 
     Returns
     -------
     xarray.Dataset
         As `fema_p58`, with extrapolated on ``block``: True where a size lies outside those of the nine rows.
+
+    Notes
+    -----
+    B and H: outer width and height, m.  Least squares over the nine rows of `fema_p58` gives 1.0535, 1.4802 and
+    -1.0740, which reproduce them within -3.3 to 5.1 %; rounded as here, within -3.0 to 5.6 % (the worst is the
+    squattest, the two-drawer vertical file).
 
     Examples
     --------
@@ -135,13 +105,14 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     """
     found = labelled_sequence("blocks", blocks, Block)
     width, height = _widths(found)
+    a, b, c = P58_COEFFICIENTS
     rows = fema_p58()
     outside = np.zeros(len(found), dtype=bool)
     for sizes, known in ((width, rows["width"].values), (height, rows["height"].values)):
         outside |= (sizes < known.min()) | (sizes > known.max())
     curves = _curves(
         found,
-        _p58(width, height),
+        exp(a + b * log(width) + c * log(height)),
         np.full(len(found), DISPERSION),
         "pgv",
         "Fragility by the law between FEMA P-58's medians",
@@ -202,17 +173,6 @@ def _widths(blocks: Sequence[Block]) -> tuple[Array, Array]:
     """Return the widths and the heights of blocks, whose doubts are warned of."""
     warn(block_doubts(blocks))
     return np.array([block.width for block in blocks]), np.array([block.height for block in blocks])
-
-
-def _sizes(width: Any, height: Any) -> tuple[Array, Array]:
-    dimensions = tuple(range(9))
-    B = checks.finite_array("width", width, ndim=dimensions, unit="m")
-    H = checks.finite_array("height", height, ndim=dimensions, unit="m")
-    for name, sizes in (("width", B), ("height", H)):
-        if sizes.min() <= 0.0 or sizes.max() > MAX_SIZE:
-            shown = sizes.min() if sizes.min() <= 0.0 else sizes.max()
-            raise ValueError(f"{name} must be > 0 and <= {MAX_SIZE:g} (in m), got {shown:g}")
-    return B, H
 
 
 def _curves(blocks: Sequence[Block], median: Array, dispersion: Array, im: str, title: str) -> xr.Dataset:

@@ -47,7 +47,8 @@ class TestFemaP58:
         np.testing.assert_array_equal(found.round(2), published.P58_COEFFICIENTS)
         off = median / np.exp(design @ found) - 1.0
         assert (off.min(), off.max()) == pytest.approx((-0.0332, 0.0507), abs=6e-5)
-        rounded = median / published.p58_regression(B, H) - 1.0
+        blocks = [tp.Block(width, height, name=f"{width} x {height}") for width, height in zip(B, H, strict=True)]
+        rounded = median / published.p58_estimate(blocks)["median"].values - 1.0
         assert (rounded.min(), rounded.max()) == pytest.approx((-0.0301, 0.0563), abs=6e-5)
         assert curves["block"].values[rounded.argmax()] == "file-vertical-2-drawer"
 
@@ -59,14 +60,11 @@ class TestFemaP58:
         assert ratio.std(ddof=1) / ratio.mean() == pytest.approx(0.0230, abs=6e-5)
         assert (ratio.min(), ratio.max()) == pytest.approx((0.748, 0.808), abs=6e-4)
 
-    def test_regression_over_arrays_and_blocks(self):
-        widths = np.array([0.3, 0.4])
-        table = published.p58_regression(widths[:, None], [1.0, 1.5, 2.0])
-        assert table.shape == (2, 3)
-        assert table[1, 2] == pytest.approx(math.exp(1.05) * 0.4**1.48 * 2.0**-1.07, rel=1e-14)
+    def test_estimates(self):
         blocks = [tp.Block(0.4, 2.0, name="inside"), tp.Block(0.4, 2.1, name="tall"), tp.Block(0.3, 1.0, name="thin")]
         curves = published.p58_estimate(blocks)
-        np.testing.assert_array_equal(curves["median"], published.p58_regression([0.4, 0.4, 0.3], [2.0, 2.1, 1.0]))
+        for block, median in zip(blocks, curves["median"].values, strict=True):
+            assert median == pytest.approx(math.exp(1.05) * block.width**1.48 * block.height**-1.07, rel=1e-14)
         assert curves["extrapolated"].values.tolist() == [False, True, True]
         assert set(curves["dispersion"].values) == {0.5}
 
@@ -108,8 +106,6 @@ class TestJapanese:
 @pytest.mark.parametrize(
     "criterion",
     [
-        published.p58_regression,
-        lambda *sizes: published.p58_regression([0.4, sizes[0]], [[1.8], [sizes[1]]]),
         lambda *sizes: published.p58_estimate(tp.Block(*sizes)),
         lambda *sizes: published.japanese(tp.Block(*sizes)),
         lambda *sizes: published.japanese(tp.Block(*sizes), "velocity"),
@@ -146,10 +142,6 @@ def test_they_are_curves_like_ones_own(name):
 
 
 BAD = [
-    (lambda: published.p58_regression(0.0, 1.0), ValueError, "width must be > 0 and <= 1e.06 .in m., got 0"),
-    (lambda: published.p58_regression(1.0, [1.0, -2.0]), ValueError, "height must be .* got -2"),
-    (lambda: published.p58_regression(1.0, math.nan), ValueError, "height must be finite"),
-    (lambda: published.p58_regression("wide", 1.0), TypeError, "width must be real numbers"),
     (lambda: published.p58_estimate([]), ValueError, "blocks must hold at least one, got none"),
     (lambda: published.japanese("block"), TypeError, "blocks must be one Block or a sequence"),
     (lambda: published.japanese([tp.Block(1.0, 2.0)] * 2), ValueError, "unique labels"),

@@ -89,7 +89,6 @@ def _pgv_curves():
 def criteria():
     return {
         "fema_p58": published.fema_p58(),
-        "p58_regression": published.p58_regression([0.3, 0.5], [1.8, 1.5]),
         "p58_estimate": published.p58_estimate([SHELF, CABINET]),
         "japanese": published.japanese([SHELF, CABINET]),
         "japanese_velocity": published.japanese([SHELF, CABINET], "velocity"),
