@@ -3,7 +3,8 @@
 `facts.csv` has a row for every sentence that was printed when `sentences.txt` was written: the fact that it tells, the
 numbers in it, the condition under which it appears, where it stood in the code, and where it will stand ("dropped":
 because). In a row's sentence `{}` is any text and `{a|b}` either word. `facts_unseen.csv` has what the code could print
-and no study of the corpus shows (where no place is given, that of its fact). `python tests/golden/sentences.py .golden/new` prints the sentences of another run.
+and no study of the corpus shows (where no place is given, that of its fact).
+`python tests/golden/sentences.py .golden/new` prints the sentences of another run.
 """
 
 from __future__ import annotations
