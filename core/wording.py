@@ -263,10 +263,10 @@ def listed_name(name: str) -> str:
 def counted(n: int, noun: str) -> str:
     """A number of things.
 
-    >>> counted(1, "block"), counted(12_000, "run")
-    ('1 block', '12,000 runs')
+    >>> counted(1, "block"), counted(12_000, "run"), counted(2, "branch")
+    ('1 block', '12,000 runs', '2 branches')
     """
-    return f"{n:,} {noun}{'' if n == 1 else 's'}"
+    return f"{n:,} {noun}{'' if n == 1 else 'es' if noun.endswith('ch') else 's'}"
 
 
 def years_text(years: float) -> str:

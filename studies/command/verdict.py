@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import islice
-
 import xarray as xr
 
 from ..region.rows import event_sentences
@@ -31,8 +29,10 @@ def _beside_table(results: xr.Dataset) -> list[str]:
     """Return what the short table of a study does not show: the building as a whole, sensitivity, kits."""
     kind = str(results.attrs["kind"])
     if kind == "performance":
-        # (how often anything falls, and what is lost, come first)
-        return [*islice(plain_answer(results), 1 + ("annual_loss" in results)), *money_steps(results)]
+        # (how often anything falls, and what is lost, with what stands between)
+        plain = plain_answer(results)
+        last = next((place for place, sentence in enumerate(plain) if sentence.startswith("The expected loss")), 0)
+        return [*plain[: last + 1], *money_steps(results)]
     if kind == "sensitivity":
         return plain_answer(results)
     choice = [one for one in (choice_of_law(results),) if one]

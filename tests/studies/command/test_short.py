@@ -3,8 +3,10 @@
 import re
 
 import pytest
+import xarray as xr
 from study_texts import HAZARD, crate_study
 
+from toppling.studies.command import verdict
 from toppling.studies.command.cli import main
 
 BLOCKS = "".join(f'[[blocks]]\nname = "shelf {i}"\nwidth_m = {0.3 + 0.02 * i}\nheight_m = 1.8\n' for i in range(12))
@@ -21,7 +23,7 @@ def study(tmp_path):
 @pytest.mark.slow
 def test_an_answer_in_a_few_lines(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out")]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = [line for line in capsys.readouterr().out.splitlines() if not line.startswith("compiling")]
     assert len(lines) < 27
     text = "\n".join(lines)
     assert "of the annual rate of “crate” comes from shaking stronger than any that was run" in text
@@ -41,6 +43,19 @@ def test_results_that_are_not_valid_are_said_to_be_so_before_anything_is_advised
     assert said.index("validity: not valid: ") < said.index("Once results are valid, use those under Housner’s impacts")
     assert "; do not rely on these results" in said
     assert "Use the results" not in said
+
+
+@pytest.mark.parametrize(
+    ("plain", "shown"),
+    [
+        (["rare.", "Under another law rarer.", "The expected loss is 3.", "Other levels."], 3),
+        (["rare.", "Under another law rarer."], 1),
+    ],
+)
+def test_the_expected_loss_is_shown_whatever_stands_before_it(monkeypatch, plain, shown):
+    monkeypatch.setattr(verdict, "plain_answer", lambda _: plain)
+    monkeypatch.setattr(verdict, "money_steps", lambda _: ["anchor"])
+    assert verdict._beside_table(xr.Dataset(attrs={"kind": "performance"})) == [*plain[:shown], "anchor"]
 
 
 @pytest.mark.slow
