@@ -101,6 +101,8 @@ class TestHistory:
             plot.history([])
         with pytest.raises(TypeError, match="got DataArray"):
             plot.history([discrete.rotation])
+        with pytest.raises(TypeError, match="got int"):
+            plot.history(3)
         with pytest.raises(ValueError, match="without damping_moment, rotation"):
             plot.history(discrete.drop_vars(["rotation", "damping_moment"]))
         with pytest.raises(ValueError, match="labels must be 2"):
