@@ -25,10 +25,10 @@ MOST_DAMPED = 1.0
 LEAST_RESTITUTION = 0.3
 """Coefficient of restitution; tests of free rocking found 0.5 and more."""
 LEAST_STRENGTH, MOST_STRENGTH = 10.0, 1e6  # N
-LEAST_SLACK, MOST_SLACK = 1e-4, 0.5  # m
+LEAST_SLACK, MOST_SLACK = 1e-4, 0.2  # m
 LEAST_STRETCH, MOST_STRETCH = 5e-5, 0.3
 """Elongation, m, at which a restraint breaks: its strength over its stiffness."""
-LEAST_ARM = 0.1
+LEAST_ARM = 0.2
 """Height, m, below which nothing is strapped to a wall: anti-tip kits hold the upper half of furniture."""
 LEAST_DENSE, MOST_DENSE = 5.0, 8000.0  # kg/m³
 UNKNOWN_DEPTH = 10.0

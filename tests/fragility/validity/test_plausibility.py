@@ -55,6 +55,8 @@ STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)
         ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 2e6)}, "a strength of 2e+06 N: kN"),
         ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, np.inf)}, ""),
         ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 267.0, slack=5.0)}, "a slack of 5000 mm: metres in"),
+        ({"mass": 120.0, "restraint": tp.Restraint.strap(1.1, 267.0, slack=0.5)}, "a slack of 500 mm: metres in"),
+        ({"mass": 120.0, "restraint": tp.Restraint.strap(0.17, 267.0)}, "a strap that acts 170 mm above the floor"),
         (
             {"mass": 120.0, "restraint": tp.Restraint.strap(0.017)},
             "a strap that acts 17 mm above the floor: a height in",
