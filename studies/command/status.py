@@ -50,7 +50,7 @@ class StudyStatus(NamedTuple):
 def status_of(folder: Path, verify: bool = False) -> StudyStatus:
     """Return the status of the study in a folder; `verify` refuses results that are not finished, or were edited."""
     if not folder.is_dir():
-        raise StudyError(f"{folder}: no such folder")
+        raise StudyError(f"{folder}: {'not a folder of results' if folder.exists() else 'no such folder'}")
     running = is_locked(folder)
     manifest = read_manifest(folder)
     if verify and (running or manifest is not None):

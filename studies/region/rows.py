@@ -139,7 +139,7 @@ def event_rows(results: xr.Dataset) -> Iterator[Rows]:
         title = (
             f"Share of the region that falls in one event, under {model}: {events:,} events at each level, {sample:,} "
             f"blocks of it run under each"
-            + (f" (a share is uncertain by ±{noise:.1g} % from the sample)" if noise else "")
+            + (f" (a share is uncertain by ±{two_digits(noise)} % from the sample)" if noise else "")
         )
         headings = ("level", "mean (95 %)", "5 % of events: below", "half: below", "95 %: below")
         spreads = ("standard deviation", "if blocks fell independently", "correlation of two blocks")

@@ -76,7 +76,7 @@ CAPTIONS = {
     "flipped": "Share of runs whose outcome differs from the reference’s, over the values that are varied.",
     "curves": "Fragility curves of both studies, a panel for each block and law; bands are their intervals.",
     "chances": "The chances of both studies side by side, with their intervals.",
-    "tornado": "How far the median moves when one input at a time goes from its low to its high value.",
+    "tornado": "How far the probability moves when one input at a time goes from its low to its high value.",
 }
 
 

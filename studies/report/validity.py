@@ -432,11 +432,11 @@ def _inputs(results: xr.Dataset) -> Check:
     doubts = [one for one in json.loads(str(results.attrs["doubts"])) if one[0] != SPECTRA]
     kinds = dict.fromkeys(str(kind) for kind, _, accepted in doubts if not accepted)
     if kinds:
-        said = (str(sentence).rstrip(".?") for _, sentence, accepted in doubts if not accepted)
+        said = (str(sentence).rstrip(".") for _, sentence, accepted in doubts if not accepted)
         return Check(
             question,
             CARE,
-            " ".join(f"{one[:1].upper()}{one[1:]}." for one in said),
+            " ".join(f"{one[:1].upper()}{one[1:]}{'' if one.endswith('?') else '.'}" for one in said),
             "Correct what is wrong. What is intended can be accepted in the study, which the report then states.",
             "; ".join(ODD[kind] for kind in kinds),
         )

@@ -185,6 +185,12 @@ def told(capsys, *arguments):
     return error
 
 
+def test_status_of_a_file(tmp_path, capsys):
+    (tmp_path / "study.toml").write_text("", encoding="utf-8")
+    assert told(capsys, "status", str(tmp_path / "study.toml")).endswith("study.toml: not a folder of results\n")
+    assert told(capsys, "status", str(tmp_path / "none")).endswith("none: no such folder\n")
+
+
 def test_paths_that_the_system_refuses_are_named(tmp_path, monkeypatch, capsys):
     (tmp_path / "study.toml").write_text(crate_study("Paths", 3, 6, 0.02, 3), encoding="utf-8")
     given, long = str(tmp_path / "study.toml"), str(tmp_path / ("a" * 256))
