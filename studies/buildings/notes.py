@@ -67,7 +67,7 @@ def notes(assessment: xr.Dataset) -> list[str]:
         found += _untried(assessment)
     if number_of_motions(assessment) < ENOUGH_MOTIONS:
         found.append(
-            "95 % intervals of totals held the true total in 86 to 98 % of simulated studies with fewer than "
+            "95 % intervals of totals held the true total in 84 to 98 % of simulated studies with fewer than "
             f"{ENOUGH_MOTIONS} motions"
         )
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:

@@ -39,7 +39,7 @@ TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount a year below which it is written as that of 1,000 years."""
-SAVED = ": 95 % intervals hold the true saving in 80 to 97 % of studies"  # (docs/coverage.md)
+SAVED = ": 95 % intervals hold the true saving in 82 to 97 % of studies"  # (docs/coverage.md)
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:

@@ -179,7 +179,7 @@ def size_table(results: xr.Dataset) -> Table:
     units = results[f"size_{along}"].attrs["units"]
     table = _table(
         f"Which {along} ({units}) {verb_in(results)} with a probability of {percent(target)} in {years:g} years "
-        f"({confidence_text(results)} intervals, for the given hazard curve; 57 to 98 % hold the true size)",
+        f"({confidence_text(results)} intervals, for the given hazard curve; 58 to 98 % hold the true size)",
         ("law", along, "interval", ""),
     )
     floors = results["floor"].values.tolist() if "floor" in results[f"size_{along}"].dims else [None]
