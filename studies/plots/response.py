@@ -57,7 +57,7 @@ def history(
     The cross marks where |θ| exceeds α for the last time, or the end of a history that ends before.  The block lies on
     its side later, at the response's `overturning_time`.
     """
-    many = list(responses) if isinstance(responses, list | tuple) else [responses]
+    many: list[Any] = list(responses) if isinstance(responses, list | tuple) else [responses]
     if not many:
         raise ValueError("responses must be at least one history, got none")
     for one in many:
