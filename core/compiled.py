@@ -58,7 +58,7 @@ class Kernel:
         Nothing is done where it is stored, or can't be.  The statement ends when its input does, with this process.
         """
         cache = getattr(self.dispatcher, "_cache", None)
-        if not getattr(cache, "keeps", False) or self.on_disk:
+        if not hasattr(cache, "holds_code") or self.on_disk:
             return
         # (where no further process may be started, the first call compiles)
         with suppress(OSError):

@@ -28,7 +28,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 from numba import config, jit, njit
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pass
@@ -155,8 +155,6 @@ class FolderCache(FunctionCache):
     What is not there may have come with the wheel, which is never written to.
     """
 
-    keeps = True
-
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
         folder = Path(function.__code__.co_filename).parent
@@ -183,38 +181,6 @@ class FolderCache(FunctionCache):
             if data is not None:
                 return self._impl.rebuild(context, data)
         return None
-
-
-class CarriedLocator(InTreeCacheLocator):
-    """The folder in which a wheel carries machine code, there or not."""
-
-    def get_cache_path(self) -> str:
-        return str(Path(self._py_file).parent / STORED)
-
-    def ensure_cache_path(self) -> None:
-        """Write nothing, not even to try."""
-
-
-class CarriedFiles(CompileResultCacheImpl):
-    """Names of the files that a wheel carries."""
-
-    _locator_classes = [CarriedLocator]  # noqa: RUF012
-
-
-class CarriedCache(FolderCache):
-    """Cache of a user who has no place for files: only what a wheel carries is found, and nothing is kept."""
-
-    keeps = False
-    _impl_class = CarriedFiles  # type: ignore[assignment]
-
-    def _load_overload(self, sig: Any, target_context: Any) -> Any:
-        found = super()._load_overload(sig, target_context)
-        if found is None:
-            warn_of_no_cache()
-        return found
-
-    def _save_overload(self, sig: Any, data: Any) -> None:
-        """Keep nothing."""
 
 
 class ClosedLibrary(JITCodeLibrary):
@@ -356,10 +322,13 @@ def dispatcher(function: Callable[..., Any], keep: bool, options: dict[str, Any]
             function, targetoptions={"nopython": True, "boundscheck": None, **used}, pipeline_class=CalleeCompiler
         )
     found = njit(pipeline_class=KeptCompiler, **used)(function)
-    with suppress(RuntimeError):  # (numba has found no folder that it may write to)
-        found._cache = CarriedCache(function)
-        if _has_place(Path(function.__code__.co_filename).parent):
-            found._cache = FolderCache(function)
+    if not _has_place(Path(function.__code__.co_filename).parent):
+        warn_of_no_cache()
+        return found
+    try:
+        found._cache = FolderCache(function)
+    except RuntimeError:  # (numba has found no folder that it may write to)
+        warn_of_no_cache()
     return found
 
 
