@@ -30,7 +30,7 @@ def speed(
 ) -> list[Row]:
     """Measure ns per sample and run of the engine, without skipping, and of the yardstick, for each law and case.
 
-    `share` is the engine's cost over that of the yardstick, one step per sample.
+    `share` is the engine's cost divided by the yardstick's.
     """
     shaking = record()
     rows = []

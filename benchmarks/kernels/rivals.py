@@ -16,6 +16,7 @@ import numpy as np
 from ...core.compiled import kernel
 
 NEVER = 1e300
+"""Threshold of a block that lies: nothing lifts it (and `fastmath` knows no infinity)."""
 LANES = 256
 """Runs that plain Runge-Kutta advances together: what it keeps of them stays in the nearest cache."""
 # Kinds of damping of a problem (see `problems.Problem`).
@@ -325,7 +326,7 @@ def fixed_steps(
     for Newmark, otherwise None.
     """
     static = holds(kind, q2, alpha) if rigid else 0.0
-    inner = gain / math.cos(alpha) if kind == EXACT else gain
+    inner = gain if exact is None else gain / math.cos(alpha)
     h = dt / steps
     happens = np.zeros(LANES, np.bool_)
     words = happens.view(np.uint64)

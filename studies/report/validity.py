@@ -436,7 +436,7 @@ def _inputs(results: xr.Dataset) -> Check:
         return Check(
             question,
             CARE,
-            " ".join(f"{one[:1].upper()}{one[1:]}{'' if one.endswith('?') else '.'}" for one in said),
+            " ".join(f"{doubt[:1].upper()}{doubt[1:]}{'' if doubt.endswith('?') else '.'}" for doubt in said),
             "Correct what is wrong. What is intended can be accepted in the study, which the report then states.",
             "; ".join(ODD[kind] for kind in kinds),
         )
