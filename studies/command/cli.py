@@ -519,7 +519,8 @@ def main(arguments: list[str] | None = None) -> int:
                     f"Environment variable {name!r} must be a number of at least {least}, got {given!r}"
                 )
         words = sys.argv[1:] if arguments is None else arguments
-        if words and words[0] in COMMANDS and 0 < memory_limit() < LEAST_OF_ANY:
+        # (the last one, `schema`, loads nothing)
+        if words and words[0] in COMMANDS[:-1] and 0 < memory_limit() < LEAST_OF_ANY:
             return _out_of_memory()
         app(arguments, exit_on_error=False, print_error=False)
         sys.stdout.flush()

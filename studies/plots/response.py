@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import xarray as xr
@@ -57,7 +57,8 @@ def history(
     The cross marks where |θ| exceeds α for the last time, or the end of a history that ends before.  The block lies on
     its side later, at the response's `overturning_time`.
     """
-    many: list[Any] = list(responses) if isinstance(responses, list | tuple) else [responses]
+    several = isinstance(responses, Iterable) and not isinstance(responses, xr.Dataset)
+    many: list[Any] = list(responses) if several else [responses]
     if not many:
         raise ValueError("responses must be at least one history, got none")
     for one in many:

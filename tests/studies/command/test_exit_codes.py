@@ -176,6 +176,7 @@ def test_a_limit_on_memory_is_named(size, more, tmp_path):
     assert re.fullmatch(rf"toppling: {size} kB of memory \(ulimit -v\) .*; allow at least \d+\n", done.stderr)
     assert done.returncode == 1
     assert not (tmp_path / "out").exists()
+    assert command("schema", cwd=tmp_path, preexec_fn=limit).returncode == 0  # (which loads nothing)
 
 
 def told(capsys, *arguments):
