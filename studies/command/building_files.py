@@ -17,8 +17,8 @@ from ...fragility.exchange.pelicun.building import FILES, Line, write_building
 from ...fragility.exchange.pelicun.consequences import UNITS, Amount, currency_unit
 from ...fragility.fitting.isotonic import isotonic_probabilities
 from ..buildings.variables import JOINT
+from ..facts.method import study_of
 from ..inventory.consequences import LOGNORMAL, Consequence, PieceScores
-from ..report.method import study_of
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.outputs import own_files

@@ -1,46 +1,42 @@
-"""The end of a study on a terminal, below its short table: the answer in sentences, and how valid it is."""
+"""The end of a study on a terminal, below its short table: the answer, and how valid it is."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import xarray as xr
 
-from ..region.rows import event_sentences
-from ..report.actions import money_steps
-from ..report.crossed import crossed_pieces
-from ..report.extrapolation import rate_sentences, second_opinions
-from ..report.law_choice import choice_of_law
-from ..report.summary import plain_answer
-from ..report.validity import INVALID, badge, checks_of, worst_word
-from ..tables.breaks import break_sentences
-from ..tables.gains import gain_sentences
-from ..tables.slides import edge_sentences, trip_sentences
-from ..text.precision import missed_precision
+from ..facts import building, curves, sensitivity
+from ..facts.checks import badge, checks_of
+from ..facts.fact import GOOD, INVALID, Fact
+from ..facts.footnotes import footnotes
+from ..facts.say import say
+from ..text.reached import within_levels
+
+BESIDE_TABLE = ("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level")
+"""Facts that the short table shows."""
+OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unpriced")
+"""Actions on money, by the beginning of their names."""
 
 
 def verdict(results: xr.Dataset, answered: bool) -> list[str]:
-    """Return the validity of results in a line, which comes first where they are not valid, and the answer."""
+    """Return the answer and the validity of results, which comes first where they are not valid."""
     checks = checks_of(results)
-    said = _beside_table(results) if answered else plain_answer(results)
-    line = f"validity: {badge(checks)}"
-    return [f"{line}; do not rely on these results", *said] if worst_word(checks) == INVALID else [*said, line]
+    bad = [check for check in checks if check.word != GOOD]
+    said = [say(fact, "page") for fact in _facts(within_levels(results), answered)]
+    missed = [say(check, "checks") for check in bad if check.what == "adaptive.precision_missed"]
+    line = f"validity: {say(badge(checks), 'checks')}"
+    invalid = [say(check, "checks") for check in bad if check.word == INVALID]
+    return [f"{line}; do not rely on these results", *invalid, *said] if invalid else [*said, *missed, line]
 
 
-def _beside_table(results: xr.Dataset) -> list[str]:
-    """Return what the short table of a study does not show: the building as a whole, sensitivity, kits."""
-    kind = str(results.attrs["kind"])
-    if kind == "performance":
-        # (how often anything falls, and what is lost, with what stands between)
-        plain = plain_answer(results)
-        last = next((place for place, sentence in enumerate(plain) if sentence.startswith("The expected loss")), 0)
-        return [*plain[: last + 1], *money_steps(results)]
-    if kind == "sensitivity":
-        return plain_answer(results)
-    choice = [one for one in (choice_of_law(results),) if one]
-    slid = [*edge_sentences(results), *trip_sentences(results)]
-    crossing = crossed_pieces(results)[:1]  # (the report has the others)
-    beyond = [*rate_sentences(results), *second_opinions(results)] if "rate" in results else []
-    # (what rates rest on and which law they are of is one paragraph)
-    rests = " ".join([*beyond, *choice])
-    missed = filter(None, [missed_precision(results)])
-    together = [*missed, *event_sentences(results), *crossing, *([rests] if rests else [])]
-    return [*together, *gain_sentences(results), *break_sentences(results), *slid]
+def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
+    if "item" in results.dims:
+        yield from building.answer(results)
+        yield from (fact for fact in building.details(results) if fact.what == "consequence.loss")
+        yield from (fact for fact in building.actions(results) if fact.what.startswith(OF_MONEY))
+    elif "value" in results.dims:
+        yield from sensitivity.answer(results)
+    else:
+        yield from (fact for fact in curves.answer(results) if not (answered and fact.what in BESIDE_TABLE))
+    yield from (fact for fact in footnotes(results) if fact.what.startswith("law."))

@@ -188,7 +188,7 @@ def _html_page(
 ) -> str:
     """Return the page of a comparison; the same results give the same text."""
     of_page = [page_table(plain_table(*rows)) for rows in tables]
-    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures_of(draw, " ".join(sentences))]
+    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures_of(draw)]
     content = {
         "title": "Two studies side by side",
         "question": QUESTION,

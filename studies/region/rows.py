@@ -8,14 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from ...core.wording import about_percent, chances_between, two_digits, whole_percent, with_article
+from ...core.wording import two_digits
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN
 from ...fragility.analyses.surface_results import POOLED
 from ..text.block_order import HALF
 from ..text.precision import measure_notes
 from ..text.rows import Rows
-from ..text.words import axis_of, display_unit, quantity_name, reference_law
+from ..text.words import axis_of, display_unit, reference_law
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Shares of the blocks below the values of the table."""
@@ -83,30 +83,21 @@ def surface_rows(results: xr.Dataset) -> Rows | None:
     return Rows(title, headings, lines)
 
 
-def event_sentences(results: xr.Dataset) -> list[str]:
-    """Return how much of a region falls in one event under the reference law, at levels of about 10, 50 and 90 %."""
+def event_levels(results: xr.Dataset) -> list[tuple[float, float, float, float, int]]:
+    """Return how much of a region falls in one event: level, mean share, its ends and the number of pieces.
+
+    Of many levels those of shares of about 10, 50 and 90 %, under the reference law.
+    """
     if "fallen_mean" not in results:
         return []
-    one = results.isel(model=reference_law(results)[0])
-    means, levels = one["fallen_mean"].values, one["event_level"].values
+    here = results.isel(model=reference_law(results)[0])
+    means, levels = here["fallen_mean"].values, here["event_level"].values
     every = list(range(levels.size))
     if levels.size > MOST_SAID:
         every = sorted({int(np.abs(means - share).argmin()) for share in TELLING})
-    axis = axis_of(results)
-    scale, unit = display_unit(axis)
-    at = [f"{two_digits(float(one) / scale)}{f' {unit}' if unit else ''}" for one in levels]
-    ends = one["fallen_quantile"].isel(event_quantile=[0, -1]).values
-    shares = [about_percent(float(mean)) for mean in means]
-    spans = [chances_between(float(low), float(high), about_percent) for low, high in ends]
-    first, *others = every
-    more = "".join(f", and one of {at[k]} {shares[k]} ({spans[k]})" for k in others)
+    ends = here["fallen_quantile"].isel(event_quantile=[0, -1]).values
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
-    low, high = one["event_quantile"].values[[0, -1]]
-    return [
-        "An earthquake with "
-        f"{with_article(quantity_name(axis))} of {at[first]} overturns {shares[first]} of the {number:,} pieces "
-        f"on average ({spans[first]} in {whole_percent(float(high - low))} of such earthquakes){more}."
-    ]
+    return [(float(levels[k]), float(means[k]), float(ends[k][0]), float(ends[k][1]), number) for k in every]
 
 
 def event_rows(results: xr.Dataset) -> Iterator[Rows]:

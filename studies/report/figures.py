@@ -1,4 +1,4 @@
-"""A study's figures for a page, SVG in HTML and PNG beside Markdown: the same bytes, with descriptions in words."""
+"""A study's figures for a page, SVG in HTML and PNG beside Markdown: the same bytes."""
 
 from __future__ import annotations
 
@@ -10,15 +10,12 @@ from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
-from ..text.names import clean
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     Draw = Callable[[], Iterator[tuple[str, Figure]]]
     """Draws figures, each with its file name."""
 
-MOST_PANELS_DESCRIBED = 6
 LONGEST_ALT = 150
 """Largest length of an alternative text, which a screen reader reads without a pause."""
 PIXELS_AN_INCH = 96.0
@@ -31,11 +28,10 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 class Picture(NamedTuple):
-    """A figure on a page: its file name, its caption, its description in words, and the image."""
+    """A figure on a page: its file name, its caption, and the image."""
 
     name: str
     caption: str
-    description: str
     svg: str
     phone: str
     png: bytes
@@ -50,7 +46,7 @@ class Picture(NamedTuple):
         return text
 
 
-# The captions, by the first part of a figure's name; the description of its contents is read from the figure.
+# The captions, by the first part of a figure's name.
 CAPTIONS = {
     "fragility": "Probability of what is studied, as a rule overturning, against the strength of shaking: fitted "
     "curves and, of blocks that were run themselves, the observed shares of the motions with their intervals.",
@@ -80,10 +76,9 @@ CAPTIONS = {
 }
 
 
-def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Picture]:
-    """Yield figures as pictures, described in words; their SVG has no script, no reference outside, unique ids."""
+def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
+    """Yield figures as pictures; their SVG has no script, no reference outside, unique ids."""
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
-        described = f"{describe(figure)} {clean(numbers)}".strip()
         svg, phone, content = "", "", b""
         if narrow is None:
             from ..plots.axes import settle  # noqa: PLC0415 - matplotlib loads slowly
@@ -95,29 +90,7 @@ def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Pict
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
         caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
-        yield Picture(name, caption, described, svg, phone, content)
-
-
-def describe(figure: Figure) -> str:
-    """Describe a figure for readers who cannot see it: its heading, panels, axes and the labels of its lines."""
-    shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
-    heading = figure.get_suptitle()
-    parts = [heading.rstrip(".")] if heading else []
-    titles = [title for title in (ax.get_title() for ax in shown) if title]
-    if titles:
-        more = len(titles) - MOST_PANELS_DESCRIBED
-        panels = "1 panel" if len(shown) == 1 else f"{len(shown)} panels"
-        parts.append(f"{panels}: {'; '.join(titles[:MOST_PANELS_DESCRIBED])}{f'; and {more} more' if more > 0 else ''}")
-    legends = [*figure.legends, *(one for one in (ax.get_legend() for ax in shown) if one is not None)]
-    for word, labels in (
-        ("Across", [ax.get_xlabel() for ax in shown]),
-        ("Up", [ax.get_ylabel() for ax in shown]),
-        ("Drawn", [text.get_text() for legend in legends for text in legend.get_texts()]),
-    ):
-        found = list(dict.fromkeys(label for label in labels if label))
-        if found:
-            parts.append(f"{word}: {'; '.join(found)}")
-    return clean(" ".join(f"{' '.join(part.split())}." for part in parts).replace(r"\$", "＄").replace("$", ""))
+        yield Picture(name, caption, svg, phone, content)
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from functools import partial
@@ -9,42 +10,45 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import xarray as xr
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from ...core.writing import write_bytes
 from .. import show
+from ..facts import building, curves, sensitivity
+from ..facts.bars import bars_of
+from ..facts.checks import REMARKS, badge, checks_of
+from ..facts.fact import GOOD
+from ..facts.footnotes import footnotes
+from ..facts.method import inputs_of, method_of, study_of
+from ..facts.say import environment as templates, remedy, say, value_of
 from ..file.report import ReportTable
-from ..plan.slides import INSTEAD
 from ..store.content import check_content
 from ..tables.client import lead_rows
 from ..text.block_order import shown
 from ..text.error import StudyError, writing
 from ..text.glossary import used
-from ..text.names import clean
+from ..text.reached import within_levels
 from ..text.rows import Rows, plain_table
-from .actions import next_steps
-from .answers import answer
-from .basis import basis
 from .cells import PageTable, longest_word, markdown, page_table, whole_intervals
 from .figures import Picture, pictures_of
-from .method import assumptions, block_rows, law_rows, lifted, method, provenance_rows, study_file_rows, study_of
+from .inputs import anchor_rows, block_rows, provenance_rows
 from .results_file import read_results
-from .summary import plain_answer
-from .validity import badge, checks_of, not_checked, worst_word
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from jinja2 import Environment
+
 ReportFormat = Literal["html", "md"]
 
-TEMPLATES = Path(__file__).parents[1] / "templates"
 _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
 MANY_COLUMNS = 8
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
-NUMBERS = 600
-"""Largest length of the answer at the end of a figure's description."""
+MOST_STEPS = 3
+"""Most actions on the first screen; the others follow in the appendix."""
+MOST_TERMS = 8
+"""Most terms of the glossary."""
 
 
 def write_report(
@@ -64,7 +68,7 @@ def write_report(
             found = content(results, result, state)
             written: list[Path] = []
             figures: list[tuple[Picture, str]] = []
-            for one in pictures_of(partial(show.figures, results), found["numbers"], png=True):
+            for one in pictures_of(partial(show.figures, results), png=True):
                 beside = target.with_name(f"{target.stem}_{one.name}.png")
                 _write(beside, one.png)
                 written.append(beside)
@@ -79,51 +83,48 @@ def write_report(
 def html_page(results: xr.Dataset, path: Path, state: str) -> str:
     """Return the page of a study's results read from `path`, in a `state`; the same results give the same text."""
     found = content(results, path, state)
-    every = pictures_of(partial(show.figures, results), found["numbers"])
+    every = pictures_of(partial(show.figures, results))
     drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in every]
     template = environment(escaping=True).get_template("report.html.j2")
-    return template.render(**found, figures=drawn)
+    study = base64.b64encode(found["study"].encode()).decode()
+    return template.render(**{**found, "study": study}, figures=drawn)
 
 
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
-    said, plain = answer(results), plain_answer(results)
-    found = checks_of(results, state)
-    notes = [line for line in str(results.attrs.get("notes", "")).splitlines() if line]
-    of_client = {
+    within, checks = within_levels(results), checks_of(results, state)
+    titles = value_of("titles", "checks")
+    bad = [check for check in checks if check.word != GOOD]
+    labels = value_of("titles", "method")
+    of_building = "item" in results.dims
+    subject = building if of_building else sensitivity if "value" in results.dims else curves
+    steps = [say(fact, "page") for fact in subject.actions(within)]
+    lead = anchor_rows(within) if of_building else None
+    page = {
         "title": str(results.attrs.get("title", "")) or "A study",
-        "question": said.question,
-        "plain": plain,
-        "lead": _tables_of(list(lead_rows(results))),
-        "steps": next_steps(results, found),
-        "basis": basis(results),
-    }
-    technical = {
-        "sentences": [*said.sentences, *show.hints(results)],
-        "tables": [page_table(table) for table in show.tables(results)],
-        "method": method(results),
-        "made_of": [
-            *_tables_of([law_rows(results)], words=True),
-            *_tables_of([block_rows(shown(results))]),
-            *_tables_of([study_file_rows(results)], words=True),
-        ],
-        "assumptions": assumptions(results),
-        "checks": found,
-        "not_checked": not_checked(lifted(study_of(results)), INSTEAD in results),
-        "notes": notes,
-    }
-    terms = used(texts(of_client))
-    return {
-        **of_client,
-        **technical,
-        "kind": str(results.attrs["kind"]),
-        "lead_title": "Results" if str(results.attrs["kind"]) == "sensitivity" else "Each piece",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
-        "terms": terms,
-        "technical_terms": used(texts(technical), terms),
-        "numbers": _shortened(" ".join(said.sentences or plain)),
-        "verdict": badge(found),
-        "word": worst_word(found),
+        "answer": [say(fact, "page") for fact in subject.answer(within)],
+        "bars": bars_of(within),
+        "steps": steps[:MOST_STEPS],
+        "further": steps[MOST_STEPS:],
+        "badge": badge(checks),
+        "verdict": say(badge(checks), "checks"),
+        "lead": _tables_of([lead] if of_building else list(lead_rows(results))),
+        "footnotes": [say(fact, "page") for fact in footnotes(within)],
+        "details": [say(fact, "page") for fact in building.details(within)] if of_building else [],
+        "hints": show.hints(results),
+        "tables": [page_table(table) for table in show.tables(results)],
+        "inputs": [(labels[fact.what], say(fact, "method")) for fact in inputs_of(results)],
+        "input_tables": _tables_of([block_rows(shown(results))]),
+        "method": [say(fact, "method") for fact in method_of(results)],
+        "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
+        "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
+        "remarks": [say(check, "checks") for check in checks if check.what in REMARKS and check.word == GOOD],
+        "notes": [line for line in str(results.attrs.get("notes", "")).splitlines() if line],
+    }
+    return {
+        **page,
+        "terms": used(texts(page))[:MOST_TERMS],
         "provenance": _tables_of([provenance_rows(results, path, state)], words=True),
         "study": _study_text(results),
     }
@@ -153,10 +154,6 @@ def _tables_of(every: list[Rows | None], words: bool = False) -> list[PageTable]
     return [page_table(plain_table(*rows), words) for rows in every if rows is not None and rows.rows]
 
 
-def _shortened(text: str) -> str:
-    return text if len(text) <= NUMBERS else f"{text[: text.rfind(' ', 0, NUMBERS)]} …"
-
-
 def _study_text(results: xr.Dataset) -> str:
     text = json.dumps(study_of(results), ensure_ascii=False, indent=2)
     # each list of numbers and words is put on one line to save space (no string contains a line break)
@@ -164,20 +161,8 @@ def _study_text(results: xr.Dataset) -> str:
 
 
 def environment(*, escaping: bool) -> Environment:
-    """Return the templates of pages, whose texts are cleaned and, with `escaping`, escaped for HTML."""
-
-    def safe(value: object) -> object:
-        return clean(value) if isinstance(value, str) and not isinstance(value, Markup) else value
-
-    made = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=escaping,
-        finalize=safe,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+    """Return the templates of pages."""
+    made = templates(escaping=escaping)
     made.filters |= {"markdown": markdown, "longest_word": longest_word, "whole_intervals": whole_intervals}
     made.globals["many_columns"] = MANY_COLUMNS
     return made

@@ -12,16 +12,11 @@ from ...core.wording import (
     about_percent,
     chances_between,
     confidence_text,
-    given_number,
-    given_percent,
     two_digits,
-    with_article,
-    years_text,
 )
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
-from ..text.curve_notes import verb_in
 from ..text.rows import Rows
-from ..text.words import block_title, by_place, display_unit, quantity_name, reference_law
+from ..text.words import by_place, display_unit, quantity_name, reference_law
 
 ENDS = ("", "_lower", "_upper")
 MOST_COLUMNS = 6
@@ -69,66 +64,43 @@ def break_rows(results: xr.Dataset) -> Rows | None:
     return found._replace(title=f"{found.title}: {results['model'].values[at]}") if found and several else found
 
 
-def break_sentences(results: xr.Dataset) -> list[str]:
-    """Return how often restraints break and how strong they must be, under the reference law, for the first blocks."""
-    at, _ = reference_law(results)
-    said = []
-    for name, where in (_held(results) if BROKEN in results else [])[:MOST_SAID]:
-        here = results[[str(one) for one in results.data_vars if str(one).startswith("broken_")]]
-        one = here.isel({dim: k for dim, k in where.items() if dim in here.dims}).isel(model=at)
-        design = float(one[f"{AT_DESIGN}"]) if AT_DESIGN in one else math.nan
-        if math.isfinite(design):
-            shares = [float(one[f"{AT_DESIGN}{end}"]) for end in ENDS]
-            level, which = float(results[DESIGN]), ", which is exceeded with a probability of 10 % in 50 years"
+def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:
+    """Return how often restraints break under a law: name, share of motions with its ends, level, at the design level.
+
+    The level is the design shaking where it is known, else the lowest at which at least half of the motions break a
+    restraint, or the highest.
+    """
+    found = []
+    for name, where in _held(results) if BROKEN in results else []:
+        here = results[[str(variable) for variable in results.data_vars if str(variable).startswith("broken_")]]
+        here = here.isel({dim: k for dim, k in where.items() if dim in here.dims}).isel(model=at)
+        if AT_DESIGN in here and math.isfinite(float(here[AT_DESIGN])):
+            share, low, high = (float(here[f"{AT_DESIGN}{end}"]) for end in ENDS)
+            found.append((name, share, low, high, float(results[DESIGN]), True))
         else:
-            of_levels = [one[f"{BROKEN}{end}"].values for end in ENDS]
-            k, which = _telling(of_levels[0])
-            shares, level = [float(each[k]) for each in of_levels], float(results["level"][k])
-        scale, unit = display_unit(results["level"])
-        shaking = f"{with_article(quantity_name(results['level']))} of {two_digits(level / scale)}"
-        shaking += f" {unit}" if unit else ""
-        often_broken = f"breaks in {share_text(*shares)} of the motions"
-        of_name = f"The restraint of “{block_title(name)}” {often_broken} at {shaking}{which}."
-        often = results["level"].values[one[BROKEN].values >= HALF]
-        if shares[0] < HALF and often.size:
-            strong = f"{two_digits(float(often[0]) / scale)}{f' {unit}' if unit else ''}"
-            of_name += f" At {strong} it breaks in at least half of them."
-        said.append(of_name)
-    if NEEDED in results:
-        asked = np.flatnonzero(np.isfinite(results[TARGET].values))[:MOST_SAID]
-        said.extend(_strength_needed(results.isel(block=i, model=at)) for i in asked.tolist())
-    return said
+            of_levels = [here[f"{BROKEN}{end}"].values for end in ENDS]
+            k = _telling(of_levels[0])
+            share, low, high = (float(each[k]) for each in of_levels)
+            found.append((name, share, low, high, float(results["level"][k]), False))
+    return found
 
 
-def _strength_needed(one: xr.Dataset) -> str:
-    """Return the strength that the restraint of a block needs for its target."""
-    tried, needed = one[TRIED].dropna("trial").values, float(one[NEEDED])
-    if "years" in one.attrs:
-        when = f"in {years_text(float(one.attrs['years']))}"
-    else:
-        scale, unit = display_unit(one["level"])
-        level = f"{two_digits(float(one['level'][0]) / scale)} {unit}".rstrip()
-        when = f"at {with_article(quantity_name(one['level']))} of {level}"
-    keeps = f"the chance that “{block_title(str(one['block'].item()))}” {verb_in(one)} {when}"
-    most = f"to at most {given_percent(float(one[TARGET]))}"
-    strongest = f"{given_number(tried[-1])} N"
-    if needed == math.inf:
-        return f"No tested strength of its restraint up to {strongest} is shown to limit {keeps} {most}."
-    if needed == tried[0]:
-        return f"Even {given_number(needed)} N, the weakest tested strength of its restraint, limits {keeps} {most}."
-    weaker = given_number(float(tried[tried < needed][-1]))
-    return (
-        f"A restraint of {given_number(needed)} N limits {keeps} {most}. So do all stronger ones that were tested, up "
-        f"to {strongest}; {weaker} N is not shown to."
-    )
+def strength_of(results: xr.Dataset, at: int) -> list[tuple[str, float, list[float], float]]:
+    """Return the strength that each restraint needs for its target: name, strength, tried strengths, target (N)."""
+    if NEEDED not in results:
+        return []
+    found = []
+    for i in np.flatnonzero(np.isfinite(results[TARGET].values)).tolist():
+        here = results.isel(block=i, model=at)
+        tried = here[TRIED].dropna("trial").values.tolist()
+        found.append((str(here["block"].item()), float(here[NEEDED]), tried, float(here[TARGET])))
+    return found
 
 
-def _telling(shares: np.ndarray) -> tuple[int, str]:
-    """Return the lowest level at which at least half of the motions break a restraint, or the highest, in words."""
+def _telling(shares: np.ndarray) -> int:
+    """Return the lowest level at which at least half of the motions break a restraint, else the highest."""
     often = np.flatnonzero(shares >= HALF)
-    if often.size and often[0] > 0:
-        return int(often[0]), ", the lowest level at which at least half of them break it"
-    return (0, ", the weakest shaking that was run") if often.size else (-1, ", the strongest shaking that was run")
+    return int(often[0]) if often.size else -1
 
 
 def _held(results: xr.Dataset) -> list[tuple[str, dict[str, int]]]:

@@ -9,14 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.wording import about_percent, confidence_text, counted, ratio_text, years_text
+from ...core.wording import about_percent, confidence_text, ratio_text, years_text
 from ...fragility.risk.ratios import Ratio
-from ...fragility.runs.provenance import number_of_motions
 from ..plan.gains import GAIN, MOST, OTHER
-from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
-from ..text.curve_notes import verb_in
+from ..plan.ratios import verdict_of
 from ..text.rows import Rows
-from ..text.words import block_title, floor_name, reference_law
+from ..text.words import floor_name
 
 MOST_SAID = 3
 """Most blocks that have a sentence; the table has all of them."""
@@ -72,38 +70,3 @@ def gain_rows(results: xr.Dataset) -> Rows | None:
         "shaken by the same motions)"
     )
     return Rows(title, headings, rows)
-
-
-def gain_sentences(results: xr.Dataset) -> list[str]:
-    """Return what walls and restraints change under the reference law, a sentence for each of the first blocks."""
-    at, _ = reference_law(results)
-    found = list(gains_of(results, [at]))
-    years = years_text(float(results.attrs["years"])) if found else ""
-    motions = counted(number_of_motions(results), "motion")
-    verb = verb_in(results)
-    said = []
-    for one in found[:MOST_SAID]:
-        where = f" on {one.floor}" if one.floor else ""
-        name, other = block_title(one.block), block_title(one.other)
-        text = f"The chance that “{name}”{where} {verb} in {years} is {about_percent(one.chance)}, compared with"
-        said.append(f"{text} {about_percent(one.of_other)} for “{other}”: {_verdict(one.ratio, motions)}.")
-    more = len(found) - MOST_SAID
-    return [*said, *([f"The table has {counted(more, 'more comparison')}."] if more > 0 else [])]
-
-
-def _verdict(ratio: Ratio, motions: str) -> str:
-    """Say which of two chances is the lower one, and by what factor."""
-    word = verdict_of(ratio)
-    ends = sorted((ratio.lower, ratio.upper))
-    if word == LOWER:
-        low, high = (1.0 / end for end in reversed(ends))
-        return f"lower by a factor of {ratio_text(1.0 / ratio.value, low, high)}"
-    if word == HIGHER:
-        return f"higher by a factor of {ratio_text(ratio.value, ends[0], ends[1])}"
-    if word == OPEN:
-        return f"{motions} are too few to tell which is lower"
-    if word == SAME:
-        return "no difference"
-    if ratio.value == 0.0:
-        return f"no fall under any of the {motions}"
-    return "too few motions bring either down for a comparison"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -30,7 +29,7 @@ from ..plan.slides import (
     TRIP_RATE,
 )
 from ..text.rows import Rows
-from ..text.words import axis_of, by_place, display_unit, floor_name, level_text, quantity_name, reference_law
+from ..text.words import axis_of, by_place, display_unit, level_text, quantity_name, reference_law
 
 MOST = 100
 """Most blocks in a table."""
@@ -124,25 +123,6 @@ def _cut(of: int, what: str = "blocks") -> str:
     return f"; the first {MOST} of {of:,} {what}" if of > MOST else ""
 
 
-def trip_sentences(results: xr.Dataset) -> list[str]:
-    """Return how likely blocks are to trip over the obstacles near them, a sentence each of the first ones."""
-    if TRIP not in results or not results.sizes["block"]:
-        return []
-    chances = _chances(results, TRIP_RATE if TRIP_RATE in results else TRIP, ENDS)
-    floors = results["floor"].values.tolist() if "floor" in chances[0].dims else [None]
-    found = []
-    for (i, block), (k, floor) in product(enumerate(results["block"].values.tolist()), enumerate(floors)):
-        where = {"block": i} | ({} if floor is None else {"floor": k})
-        values = [float(one.isel(where)) for one in chances]
-        if not np.isnan(values[0]):
-            name = f"“{block}”" if floor is None else f"“{block}” ({floor_name(floor)})"
-            distance = 1000.0 * float(results[TRIP_DISTANCE][i])
-            chance = f"{_text(values, _ever(results[TRIP].isel(where)))} {_when(results)} ({NO_SIMULATION})"
-            far = f"{distance:.4g} mm away fast enough to trip over it"
-            found.append(f"{name} slides into an obstacle {far} with a chance of {chance}.")
-    return found[:MOST_SAID]
-
-
 def _when(results: xr.Dataset) -> str:
     """Return what chances are of: the years of a study with a hazard, else the level at which half of all fall."""
     if SLIP_RATE in results:
@@ -171,16 +151,12 @@ def edge_rows(results: xr.Dataset) -> Rows | None:
     return Rows(f"Falls over edges {when} ({sure}){_cut(len(cases), 'cases')}", headings, rows)
 
 
-def edge_sentences(results: xr.Dataset) -> list[str]:
-    """Return how likely blocks near edges are to slide off, and to fall at all, a sentence each of the first ones."""
+def edges_of(results: xr.Dataset) -> list[tuple[str, str, str, str]]:
+    """Return the chances of blocks near edges: name, of sliding off, of overturning or sliding off, and when."""
     if f"{FALL_OFF}_probability" not in results:
         return []
     when, cases = _edges(results)
-    return [
-        f"“{name}” slides off the shelf, bench or pedestal it stands on with a chance of {off} {when}; that it "
-        f"overturns or slides off has a chance of {either}."
-        for name, (off, _, either) in cases[:MOST_SAID]
-    ]
+    return [(name, off, either, when) for name, (off, _, either) in cases]
 
 
 SEEN = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")

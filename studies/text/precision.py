@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Index
-from ...core.wording import counted, value_text, whole_percent
+from ...core.wording import value_text, whole_percent
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
 from ...fragility.surfaces.gain import Gain, gain_words
@@ -112,21 +112,16 @@ def reached_by(results: xr.Dataset) -> list[Reached]:
     return found
 
 
-def missed_precision(results: xr.Dataset) -> str:
-    """Return how many curves missed the precision that was asked for, and the first of them; '' without any."""
-    if "stopped_because" not in results:
-        return ""
+def missed_curves(results: xr.Dataset) -> tuple[list[str], int]:
+    """Return the accounts of the curves that missed the requested precision, and the number of all curves."""
     stops = results["stopped_because"]
     if "block" in stops.dims:
         _, allowed = asked_of(results)
         every = reached_by(results)
         missed = [one for one in every if is_missed(one.stopped, one.half_width, allowed)]
-        accounts, number = [f"{one.name}: {one.account}" for one in missed], len(every)
-    else:  # (of a region's surfaces)
-        accounts, number = results["account"].values[stops.values.astype(str) != REACHED].tolist(), stops.size
-    if not accounts:
-        return ""
-    return f"{len(accounts):,} of {counted(number, 'curve')} missed the precision that was asked for ({accounts[0]})."
+        return [f"{one.name}: {one.account}" for one in missed], len(every)
+    # (of a region's surfaces)
+    return results["account"].values[stops.values.astype(str) != REACHED].tolist(), stops.size
 
 
 def precision_notes(runs: xr.Dataset, slip: float | None = None) -> list[str]:

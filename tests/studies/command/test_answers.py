@@ -8,7 +8,6 @@ from study_texts import HAZARD, IDA, motions
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.kinds.study import Study
-from toppling.studies.report.validity import CARE, GOOD, INVALID, Check, badge
 from toppling.studies.tables.sensitivity import sensitivity_sentences
 
 BUILDING = (
@@ -123,11 +122,3 @@ def test_names_with_commas_are_quoted(tmp_path):
     (tmp_path / "study.toml").write_text(text + motions(4) + IDA, encoding="utf-8")
     notes = Study.from_toml(tmp_path / "study.toml").notes
     assert any(note.startswith("“20 mm, with a kit”, free: ") for note in notes)
-
-
-def test_the_badge_counts_the_other_checks():
-    good = Check("?", GOOD, "")
-    care, worst = (Check("?", word, "", "", clause) for word, clause in ((CARE, "few motions"), (INVALID, "edited")))
-    assert badge([good, care, worst, care]) == "not valid: edited; 2 other checks need attention"
-    assert badge([care, good]) == "use with care: few motions"
-    assert badge([good]) == "good"

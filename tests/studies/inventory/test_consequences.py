@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy
 import xarray as xr
+from check_facts import check as check_of
 
 import toppling as tp
 from toppling.fragility.numerics import slabs
@@ -18,10 +19,10 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
+from toppling.studies.facts.fact import CARE
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.report.summary import plain_answer
-from toppling.studies.report.validity import CARE, checks_of
 from toppling.studies.tables.assessment import annual_rows, level_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
 
@@ -294,9 +295,8 @@ class TestEndsOfTheHazardCurve:
         (note,) = (one for one in hazard_notes(found, curve) if "the hazard curve's last level" in one)
         said = f"{100 * loss:.0f} % of the annual loss and {100 * downtime:.0f} % of the annual downtime"
         assert note.startswith(f"{said} come from shaking above the hazard curve's last level")
-        (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
-        assert check.word == CARE
-        assert check.reason.endswith(f"(annual loss, {LAW.label}).")
+        check = check_of(found, "hazard curve")
+        assert (check.word, check.names) == (CARE, ("annual loss", LAW.label))
 
     @pytest.mark.parametrize(
         ("first", "side", "words"),

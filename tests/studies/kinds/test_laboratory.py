@@ -7,16 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from check_facts import check as check_of
 
 import toppling as tp
 from toppling.core.wording import two_digits
 from toppling.studies import show
 from toppling.studies.buildings.pieces import pieces_of
+from toppling.studies.facts.checks import checks_of
 from toppling.studies.report.actions import next_steps
 from toppling.studies.report.basis import basis
 from toppling.studies.report.method import assumptions
 from toppling.studies.report.summary import plain_answer
-from toppling.studies.report.validity import SLIDING, checks_of
 from toppling.studies.tables.item_slides import NOT_MODELLED, falling_off_sentences, item_slide_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
 from toppling.studies.text.error import StudyError
@@ -56,9 +57,11 @@ class TestLaboratory:
         assert cells["instrument trolley"][2:4] == ("castors", NOT_MODELLED)
         assert {*cells["instrument trolley"][4:]} == {"–"}
         assert "castors locked: as on feet" in rows.title
-        checks = {one.clause: one for one in checks_of(laboratory)}
-        assert "3 of 32 pieces stand on castors that can roll" in checks
-        assert "4 of 32 pieces stand on locked castors" in checks
+        castors = {fact.what: fact.more for fact in checks_of(laboratory) if fact.what.startswith("support.castors")}
+        assert castors == {
+            "support.castors": {"number": 3, "pieces": 32},
+            "support.castors_locked": {"number": 4, "pieces": 32},
+        }
 
     def test_a_friction_without_dispersion_is_said(self, laboratory):
         """The two lines on locked castors have a coefficient without dispersion; the trolley rolls."""
@@ -71,8 +74,7 @@ class TestLaboratory:
         last = str(laboratory.attrs["notes"]).splitlines()[-1]
         assert last == "vertical shaking, bouncing and sliding while a block rocks are not modelled"
         assert not any("do not slide," in one for one in assumptions(laboratory))
-        (sliding,) = (one for one in checks_of(laboratory) if one.question == SLIDING)
-        assert sliding.cure.startswith("Read the table of sliding")
+        assert check_of(laboratory, "sliding").remedy == "remedy_sliding_table"
 
     def test_safety_is_ranked_by_injuries(self, laboratory):
         safe = [one for one in pieces_of(laboratory) if one.safety]
@@ -138,8 +140,7 @@ class TestGallery:
         assert float(share.sel(item="marble bust")) == 0.0  # (its case is anchored)
         assert float(share.sel(item="vase")) > 0.0
         assert "of the falls of vase" in gallery.attrs["notes"]
-        question = "Does what objects stand on rest, so that it shakes them as the floor moves?"
-        assert question in {one.question for one in checks_of(gallery)}
+        assert check_of(gallery, "moving supports").names == ("vase",)
         steps = " ".join(next_steps(gallery, []))
         assert "Fix “pedestal” before “vase”, which stands on it: in " in steps
         assert "before “marble bust”" not in steps

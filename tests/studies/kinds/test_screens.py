@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import check as check_of
 from flips import undecided_outcomes
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
@@ -17,7 +18,7 @@ from toppling.fragility.uncertainty.joint import pieces_of
 from toppling.fragility.validity import undecided as perturbed
 from toppling.studies import StudyError
 from toppling.studies.buildings import screening
-from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, checks_of
+from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN
 from toppling.studies.store import shards
 from toppling.studies.store.shards import Shards
 
@@ -196,7 +197,7 @@ class TestScaling:
         (note,) = (one for one in notes_of(found) if "scaled by less than 0.2 or more than 5" in one)
         assert note.startswith("100 % of the runs have motions scaled")
         assert float(found["scale_factor_highest"].max()) > 300.0
-        (check,) = (one for one in checks_of(found) if "scaled moderately" in one.question)
+        check = check_of(found, "scaling")
         assert check.word == CARE
 
     @pytest.mark.parametrize("kind", KINDS)
@@ -218,15 +219,15 @@ class TestFriction:
         assert not any("undecided" in note for note in notes_of(slippery))
         assert "undecided" not in slippery
         assert "perturbed" not in one.words
-        (check,) = (one for one in checks_of(slippery) if "rather than slide" in one.question)
+        check = check_of(slippery, "sliding")
         assert check.word in (CARE, INVALID)
         rough = study(tmp_path, *KINDS[kind], MOTIONS, "[friction]\nstatic = 2.0\n[screen]\nundecided = 0.0\n").run()
         assert not any("of the runs slide" in note for note in notes_of(rough))
-        (check,) = (one for one in checks_of(rough) if "rather than slide" in one.question)
+        check = check_of(rough, "sliding")
         assert check.word == GOOD
         unknown = study(tmp_path, *KINDS[kind], MOTIONS, UNTESTED).run()
         assert any(note.startswith("no coefficient of friction is given") for note in notes_of(unknown))
-        (check,) = (one for one in checks_of(unknown) if "rather than slide" in one.question)
+        check = check_of(unknown, "sliding")
         assert check.word == UNKNOWN
 
     def test_a_distribution(self, tmp_path):
@@ -388,14 +389,14 @@ class TestTails:
         (note,) = (one for one in notes_of(found) if f"{side} the hazard curve's {which} level" in one)
         assert note.startswith(f"{100.0 * worst:.0f} % of the annual overturnings come from shaking {side}")
         assert note.endswith(f"give the curve at {other} levels")
-        (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
+        check = check_of(found, "hazard curve")
         assert check.word in (CARE, INVALID)
-        assert f"{side} the hazard curve’s {which} level" in check.clause
+        assert check.more["side"] == side
 
     def test_not_where_the_curve_covers_the_levels(self, tmp_path):
         found = study(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE, HAZARD, UNTESTED).run()
         assert not any("the hazard curve's" in one for one in notes_of(found))
-        (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
+        check = check_of(found, "hazard curve")
         assert check.word == GOOD
 
     @pytest.mark.slow

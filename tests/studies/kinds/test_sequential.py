@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import check as check_of
 from real_processes import same_after_ten_kills
 
 import toppling as tp
@@ -31,7 +32,6 @@ from toppling.studies.report.answers import answer
 from toppling.studies.report.extrapolation import second_opinions
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import plain_answer
-from toppling.studies.report.validity import SLIDING, checks_of
 from toppling.studies.tables.short import short_rows
 from toppling.studies.tables.slides import slide_rows
 from toppling.studies.text.error import StudyError
@@ -520,9 +520,8 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     write_report(path)
     html = path.with_name("report.html").read_text(encoding="utf-8")
     assert "says how likely that is and how far it slides." in html
-    (check,) = (one for one in checks_of(results) if one.question == SLIDING)
-    assert "of the runs a piece would slide with the friction given" in check.clause
-    assert "it says how likely each piece slides instead of rocking, and how far." in check.cure
+    check = check_of(results, "sliding")
+    assert (check.what, check.remedy) == ("sliding.share", "remedy_slips_table")
 
 
 def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
@@ -558,15 +557,16 @@ def test_slips_that_missed_their_precision_are_named(study):
         assert wide.sum() == missed
         said = [one for one in results.attrs["notes"].splitlines() if "where it slides: ±" in one]
         assert len(said) == min(3, missed)
-        (check,) = [one for one in checks_of(results) if "medians known" in one.question or "interval" in one.question]
+        check = check_of(results, "precision")
+        assert check.more["missed"] == (6 if missed else 0)
         if missed:
-            assert "6 of 6 curves missed the precision that was asked for" in check.reason
-            assert "6 of 6 curves missed the precision that was asked for (" in " ".join(verdict(results, True))
+            assert check.more["curves"] == 6
+            assert "6 of 6 curves missed the requested precision (" in " ".join(verdict(results, True))
             assert "the precision of 1 further slip was missed" in results.attrs["notes"]
             assert "the precision takes about" in said[0]
         else:
-            assert "is reached (for " in check.reason
-            assert "curves no further look confirms it)" in check.reason
+            assert check.word == "good"
+            assert check.more["unsure"] > 0
             assert "confirming it takes about" in str(results["slip_account"].values[0, 0])
 
 
@@ -717,8 +717,7 @@ def test_slips_are_run_one_way(study):
 @pytest.mark.parametrize(("static", "word"), [(0.15, "not valid"), (0.3, "use with care"), (2.0, "good")])
 def test_the_check_of_sliding(static, word, study):
     results = study(STUDY + FRICTION.replace("static = 0.3", f"static = {static}")).run()
-    (check,) = (one for one in checks_of(results) if one.question == SLIDING)
-    assert check.word == word
+    assert check_of(results, "sliding").word == word
     if word == "good":
         assert (results["slip_motions_run"] == 0).all()
 
@@ -761,10 +760,8 @@ def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
 
 def test_a_missed_precision_is_a_check(study, finished):
     missed = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
-    clauses = [one.clause for one in checks_of(missed)]
-    assert "the precision asked for was not reached" in clauses
-    reasons = " ".join(one.reason for one in checks_of(finished[0]))
-    assert "The precision that was asked for is reached." in reasons
+    assert check_of(missed, "precision").word == "use with care"
+    assert check_of(finished[0], "precision").word == "good"
 
 
 @pytest.mark.slow
@@ -788,9 +785,8 @@ def test_stability_is_that_of_falls_at_common_levels_too(study, state, tested):
         return
     with pytest.raises(StudyError, match=r"screen.undecided tests falls: leave it out with fit.state = "):
         study(asked)
-    (check,) = [one for one in checks_of(results) if one.question == "Are the outcomes of single runs stable?"]
-    assert check.clause == "no outcome was tested for stability"
-    assert check.reason == f"Falls alone are tested for stability, and the curves are of {results.attrs['state']}."
+    check = check_of(results, "stability")
+    assert (check.what, check.more["state"]) == ("stability.not_tested", results.attrs["state"])
 
 
 @pytest.mark.slow

@@ -16,13 +16,13 @@ from study_schema import made_schema
 import toppling as tp
 from toppling.core.wording import about_percent, three_digits, two_digits
 from toppling.studies import StudyError
+from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN, Fact
 from toppling.studies.report import page as module
 from toppling.studies.report.actions import next_steps
 from toppling.studies.report.answers import answer
 from toppling.studies.report.basis import basis
 from toppling.studies.report.law_choice import law_choice
 from toppling.studies.report.summary import plain_answer
-from toppling.studies.report.validity import CARE, GOOD, INVALID, SLIDING, UNKNOWN, Check
 from toppling.studies.tables.client import client_rows
 from toppling.studies.text.glossary import TERMS
 from toppling.studies.text.words import reference_law
@@ -359,15 +359,15 @@ class TestPlainWords:
 
     def test_next_steps_count_the_checks_that_are_not_good(self, folder):
         results = loaded(folder, "cloud")
-        every = [Check("q", word, f"because {word}.", "Do.") for word in (GOOD, CARE, UNKNOWN, CARE, INVALID)]
+        every = [Fact("rate.none", word=word) for word in (GOOD, CARE, UNKNOWN, CARE, INVALID)]
         first, last = next_steps(results, every)
         assert "If a hazard curve for the site is added to the study" in first
         assert "the validity checks that are not rated “good” (4 of 5)" in last
         assert "the validity check that is not rated “good” (1 of 2)" in next_steps(results, every[:2])[1]
         assert next_steps(results, every[:1]) == [first]
-        sliding = Check(SLIDING, CARE, "because.", "Do.")
+        sliding = Fact("sliding.share", word=CARE)
         assert "with a second person steadying it and nobody where it could fall" in next_steps(results, [sliding])[1]
-        assert next_steps(results, [sliding._replace(word=GOOD)]) == [first]
+        assert next_steps(results, [Fact("sliding.share", word=GOOD)]) == [first]
         steps = next_steps(loaded(folder, "performance"), [])
         assert steps == [
             "Anchor first, for safety (injury): “rack” (ground).",

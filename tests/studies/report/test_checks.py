@@ -3,52 +3,57 @@
 import json
 
 import pytest
+from check_facts import check as check_of
 from report_pages import STUDIES, Page, loaded
 
 from toppling.core.doubts import KINDS
 from toppling.studies.command.verdict import verdict
+from toppling.studies.facts.checks import badge, checks_of, worst_word
+from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN, Fact
+from toppling.studies.facts.say import remedy, say, value_of
 from toppling.studies.report.answers import answer
 from toppling.studies.report.law_choice import law_choice
 from toppling.studies.report.summary import plain_answer
-from toppling.studies.report.validity import CARE, GOOD, INVALID, ODD, UNKNOWN, Check, badge, checks_of, worst_word
 from toppling.studies.tables.client import client_rows
 
 
 class TestChecks:
     @staticmethod
     def word(results, about):
-        return next(one.word for one in checks_of(results) if about in one.question)
+        return check_of(results, about).word
 
     @pytest.mark.slow
     def test_words_follow_the_screen(self, folder):
         results = loaded(folder).copy(deep=True)
-        assert self.word(results, "bounce") == GOOD
-        assert self.word(results, "enough motions") == CARE  # 12 of them
-        assert self.word(results, "slide") == UNKNOWN  # no friction is given
+        assert self.word(results, "rocking") == GOOD
+        assert self.word(results, "number of motions") == CARE  # 12 of them
+        assert self.word(results, "sliding") == UNKNOWN  # no friction is given
         results["friction_uplift"][:] = 0.6
-        assert self.word(results, "bounce") == INVALID
+        assert self.word(results, "rocking") == INVALID
         results["friction_uplift"][:1] = 0.2
-        assert self.word(results, "bounce") == CARE
+        assert self.word(results, "rocking") == CARE
         results["outside"].loc[{"reason": "slides_at_uplift"}] = 0.3
-        assert self.word(results, "slide") == CARE
+        assert self.word(results, "sliding") == CARE
         results["outside"].loc[{"reason": "slides_at_uplift"}] = 0.6
-        assert self.word(results, "slide") == INVALID
+        assert self.word(results, "sliding") == INVALID
         results["interval_half_width"][()] = 0.4
-        assert self.word(results, "enough motions") == INVALID
+        assert self.word(results, "number of motions") == INVALID
         results["interval_half_width"][()] = 0.1
-        assert self.word(results, "enough motions") == GOOD
+        assert self.word(results, "number of motions") == GOOD
 
     def test_of_the_zone(self, folder):
         results = loaded(folder).copy(deep=True)
-        assert self.word(results.isel(model=[1]), "δ") == GOOD
+        assert self.word(results.isel(model=[1]), "elastic zone") == GOOD
         rigid = results.assign_coords(rest=("model", ["rigid"] * results.sizes["model"]))
-        assert self.word(rigid.assign_coords(delta=results["delta"] * 4.0), "δ") == GOOD  # (nothing that resonates)
+        assert (
+            self.word(rigid.assign_coords(delta=results["delta"] * 4.0), "elastic zone") == GOOD
+        )
         results = results.isel(model=[0]).assign_coords(rest=("model", ["elastic"]))
         results["outside"].loc[{"reason": "elastic_mode"}] = 0.0
-        assert self.word(results, "δ") == GOOD
-        assert self.word(results.assign_coords(delta=results["delta"] * 4.0), "δ") == CARE
+        assert self.word(results, "elastic zone") == GOOD
+        assert self.word(results.assign_coords(delta=results["delta"] * 4.0), "elastic zone") == CARE
         results["outside"].loc[{"reason": "elastic_mode"}] = 0.9
-        assert self.word(results, "δ") == INVALID
+        assert self.word(results, "elastic zone") == INVALID
 
     def test_of_the_laws_that_the_answer_is_given_for(self, folder):
         """The elastic mode of a law beside the reference law is named in the appendix, and not in the badge."""
@@ -56,17 +61,17 @@ class TestChecks:
         results["outside"][:] = 0.0
         both = results.assign_coords(rest=("model", ["elastic", "rigid"]))
         both["outside"].loc[{"reason": "elastic_mode", "model": both["model"][0]}] = 0.85
-        found = next(one for one in checks_of(both) if "δ" in one.question)
-        assert found.word == GOOD
-        assert "Other laws of this study (energy-consistent e=e_R δ=0.05), for which the answer is not" in found.reason
-        assert "85 % of the runs" in found.reason
-        assert "elastic" not in badge(checks_of(both))
+        assert self.word(both, "elastic zone") == GOOD
+        (other,) = (fact for fact in checks_of(both) if fact.what == "law.other_elastic_modes")
+        assert (other.value, other.names) == (0.85, ("energy-consistent e=e_R δ=0.05",))
+        assert "elastic zone" not in badge(checks_of(both)).names
         only = both.isel(model=[0])
-        assert "the law’s elastic mode resonates in up to 85 % of the runs" in badge(checks_of(only))
+        assert check_of(only, "elastic zone").value == 0.85
+        assert "elastic zone" in badge(checks_of(only)).names
         # a sensitivity study is about all of its laws, and branches weigh all of theirs
-        assert self.word(both.assign_attrs(kind="sensitivity"), "δ") == CARE
+        assert self.word(both.assign_attrs(kind="sensitivity"), "elastic zone") == CARE
         weighted = both.assign_coords(branch_model=("branch", both["model"].values))
-        assert self.word(weighted, "δ") == CARE
+        assert self.word(weighted, "elastic zone") == CARE
         both["risk_probability"][0] = [0.03, 0.02]
         said = plain_answer(both)[-1]
         assert said.startswith("The answer depends on the damping law that is assumed: under the other law of this")
@@ -76,50 +81,49 @@ class TestChecks:
     def test_of_intervals_and_curves(self, folder):
         results = loaded(folder).copy(deep=True)
         results["half_level_lower"][:], results["half_level_upper"][:], results["half_level"][:] = 1.0, 1.2, 1.1
-        assert self.word(results, "narrow") == GOOD
+        assert self.word(results, "intervals") == GOOD
         results["half_level_upper"][0, 0] = 9.0
-        assert self.word(results, "narrow") == CARE
+        assert self.word(results, "intervals") == CARE
         results["half_level_upper"][:] = 9.0
-        assert self.word(results, "narrow") == INVALID
+        assert self.word(results, "intervals") == INVALID
         results["converged"][0, 0] = False
-        assert self.word(results, "every curve") == CARE
+        assert self.word(results, "curves") == CARE
         results["converged"][:] = False
-        assert self.word(results, "every curve") == INVALID
+        assert self.word(results, "curves") == INVALID
 
     def test_of_rates(self, folder):
         results = loaded(folder).copy(deep=True)
         results["rate_share_above"][:] = 0.0
         results["rate_lower"][:], results["rate"][:], results["rate_upper"][:] = 1e-4, 2e-4, 3e-4
-        assert self.word(results, "annual rates") == GOOD
+        assert self.word(results, "hazard curve") == GOOD
         results["rate_share_above"][0, 0] = 0.9
-        assert self.word(results, "annual rates") == CARE
+        assert self.word(results, "hazard curve") == CARE
         results["rate_share_above"][:] = 0.9
-        assert self.word(results, "annual rates") == INVALID
+        assert self.word(results, "hazard curve") == INVALID
 
     def test_of_rates_from_shaking_that_was_not_run(self, folder):
         """The word follows how far the rate can be off, whatever a curve that rises on does above the highest level."""
         results = loaded(folder).copy(deep=True)
         results["rate"][:], results["rate_share_below_levels"][:] = 1e-3, 0.0
-        about = "shaking that was run"
+        about = "range of levels"
 
         def set_to(share, reached, most):
             # of such shaking every run reaches the state at `most` times the rate of the results
             results["rate_share_above_levels"][:] = share
             results["probability_at_highest_level"][:] = reached
             results["rate_above_highest_level"][:] = most * 1e-3
-            return next(one for one in checks_of(results) if about in one.question)
+            return check_of(results, about)
 
         assert set_to(0.04, 0.5, 0.06).word == GOOD
         risen = set_to(0.3, 0.94, 0.31)
         assert risen.word == GOOD
-        assert "Up to 30 % of any annual rate comes from shaking stronger than any that was run" in risen.reason
-        assert "no rate is off by more than 1 %" in risen.reason
+        assert (risen.what, risen.value, risen.more["side"]) == ("rate.extrapolated_bounded", 0.3, "above")
+        assert risen.upper == pytest.approx(0.01)
         wide = set_to(0.3, 0.5, 0.5)
         assert wide.word == CARE
-        assert "30 % of an annual rate" in wide.clause
-        assert "the rate is 0.95 to 1.20 times the one given" in wide.reason
-        assert wide.cure.startswith("Raise ida.levels.to")
-        assert badge([wide]).startswith("use with care: up to 30 % of an annual rate comes from shaking stronger")
+        assert (wide.value, wide.more["side"]) == (0.3, "above")
+        assert (wide.lower, wide.upper) == pytest.approx((0.95, 1.20))
+        assert wide.more["advice"].startswith("raise ida.levels.to")
         assert set_to(0.8, 0.1, 3.0).word == INVALID
         results["rate_above_highest_level"][0], results["probability_at_highest_level"][0] = 0.82e-3, 0.97
         assert self.word(results, about) == CARE  # (not of every block and law)
@@ -127,10 +131,9 @@ class TestChecks:
         weak = set_to(0.0, 0.99, 0.0)
         assert weak.word == GOOD
         results["rate_share_below_levels"][0, 0] = 0.2
-        weak = next(one for one in checks_of(results) if about in one.question)
-        assert weak.word == CARE
-        assert "20 % of an annual rate comes from shaking weaker than any that was run" in weak.clause
-        assert weak.cure.startswith("Lower ida.levels.from")
+        weak = check_of(results, about)
+        assert (weak.word, weak.value, weak.more["side"]) == (CARE, 0.2, "below")
+        assert weak.more["advice"].startswith("lower ida.levels.from")
         older = results.drop_vars(["rate_share_below_levels", "rate_share_above_levels"])
         assert self.word(older, about) == UNKNOWN
 
@@ -159,46 +162,44 @@ class TestChecks:
         assert said not in text
         assert "‡" not in client_rows(results).title
 
-    def test_the_worst_word_wins(self, folder):
-        found = checks_of(loaded(folder))
-        assert worst_word([one._replace(word=GOOD) for one in found]) == GOOD
-        assert worst_word([found[0]._replace(word=UNKNOWN), found[0]._replace(word=GOOD)]) == CARE
-        assert worst_word([found[0]._replace(word=INVALID), found[0]._replace(word=GOOD)]) == INVALID
+    def test_the_worst_word_wins(self):
+        for words, worst in (((GOOD, GOOD), GOOD), ((UNKNOWN, GOOD), CARE), ((CARE, INVALID), INVALID)):
+            assert worst_word([Fact("block.squat", word=word) for word in words]) == worst
 
-    def test_the_badge_names_the_worst_in_one_clause(self, folder):
-        """What is not valid before what needs care, before what was not checked; of the same word the first."""
-        named = {word: Check("q", word, "r", "", f"{word}, this") for word in (GOOD, CARE, UNKNOWN, INVALID)}
-        assert badge([named[GOOD]._replace(clause="")]) == "good"
-        several = [named[UNKNOWN], named[CARE], named[GOOD]]
-        assert badge(several) == "use with care: use with care, this; 1 other check needs attention"
-        worst = badge([named[CARE], named[INVALID], named[INVALID]._replace(clause="that")])
-        assert worst == "not valid: not valid, this; 2 other checks need attention"
-        assert badge([named[UNKNOWN], named[GOOD]]) == "use with care: not checked, this"
-        results = loaded(folder).copy(deep=True)
-        results["outside"].loc[{"reason": "slides_while_rocking"}] = 0.73
-        assert badge(checks_of(results)).startswith(
-            "not valid: in up to 73 % of the runs a piece would slide instead of rocking unless its coefficient of "
-            "friction were above 1; "
-        )
+    def test_the_badge_names_what_is_not_good_the_worst_first(self):
+        checks = [
+            Fact("sliding.share", word=CARE),
+            Fact("rate.none", word=INVALID),
+            Fact("block.squat", word=GOOD),
+            Fact("support.castors", word=CARE),
+            Fact("support.castors", word=CARE),
+        ]
+        found = badge(checks)
+        assert (found.word, found.names, found.value) == (INVALID, ("hazard curve", "sliding", "castors"), 4)
+        assert say(found, "checks") == "not valid: 3 of 4 checks need attention (hazard curve, sliding, castors)"
+        assert say(badge(checks[2:3]), "checks") == "good"
+        assert say(badge(checks[:1]), "checks") == "use with care: 1 of 1 check needs attention (sliding)"
 
     @pytest.mark.slow
-    def test_what_is_odd_is_said_in_words(self, folder):
-        """A clause for every kind of doubt but the spectra, which have a check of their own."""
-        assert {*ODD} == {*KINDS} - {"spectra"}
+    def test_every_kind_of_doubt_is_named(self, folder):
+        """The spectra have a check of their own."""
         results = loaded(folder)
-        for kind, clause in ODD.items():
-            (check,) = (
-                one
-                for one in checks_of(results.assign_attrs(doubts=json.dumps([[kind, "it is so", False]])))
-                if "records plausible" in one.question
-            )
-            assert (check.word, check.clause, check.reason) == (CARE, clause, "It is so.")
+        for kind in KINDS.keys() - {"spectra"}:
+            check = check_of(results.assign_attrs(doubts=json.dumps([[kind, "it is so", False]])), "inputs")
+            assert (check.word, check.names, check.more["sentences"]) == (CARE, (kind,), ["It is so."])
 
     @pytest.mark.parametrize("kind", STUDIES)
-    def test_every_check_that_is_not_good_has_a_clause(self, folder, pages, kind):
-        found = checks_of(loaded(folder, kind))
-        for one in found:
-            assert bool(one.clause) == (one.word != GOOD), one
-            assert not one.clause.endswith(".")
+    def test_a_page_says_what_is_not_good_and_what_to_do(self, folder, pages, kind):
+        results = loaded(folder, kind)
         text = " ".join("".join(Page(pages[kind]).text).split())
-        assert f"Validity of this study: {badge(found)}" in text
+        assert f"Validity of this study: {say(badge(checks_of(results)), 'checks')}" in text
+        for check in checks_of(results):
+            if check.word != GOOD:
+                assert say(check, "checks") in text
+                assert remedy(check, "checks") in text
+
+
+def test_every_check_has_a_title_and_a_sentence():
+    module = value_of("titles", "checks")
+    for what in module:
+        assert value_of(what.replace(".", "_"), "checks").name == what.replace(".", "_")

@@ -5,11 +5,12 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import check as check_of
 
 import toppling as tp
+from toppling.studies.facts.fact import UNKNOWN
 from toppling.studies.report.answers import answer
 from toppling.studies.report.summary import plain_answer
-from toppling.studies.report.validity import UNKNOWN, checks_of
 from toppling.studies.show import tables
 from toppling.studies.tables.client import client_rows
 from toppling.studies.tables.short import short_rows
@@ -139,11 +140,9 @@ class TestWhereItIsRead:
 
     def test_widths_of_intervals(self, results):
         """What is not reached has no interval whose width could be judged."""
-        narrow = next(one for one in checks_of(results) if "narrow" in one.question)
-        assert "(shelf" in narrow.reason
-        alone = next(one for one in checks_of(results.isel(block=[1])) if "narrow" in one.question)
-        assert alone.word == UNKNOWN
-        assert alone.reason.startswith("In no case do half of the runs fall at the levels that were run")
+        assert check_of(results, "intervals").names[0] == "shelf"
+        alone = check_of(results.isel(block=[1]), "intervals")
+        assert (alone.what, alone.word) == ("curve.half_not_reached", UNKNOWN)
 
     def test_order(self, results):
         """What is not reached comes after what is, whatever was fitted."""

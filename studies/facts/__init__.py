@@ -1,0 +1,1 @@
+"""Facts of results, one module for each subject, and the templates that say them."""

@@ -1,0 +1,121 @@
+"""The figure of a page's first screen: a bar for each piece, with its interval, in groups by what to do."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.hazard.rates import probability_in
+from ..buildings.pieces import pieces_of
+from ..buildings.recommendations import YEARS
+from ..text.block_order import HALF, RATE, shown
+from ..text.words import axis_of, block_title, by_place, display_unit, floor_cell, quantity_name, reference_law, roof_of
+from .building import recommended_lines
+
+MOST = 14
+"""Most bars; the tables hold all pieces."""
+
+
+class Bar(NamedTuple):
+    """One bar: name, what stands beside it, value and the ends of its interval."""
+
+    name: str
+    beside: str
+    value: float
+    lower: float
+    upper: float
+
+
+class Bars(NamedTuple):
+    """Bars in groups by name, on a common scale from 0 to `top`; `of`: what they show.
+
+    years: of chances, 0 for levels of shaking, whose measure and unit are given; left_out: the number of other pieces.
+    """
+
+    of: str
+    groups: dict[str, list[Bar]]
+    top: float
+    years: float = 0.0
+    measure: str = ""
+    unit: str = ""
+    left_out: int = 0
+    highest: float = math.nan
+
+
+def bars_of(results: xr.Dataset) -> Bars | None:
+    """Return the bars of a study's results; None where no value is known."""
+    if "item" in results.dims:
+        return _of_pieces(results)
+    if "half_level" not in results or "sensitivity" in str(results.attrs["kind"]):
+        return None
+    return _of_blocks(results)
+
+
+def _of_pieces(results: xr.Dataset) -> Bars | None:
+    """Return the chance of falling of a piece of each line."""
+    at, _ = reference_law(results)
+    yearly = "item_rate" in results
+    lines = {piece.item for piece in recommended_lines(results)}
+    every = sorted(
+        (piece for piece in pieces_of(results, at) if not piece.held and not math.isnan(piece.chance.value)),
+        key=lambda piece: -piece.chance.value,
+    )
+    if not every:
+        return None
+    # (lines to anchor are all shown)
+    first = [piece for piece in every if piece.item in lines]
+    others = [piece for piece in every if piece.item not in lines]
+    kept = others[: max(0, MOST - len(first))]
+    roof = roof_of(results)
+
+    def bar(piece: object) -> Bar:
+        values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in piece.chance]  # type: ignore[attr-defined]
+        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_cell(piece.floor, roof)}", *values)  # type: ignore[attr-defined]
+
+    groups = {
+        "anchor": [bar(piece) for piece in first],
+        "state": [bar(piece) for piece in kept if not piece.stated],
+        "other": [bar(piece) for piece in kept if piece.stated],
+    }
+    hidden = [bar(piece).value for piece in others[len(kept) :]]
+    found = {name: bars for name, bars in groups.items() if bars}
+    highest = max(hidden, default=math.nan)
+    return Bars("chance", found, _top(found), YEARS if yearly else 0.0, left_out=len(hidden), highest=highest)
+
+
+def _of_blocks(results: xr.Dataset) -> Bars | None:
+    """Return the chance of each block in the study's years, or the level at which half of the motions overturn it."""
+    at, _ = reference_law(results)
+    yearly = "risk_probability" in results and bool(np.isfinite(results["risk_probability"].isel(model=at)).any())
+    name = "risk_probability" if yearly else HALF
+    here = (shown(results, RATE, MOST) if yearly else shown(results, most=MOST)).isel(model=at)
+    scale, unit = display_unit(axis_of(results))
+    bars = []
+    for label, place in by_place(here, here[name].dims):
+        values = [
+            float(here[f"{name}{end}"].isel(place)) / (1.0 if yearly else scale) for end in ("", "_lower", "_upper")
+        ]
+        if math.isfinite(values[0]):
+            block, _, rest = label.partition(", ") if "floor" in here[name].dims else (label, "", "")
+            bars.append(Bar(block_title(block), rest, *values))
+    if not bars:
+        return None
+    bars.sort(key=lambda bar: -bar.value if yearly else bar.value)
+    hidden = len(bars) - MOST
+    groups = {"all": bars[:MOST]}
+    years = float(results.attrs["years"]) if yearly else 0.0
+    measure = "" if yearly else quantity_name(axis_of(results))
+    return Bars("chance" if yearly else "level", groups, _top(groups), years, measure, unit, max(0, hidden))
+
+
+def _top(groups: dict[str, list[Bar]]) -> float:
+    """Return the end of the scale: the next of 1, 2, 5 times a power of ten above all bars and finite intervals."""
+    ends = [end for bars in groups.values() for bar in bars for end in (bar.value, bar.upper) if math.isfinite(end)]
+    most = max(ends, default=1.0)
+    if not most > 0.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= most)

@@ -1,0 +1,381 @@
+"""Facts of performance studies: what falls in a building, what it costs, and what to anchor."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from ...core.wording import currency_of
+from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none
+from ...fragility.runs.provenance import number_of_motions
+from ...fragility.uncertainty.joint import INDEPENDENT
+from ...models.friction import LOCKED, ROLLING
+from ..buildings.anchoring import weights_of
+from ..buildings.pieces import SAFETY, on_moving_supports, pieces_of
+from ..buildings.recommendations import (
+    ANCHORED,
+    DUTY,
+    FIRST,
+    INDICATIVE,
+    LITTLE,
+    NOTHING,
+    OUTSIDE,
+    PREVENTS,
+    REDUCES,
+    SAFER,
+    SAVES,
+    TOO_LITTLE,
+    UNPRICED,
+    UNRESOLVED,
+    UNVALUED,
+    WEAK,
+    WORSE,
+    WORTH,
+    YEARS,
+    Piece,
+)
+from ..buildings.sliding import shares_with_moving_supports
+from ..buildings.variables import JOINT, Year
+from ..codes.check import UNCHECKED
+from ..plan.piece_classes import TESTS
+from ..tables.assessment import fallen_word, pieces_at, span
+from ..tables.item_slides import contacts_of
+from ..tables.unseen import at_most
+from ..text.spread import OUTER, building_spread, rates_of_consequences, sources
+from ..text.words import block_title, floor_name, quantity_name, reference_law
+from .fact import Fact
+
+BUILDING = "building"
+"""Place of all floors together."""
+DISAGREE = 1.1
+"""Ratio of the results of two laws from which the answer says how far they lie apart."""
+TO_ANCHOR = (DUTY, FIRST, REDUCES, SAFER, SAVES, PREVENTS, WORTH)
+"""Recommendations to anchor a line."""
+AMOUNTS = ("loss", "downtime", "injuries")
+"""Annual amounts, most wanted first."""
+
+
+def recommended_lines(results: xr.Dataset) -> list[Piece]:
+    """Return the lines to anchor: those that the budget buys, or without a budget all that are recommended."""
+    pieces = [piece for piece in pieces_of(results, reference_law(results)[0]) if not piece.held]
+    if "budget_chosen" in results:
+        return [piece for piece in pieces if piece.chosen]
+    return [piece for piece in pieces if piece.recommendation in TO_ANCHOR and not piece.kit]
+
+
+def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
+    """Return the annual rate of any fall under the reference law if some lines are anchored; NaN where not known.
+
+    From the stored outcomes of the runs, motion by motion, as `assess` computes it.
+    """
+    if "overturned" not in results or "level_weight" not in results or "branch" in results.dims:
+        return math.nan
+    if "fallen" in results or ("anchored_with" in results.coords and bool((results["anchored_with"] != "").any())):
+        return math.nan  # (flags of falls over edges and of kits lie elsewhere)
+    at, _ = reference_law(results)
+    flags = results["overturned"].isel(model=[at]).transpose("model", "item", "variant", "level", "motion").values
+    stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
+    independent = str(results.attrs.get("pieces")) == INDEPENDENT
+    any_piece = chances_of_any(chances(flags), results["count"].values, independent)
+    falls = 1.0 - chances_of_none(any_piece, stands[None])[0, 0]
+    return float(Year.of(results, weights_of(results, None)).total(falls).mean())
+
+
+def answer(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the answer, the most important fact first."""
+    at, _ = reference_law(results)
+    here = results.isel(model=at)
+    whole = here.sel(place=BUILDING)
+    more = {"pieces": pieces_at(results, BUILDING), "years": YEARS, "edges": fallen_word(results) != "overturned"}
+    if "branch" in results.dims:
+        yield _spread("building.over_branches", building_spread(results, "any_rate", BUILDING), more)
+    elif "any_rate" in here:
+        rate, low, high = (float(whole[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
+        yield Fact("building.any_fall" if rate > 0.0 else "building.nothing_falls", rate, low, high, more=more)
+    else:
+        yield from _at_level(results, whole, more)
+    yield from _afterwards(results, float(whole.get("any_rate", math.nan)))
+    yield from _law_range(results, at)
+    if str(results.attrs.get(TESTS, "")):
+        yield Fact("building.tests", names=(str(results.attrs[TESTS]),))
+
+
+def details(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield annual loss, downtime and injuries, and the most frequent consequences."""
+    at, _ = reference_law(results)
+    whole, branches = results.isel(model=at).sel(place=BUILDING), "branch" in results.dims
+    for name in AMOUNTS:
+        if f"annual_{name}" not in results:
+            continue
+        years, _ = (1.0, "") if name == "loss" else span(results.isel(model=at)[f"annual_{name}"])
+        more = {
+            "unit": currency_of(results),
+            "years": years,
+            "repair": "cost_median" in results.coords,
+            "unstated": name == "injuries" and bool(np.isnan(results["persons_exposed"]).any()),
+        }
+        if branches:
+            yield _spread(f"consequence.{name}", building_spread(results, f"annual_{name}", BUILDING), more)
+        else:
+            value, low, high = (float(whole[f"annual_{name}{end}"]) for end in ("", "_lower", "_upper"))
+            yield Fact(f"consequence.{name}", value, low, high, more=more)
+    rates = rates_of_consequences(results, BUILDING) if branches else None
+    if rates is not None:
+        for k in range(rates.sizes["block"]):
+            one = rates.isel(block=k)
+            yield _spread("consequence.rate", one, {"word": str(one["block"].item())})
+    if rates is None and "consequence_rate" in whole:
+        for k in np.argsort(-whole["consequence_rate"].values, kind="stable"):
+            one = whole.isel(consequence=int(k))
+            rate, low, high = (float(one[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
+            if rate > 0.0:
+                yield Fact("consequence.rate", rate, low, high, more={"word": str(one["consequence"].item())})
+
+
+def _spread(what: str, here: xr.Dataset, more: Mapping[str, object]) -> Fact:
+    """Return an annual value over branches: its mean and the ends of nine tenths, with the largest source."""
+    low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
+    more = {**more, "branches": here.sizes.get("branch", 0), "largest": sources(here)[:1]}
+    return Fact(what, float(here["epistemic_rate"]), low, high, more=more)
+
+
+def _at_level(results: xr.Dataset, whole: xr.Dataset, more: Mapping[str, object]) -> Iterator[Fact]:
+    """Yield the chance of any fall and the number of falls at the study's level."""
+    level = float(results.attrs["at_level"])
+    here = whole.sel(level=level)
+    measure = "" if str(results.attrs["im"]) == "scale" else quantity_name(results["level"], str(results.attrs["im"]))
+    more = {**more, "measure": measure, "units": str(results["level"].attrs.get("units", "1"))}
+    for what, name in (("building.any_at_level", "any_probability"), ("building.number_at_level", "number_mean")):
+        value, low, high = (float(here[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+        yield Fact(what, value, low, high, level=level, more=more)
+
+
+def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
+    """Yield what the recommended work changes: the lines, their cost, and the rate of any fall afterwards."""
+    pieces = pieces_of(results, reference_law(results)[0])
+    lines = recommended_lines(results)
+    free = [piece for piece in pieces if not piece.held]
+    if lines:
+        safe = [piece for piece in lines if piece.safety]
+        safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
+        dangers = dict.fromkeys(word for piece in safe for word in piece.consequences if word in safety)
+        falls, all_falls = (
+            math.fsum(piece.number * piece.chance.value for piece in some if piece.safety) for some in (lines, free)
+        )
+        saved = [piece.saving.value for piece in lines if math.isfinite(piece.saving.value)]
+        more = {
+            "now": now,
+            "years": YEARS,
+            "cost": math.fsum(piece.cost_of_all for piece in lines),
+            "currency": currency_of(results),
+            "duty": all(piece.recommendation == DUTY for piece in lines),
+            "code": str(results.attrs.get("code", "")),
+            "dangers": tuple(dangers),
+            "share_safe": falls / all_falls if all_falls > 0.0 else math.nan,
+            "saved": math.fsum(saved) if saved else math.nan,
+            "number": sum(piece.number for piece in lines),
+        }
+        after = rate_without(results, [piece.item for piece in lines])
+        names = tuple(block_title(piece.item) for piece in lines)
+        yield Fact("anchoring.after", after, names=names, more=more)
+    rest = [piece for piece in free if piece not in lines]
+    little = [piece for piece in rest if piece.recommendation in LITTLE]
+    if little and len(little) == len(rest):
+        more = {
+            "number": sum(piece.number for piece in little),
+            "unstated": any(not piece.stated for piece in little),
+            "others": bool(lines),
+            "priced": all(math.isfinite(piece.cost) for piece in little),
+        }
+        yield Fact("anchoring.rest_repays_nothing", more=more)
+    if free and not lines and not little:
+        yield Fact("anchoring.nothing_advised")
+    if not free:
+        yield Fact("anchoring.all_anchored")
+
+
+def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
+    """Yield the rate of any fall, or the number of falls, under the other laws where they disagree."""
+    if "branch" in results.dims or results.sizes["model"] == 1:
+        return
+    yearly = "any_rate" in results
+    whole = results.sel(place=BUILDING)
+    values = whole["any_rate" if yearly else "number_mean"]
+    of_laws = (values if yearly else values.sel(level=float(results.attrs["at_level"]))).values
+    others = np.delete(of_laws, at)
+    others = others[np.isfinite(others) & (others > 0.0)]
+    known = [float(value) for value in (of_laws[at], *others.tolist()) if value > 0.0]
+    if len(known) > 1 and max(known) >= DISAGREE * min(known):
+        more = {"laws": results.sizes["model"] - 1, "yearly": yearly, "rates": True}
+        yield Fact("law.building_range", lower=float(others.min()), upper=float(others.max()), more=more)
+
+
+def actions(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield what to do, the most important first."""
+    at, _ = reference_law(results)
+    pieces = pieces_of(results, at)
+    lines = recommended_lines(results)
+    money = {"currency": currency_of(results), "budget": float(results.attrs.get("budget", math.nan))}
+    if lines:
+        forces = any(piece.code is not None and math.isfinite(piece.code.demand) for piece in lines)
+        kits = tuple((piece.item, piece.meant.kit if piece.meant else "") for piece in lines if piece.tried)
+        more = {"number": sum(piece.number for piece in lines), "forces": forces, "kits": kits}
+        yield Fact("anchoring.lines", names=_names(lines), more={**more, **money})
+    yield from _code(pieces, results, money)
+    yield from _budget(pieces, results, at, money)
+    yield from _kit_sets(results, pieces, money)
+    yield from _kits(results, pieces)
+    unstated = [piece for piece in pieces if not piece.stated and not piece.held]
+    if unstated:
+        yield Fact("anchoring.unstated", sum(piece.number for piece in unstated), names=_names(unstated))
+    for word, what in ((UNPRICED, "anchoring.unpriced"), (UNVALUED, "anchoring.unvalued")):
+        if missing := [piece for piece in pieces if piece.recommendation == word]:
+            yield Fact(what, names=_names(missing))
+    yield from _supports(results)
+    yield from _castors(results)
+    held = [piece for piece in pieces if piece.held and piece.recommendation == ANCHORED]
+    if held:
+        yield Fact("anchoring.inspect", sum(piece.number for piece in held), names=_names(held))
+    yield from _undecided(pieces, results)
+    for word, what in ((OUTSIDE, "anchoring.outside"), (INDICATIVE, "anchoring.indicative")):
+        if named := [piece for piece in pieces if piece.recommendation == word]:
+            people = _names([piece for piece in named if piece.safety])
+            yield Fact(what, names=_names(named), more={"people": people})
+    if "code" not in results.attrs:
+        yield Fact("code.not_checked")
+
+
+def _names(pieces: Sequence[Piece]) -> tuple[str, ...]:
+    return tuple(f"“{piece.item}” ({floor_name(piece.floor)})" for piece in pieces)
+
+
+def _code(pieces: Sequence[Piece], results: xr.Dataset, money: Mapping[str, object]) -> Iterator[Fact]:
+    """Yield what the building code requires beyond the recommended lines."""
+    if "code" not in results.attrs:
+        return
+    weak = [piece for piece in pieces if piece.recommendation == WEAK]
+    if weak:
+        yield Fact("code.weak_anchors", names=_names(weak), more={"held": all(piece.held for piece in weak)})
+    left = [piece for piece in pieces if piece.recommendation == DUTY and piece.chosen is False]
+    for what, some in (
+        ("code.beyond_budget", [piece for piece in left if math.isfinite(piece.cost)]),
+        ("code.unpriced", [piece for piece in left if not math.isfinite(piece.cost)]),
+    ):
+        if some:
+            cost = math.fsum(piece.cost_of_all for piece in some)
+            yield Fact(what, cost, names=_names(some), more=money)
+    unknown = [piece for piece in pieces if piece.code is not None and piece.code.status == UNCHECKED]
+    if unknown:
+        clauses = [piece.code.clause for piece in unknown if piece.code is not None]
+        why = tuple(dict.fromkeys(clause.partition(": ")[2] or clause for clause in clauses))
+        yield Fact("code.unchecked", names=_names(unknown), more={"why": why})
+
+
+def _budget(pieces: Sequence[Piece], results: xr.Dataset, at: int, money: Mapping[str, object]) -> Iterator[Fact]:
+    """Yield what the budget leaves out, and what is left over."""
+    if "budget_chosen" not in results:
+        return
+    chosen = [piece for piece in pieces if piece.chosen]
+    gap = float(results["budget_gap"].values[at])
+    over = float(results.attrs["budget"]) - math.fsum(piece.cost_of_all for piece in chosen)
+    wanted = (REDUCES, SAFER, WORTH)
+    dear = [
+        piece for piece in pieces if not piece.chosen and piece.recommendation in wanted and piece.cost_of_all > over
+    ]
+    if not chosen and not all(piece.held for piece in pieces):
+        yield Fact("budget.buys_nothing", more=money)
+    elif dear and gap == 0.0:
+        yield Fact("budget.beyond", over, names=_names(dear), more=money)
+    if gap > 0.0:
+        yield Fact("budget.not_optimal", gap)
+
+
+def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, object]) -> Iterator[Fact]:
+    """Yield the kits to buy for the study's budget, and the cheapest that meet its target."""
+    here = results.isel(model=reference_law(results)[0])
+    yearly = "item_rate" in results
+    for name in ("budget", "target"):
+        if f"{name}_kit" not in results:
+            continue
+        target = json.loads(str(results.attrs.get("target", "{}")))
+        more = {**money, "target": target, "yearly": yearly}
+        if name == "target" and not bool(here["target_met"]):
+            yield Fact("kit.target_missed", more=more)
+            continue
+        kits = {str(item): str(kit) for item, kit in zip(here["item"].values, here[f"{name}_kit"].values, strict=True)}
+        pairs = tuple((kits[piece.item], piece.item) for piece in pieces if kits[piece.item])
+        unclear = tuple(item for item, kit in kits.items() if kit and not _shown(here, item, kit))
+        falls = here if yearly else here.sel(level=float(here.attrs["at_level"]))
+        now = [_sum(falls, f"item_{side}rate" if yearly else f"{side}probability") for side in ("", "front_")]
+        more |= {"pairs": pairs, "unclear": unclear, "now": now}
+        more["then"] = [float(here[f"{name}_{side}falls"]) for side in ("", "front_")]
+        yield Fact(f"kit.for_{name}", float(here[f"{name}_cost"]), more=more)
+        if name == "budget":
+            saved, lower = (here[f"kit_falls_saved{end}"].transpose("item", "kit") for end in ("", "_lower"))
+            open_ = ((saved > 0.0) & (lower <= 0.0)).any("kit") & ~(lower > 0.0).any("kit")
+            names = tuple(f"“{item}”" for item, kit in kits.items() if not kit and bool(open_.sel(item=item)))
+            if names:
+                yield Fact("kit.too_few_motions", number_of_motions(results), names=names)
+        if float(here[f"{name}_gap"]) > 0.0:
+            yield Fact("budget.not_optimal", float(here[f"{name}_gap"]))
+
+
+def _shown(here: xr.Dataset, item: str, kit: str) -> bool:
+    """Return whether a kit is shown to prevent falls of a line."""
+    one = here.sel(item=item, kit=kit)
+    return any(float(one[f"kit_{side}falls_saved_lower"]) > 0.0 for side in ("", "front_"))
+
+
+def _sum(here: xr.Dataset, name: str) -> float:
+    return math.fsum((here[name] * here["count"]).values.ravel())
+
+
+def _kits(results: xr.Dataset, pieces: Sequence[Piece]) -> Iterator[Fact]:
+    """Yield the kits that prevent nothing measurable, or too little, or cause more falls, and of which pieces."""
+    motions = number_of_motions(results) if "kit_falls" in results else 0
+    for kit in dict.fromkeys(tried.kit for piece in pieces for tried in piece.tried):
+        for word, what in ((WORSE, "kit.worse"), (NOTHING, "kit.no_effect"), (TOO_LITTLE, "kit.too_weak")):
+            found = [
+                (piece, tried) for piece in pieces for tried in piece.tried if (tried.kit, tried.effect) == (kit, word)
+            ]
+            if found:
+                shares = [tried.share.value for _, tried in found]
+                names = _names([piece for piece, _ in found])
+                more = {"kit": kit, "motions": motions}
+                yield Fact(what, lower=min(shares), upper=max(shares), names=names, more=more)
+
+
+def _supports(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield what stands on pieces that slide or rock, and what falls with its support."""
+    if "stands_on" not in results.coords:
+        return
+    moving = on_moving_supports(results)
+    shares = shares_with_moving_supports(results) if moving.any() else np.zeros(moving.size)
+    for i in np.flatnonzero(moving).tolist():
+        names = (f"“{results['stands_on'].values[i]}”", f"“{results['item'].values[i]}”")
+        yield Fact("support.fix_first", float(shares[i]), names=names)
+
+
+def _castors(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield what to do about pieces on castors."""
+    contacts, free = np.array(contacts_of(results)), ~results["anchored"].values.astype(bool)
+    for contact, what in ((ROLLING, "support.lock_castors"), (LOCKED, "support.check_brakes")):
+        names = tuple(f"“{item}”" for item in results["item"].values[free & (contacts == contact)])
+        if names:
+            yield Fact(what, names=names)
+
+
+def _undecided(pieces: Sequence[Piece], results: xr.Dataset) -> Iterator[Fact]:
+    """Yield for which pieces it is not known whether anchoring is worth its cost."""
+    open_ = [piece for piece in pieces if piece.recommendation == UNRESOLVED]
+    seen = [piece for piece in open_ if piece.chance.value > 0.0 and not piece.safety]
+    never = [piece for piece in open_ if piece.chance.value == 0.0]
+    if seen:
+        yield Fact("anchoring.unresolved", YEARS, names=_names(seen))
+    if never:
+        more = {"most": at_most(results), "years": YEARS if "level_weight" in results else 0.0}
+        yield Fact("anchoring.never_seen", names=_names(never), more=more)

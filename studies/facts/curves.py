@@ -1,0 +1,390 @@
+"""Facts of fragility and uncertainty studies: levels, chances, laws, restraints, sliding and sizes, and what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from ...core.aliases import Array, Index
+from ...fragility.fitting.states import ALL
+from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
+from ...models import Block
+from ..plan.gains import GAIN, comparable
+from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
+from ..region.rows import event_levels
+from ..report.crossed import Crossing, crossings_between, crossings_of_laws
+from ..report.law_choice import choice_of_law
+from ..report.results_file import without_motions
+from ..tables.breaks import breaks_of, strength_of
+from ..tables.gains import Gain, gains_of
+from ..tables.slides import edges_of
+from ..text.block_order import HALF, RATE, places
+from ..text.curve_notes import NOTABLE, extrapolated_shares, state_in, verb_in
+from ..text.one_side import falling_both_ways
+from ..text.precision import FITTED_RATE
+from ..text.reached import NO_LEVEL
+from ..text.spread import OUTER, sample_range, sources
+from ..text.words import (
+    axis_of,
+    block_title,
+    display_unit,
+    floor_name,
+    is_one_piece,
+    quantity_name,
+    reference_law,
+)
+from .fact import Fact
+
+RARE = 0.1
+"""Probability of overturning, rare but still relevant to an owner, at whose level the answer also gives a count."""
+DISAGREE = 1.1
+"""Ratio of the results of two laws from which the answer says how far they lie apart."""
+MOST_SAID = 3
+"""Most comparisons, restraints and edges in the answer; tables hold all of them."""
+HELD = 0.5
+"""Share of falls that a restraint must prevent."""
+SAFER_LARGER = ("width", "alpha", "R")
+"""Sizes of which more is safer with the others unchanged."""
+
+
+def answer(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the answer, the most important fact first."""
+    at, _ = reference_law(results)
+    every = without_motions(results)
+    small = every.isel(model=at)
+    cases = small[HALF].transpose("block", ...)
+    status = small["status"].transpose(*cases.dims).values.ravel()
+    always = int((status == ALL).sum())
+    if np.isnan(cases.values).all() or (not _rated(small) and not np.isfinite(cases.values).any()):
+        yield _unknown(cases, status)
+        reached = np.flatnonzero(cases.values.ravel() == np.inf)
+        order = np.argsort(places(results).values.ravel(), kind="stable")
+        for i in [int(place) for place in order if place in reached][:1]:
+            yield from _at_an_end(_case(small, cases, i), results)
+        return
+    by = RATE if _rated(small) else HALF
+    if always:
+        fallen = np.flatnonzero(status == ALL)
+        yield Fact(
+            "curve.always",
+            always,
+            names=(_name(_case(small, cases, int(fallen[0]))),),
+            more={"cases": cases.size, **_what(results)},
+        )
+    # (by rate, blocks that fell in every run come after those that have a rate)
+    ranked = np.argsort(places(results, by).values.ravel(), kind="stable")[always if by == HALF else 0 :]
+    first = _case(small, cases, int(ranked[0]))
+    if by == RATE:
+        yield from _chance(first, results)
+    yield from _level(first, results, by == HALF)
+    if cases.size > 1:
+        yield _rank(small, cases, ranked, by, results)
+        for crossing in crossings_between(results, small, cases, ranked)[:1]:
+            yield _crossing("curve.crossing", crossing, results)
+    yield from _other_side(results)
+    yield from events(results)
+    yield from _gains(results, at)
+    yield from _restraints(results, at)
+    yield from _edges(results)
+    yield from _laws(_case(every, cases, int(ranked[0])), results)
+    yield from _scatter(first, results)
+
+
+def events(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield how much of a region falls in one event, at levels of about 10, 50 and 90 %."""
+    scale, unit = display_unit(axis_of(results))
+    for level, mean, low, high, number in event_levels(results):
+        yield Fact(
+            "region.event", mean, low, high, unit, level=level / scale, more={"number": number, **_what(results)}
+        )
+
+
+def actions(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield what to do: sizes that meet a target, restraints that help or do not, a hazard curve."""
+    if "size_along" in results.attrs:
+        yield from _sizes(results)
+    yield from _restraint_steps(results)
+    if "rate" not in results:
+        yield Fact("hazard.wanted")
+
+
+def law_range(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield which law to use if there are several."""
+    choice = choice_of_law(results)
+    if choice:
+        yield choice
+
+
+def _rated(small: xr.Dataset) -> bool:
+    return "rate" in small and bool(np.isfinite(small["rate"].values).any())
+
+
+def _case(small: xr.Dataset, cases: xr.DataArray, at: int) -> xr.Dataset:
+    """Return one block, on one floor, by its place among all."""
+    where = np.unravel_index(at, cases.shape)
+    return small.isel({str(dim): int(i) for dim, i in zip(cases.dims, where, strict=True)})
+
+
+def _name(case: xr.Dataset) -> str:
+    floor = f" on {floor_name(case['floor'].item())}" if "floor" in case.coords else ""
+    return f"“{block_title(str(case['block'].item()))}”{floor}"
+
+
+def _what(results: xr.Dataset) -> dict[str, object]:
+    """Return the state and the measure of a study's curves."""
+    return {"verb": verb_in(results), "state": state_in(results), "measure": quantity_name(axis_of(results))}
+
+
+def _unknown(cases: xr.DataArray, status: Array) -> Fact:
+    reasons = [NO_LEVEL.get(str(word), str(word)) for word in status]
+    reasons = ["" if level == np.inf else reason for level, reason in zip(cases.values.ravel(), reasons, strict=True)]
+    found = tuple(dict.fromkeys(reason for reason in reasons if reason))
+    return Fact("curve.unknown", reasons.count(""), names=found, more={"cases": cases.size})
+
+
+def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[Fact]:
+    """Yield the share of motions that bring down a block at the strongest level, or at the weakest."""
+    if "probability" not in case or "level" not in case["probability"].dims:
+        return
+    end = case.isel(level=at)
+    sampled = "sample_probability" in end
+    low, high = sample_range(end, "sample_probability") if sampled else (float(end["lower"]), float(end["upper"]))
+    scale, unit = display_unit(axis_of(results))
+    level = float(results["level"][at]) / scale
+    more = {"end": "strongest" if at else "weakest", "sampled": sampled, **_what(results)}
+    yield Fact("curve.at_end", float(end["probability"]), low, high, unit, (_name(case),), level, more=more)
+
+
+def _level(case: xr.Dataset, results: xr.Dataset, leads: bool) -> Iterator[Fact]:
+    """Yield the level at which half of the motions bring down a block, and a lower one at which some 10 % do."""
+    scale, unit = display_unit(axis_of(results))
+    half, low, high = (float(case[f"{HALF}{end}"]) / scale for end in ("", "_lower", "_upper"))
+    if not 0.0 < half < math.inf:
+        yield from _at_an_end(case, results, 0 if half == 0.0 else -1)
+        return
+    more = {"leads": leads, "either": str(case["block"].item()) in falling_both_ways(results), **_what(results)}
+    yield Fact("curve.half_level", half, low, high, unit, (_name(case),), more=more)
+    if "sample_median" in case:
+        least, most = sample_range(case)
+        yield Fact("uncertainty.half_level", math.nan, least / scale, most / scale, unit)
+    elif {"probability", "lower"} <= {*case} and "level" in results.coords:
+        seen, levels = case["probability"].values, results["level"].values
+        rare = np.flatnonzero((seen > 0.0) & (seen < 0.5) & (levels < half * scale))
+        if rare.size:
+            at = int(rare[np.abs(np.log(seen[rare] / RARE)).argmin()])
+            share, least, most = (float(case[name][at]) for name in ("probability", "lower", "upper"))
+            yield Fact("curve.rare", share, least, most, unit, level=float(levels[at]) / scale)
+
+
+def _chance(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the chance of a block in the study's years, over branches where there are any."""
+    years, names = float(results.attrs["years"]), (_name(case),)
+    more = {"years": years, **_what(results)}
+    if "epistemic_rate" in case:
+        rate = float(case["epistemic_rate"])
+        low, high = (float(case["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
+        largest = sources(case)[:1]
+        more |= {"branches": case.sizes["branch"], "largest": largest}
+        what = "rate.over_branches" if np.isfinite(rate) else "rate.unbounded_branch"
+        yield Fact(what, rate, low, high, names=names, more=more)
+        return
+    chance, low, high = (float(case[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
+    more["rate"] = float(case["rate"])
+    if not math.isfinite(chance):
+        what = "rate.at_least" if low > 0.0 else "rate.too_few_runs" if FITTED_RATE in case else "rate.no_curve"
+        yield Fact(what, lower=low, names=names, more=more)
+        return
+    yield Fact("rate.chance", chance, low, high, names=names, more=more)
+    for side, share in extrapolated_shares(case).items():
+        if float(share) > NOTABLE:
+            yield Fact("rate.part_extrapolated", float(share), more={"side": side})
+    if f"{FITTED_RATE}_lower" in case and float(case["rate_misfit"]):
+        yield Fact("rate.fitted_differs", float(case["fitted_risk_probability"]))
+
+
+def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, results: xr.Dataset) -> Fact:
+    """Return that a block falls first, with the blocks whose intervals overlap with its own."""
+    low, high = (small[f"{by}_{end}"].transpose(*cases.dims).values.ravel() for end in ("lower", "upper"))
+    first, *rest = ranked.tolist()
+    with np.errstate(invalid="ignore"):
+        close = [one for one in rest if (low[one] <= high[first] if by == HALF else high[one] >= low[first])]
+    names = tuple(_name(_case(small, cases, other)) for other in close)
+    single = "floor" not in small.dims and is_one_piece(small)
+    return Fact("curve.rank", len(ranked), names=names, more={"all": len(close) == len(rest) > 1, "single": single})
+
+
+def _crossing(what: str, crossing: Crossing, results: xr.Dataset) -> Fact:
+    scale, unit = display_unit(axis_of(results))
+    spans = [[(low / scale, high / scale) for low, high in part] for part in (crossing.higher, crossing.lower)]
+    more = {"higher": spans[0], "lower": spans[1], "chance": crossing.by_chance, **_what(results)}
+    return Fact(what, lower=crossing.most_lower, upper=crossing.most_higher, unit=unit, names=crossing.names, more=more)
+
+
+def _other_side(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield which pieces may fall the other way as well, where falls to one side alone are counted."""
+    either = falling_both_ways(results)
+    names = tuple(f"“{block_title(str(block))}”" for block in results["block"].values if str(block) in either)
+    if names and len(names) < results.sizes["block"]:
+        yield Fact("curve.other_side", names=names, more=_what(results))
+
+
+def _gains(results: xr.Dataset, at: int) -> Iterator[Fact]:
+    """Yield what walls and restraints change, of the first blocks."""
+    if GAIN in results:
+        yield from (_gain("gain.chance", gain, results) for gain in list(gains_of(results, [at]))[:MOST_SAID])
+
+
+def _gain(what: str, gain: Gain, results: xr.Dataset) -> Fact:
+    floor = f" on {gain.floor}" if gain.floor else ""
+    more = {
+        "other": gain.of_other,
+        "verdict": verdict_of(gain.ratio),
+        "ratio": gain.ratio,
+        "years": float(results.attrs["years"]),
+        "motions": number_of_motions(results),
+    }
+    names = (f"“{block_title(gain.block)}”{floor}", f"“{block_title(gain.other)}”")
+    return Fact(what, gain.chance, names=names, more={**more, **_what(results)})
+
+
+def _restraints(results: xr.Dataset, at: int) -> Iterator[Fact]:
+    """Yield how often restraints break, and how strong they must be, of the first blocks."""
+    scale, unit = display_unit(axis_of(results))
+    for name, share, low, high, level, design in breaks_of(results, at)[:MOST_SAID]:
+        more = {"design": design, **_what(results)}
+        yield Fact("restraint.breaks", share, low, high, unit, (f"“{block_title(name)}”",), level / scale, more=more)
+    for name, needed, tried, target in strength_of(results, at)[:MOST_SAID]:
+        more = {
+            "tried": tried,
+            "target": target,
+            "years": float(results.attrs.get("years", math.nan)),
+            **_what(results),
+        }
+        if "years" not in results.attrs:
+            more["level"] = float(results["level"][0]) / scale
+        yield Fact("restraint.needed", needed, unit=unit, names=(f"“{block_title(name)}”",), more=more)
+
+
+def _edges(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield how likely blocks near edges are to slide off, and to fall at all, of the first ones."""
+    for name, off, either, when in edges_of(results)[:MOST_SAID]:
+        yield Fact("sliding.off_edge", names=(f"“{name}”",), more={"off": off, "either": either, "when": when})
+
+
+def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
+    """Yield what the other laws give where laws disagree: the chance, or the level without a hazard."""
+    if "branch" in results.dims or case.sizes["model"] == 1:
+        return  # (branches hold the choice of law)
+    at, _ = reference_law(results)
+    scale, unit = display_unit(axis_of(results))
+    yearly = "risk_probability" in case
+    values = case["risk_probability"].values if yearly else case[HALF].values / scale
+    own, others = float(values[at]), np.delete(values, at)
+    known = [float(value) for value in (own, *others.tolist()) if math.isfinite(value) and value > 0.0]
+    finite = others[np.isfinite(others)]
+    if len(known) > 1 and max(known) >= DISAGREE * min(known) and finite.size:
+        more = {"laws": others.size, "yearly": yearly, "years": results.attrs.get("years")}
+        yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
+    for crossing in crossings_of_laws(case, results)[:1]:
+        yield _crossing("law.crossing", crossing, results)
+
+
+def _scatter(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the uncertain input that contributes most to the scatter of a block's capacity."""
+    if str(results.attrs["kind"]) != "uncertainty":
+        return
+    share = case["capacity_share"] if "capacity_share" in case else case.get("flag_share")
+    if share is None:
+        return
+    share = share.isel(level=0) if "level" in share.dims else share
+    if not bool(np.isfinite(share.values).any()):
+        return
+    largest = int(np.nanargmax(share.values))
+    yield Fact("uncertainty.largest", float(share[largest]), more={"input": str(share["component"].values[largest])})
+
+
+def _sizes(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the size that meets the target on each floor, and the pieces that miss it."""
+    along = str(results.attrs["size_along"])
+    found, target = results[f"size_{along}"], float(results.attrs["size_probability"])
+    unit = f" {found.attrs['units']}".removesuffix(" 1")
+    at, _ = reference_law(results)
+    for floor in found["floor"].values.tolist() if "floor" in found.dims else [None]:
+        here = results if floor is None else results.sel(floor=floor)
+        value, low, high = (float(here[f"size_{along}{end}"].isel(model=at)) for end in ("", "_lower", "_upper"))
+        others = np.delete(here[f"size_{along}"].values, at)
+        others = others[np.isfinite(others)]
+        chance = here["risk_probability"].isel(model=at).values
+        worst = here["risk_probability"].max("model").values
+        missed = tuple(f"“{block_title(str(block))}”" for block in here["block"].values[chance > target])
+        only = here["block"].values[(chance <= target) & (worst > target)]
+        more = {
+            "size": along,
+            "least": along in SAFER_LARGER,
+            "target": target,
+            "years": float(results.attrs["years"]),
+            "others": (float(others.min()), float(others.max())) if others.size else None,
+            "floor": "" if floor is None else floor_name(floor),
+            "only": tuple(f"“{block_title(str(block))}”" for block in only),
+        }
+        yield Fact("size.target" if math.isfinite(value) else "size.none", value, low, high, unit, missed, more=more)
+
+
+def _restraint_steps(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield whether the restraints of blocks help, compared with the same blocks without."""
+    if SCENE not in results.coords:
+        return
+    blocks = blocks_of(results)
+    pairs = {i: j for i, j in comparable(blocks).items() if _same_but_held(blocks[i], blocks[j])}
+    found = list(_by_chance(results, blocks, pairs) if GAIN in results else _by_level(results, blocks, pairs))
+    yield from found
+    if any(fact.what == "restraint.helps" for fact in found):
+        yield Fact("restraint.check")
+
+
+def _same_but_held(block: Block, other: Block) -> bool:
+    """Return whether a block has a restraint and another, in the same place, has none."""
+    return block.restraint is not None and other.restraint is None and block.wall == other.wall
+
+
+def _by_chance(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, int]) -> Iterator[Fact]:
+    named = {(blocks[i].label, blocks[j].label) for i, j in pairs.items()}
+    for gain in gains_of(results, [reference_law(results)[0]]):
+        if (gain.block, gain.other) not in named:
+            continue
+        word = verdict_of(gain.ratio)
+        weak = word == LOWER and gain.ratio.lower > HELD
+        what = {LOWER: "too_weak" if weak else "helps", HIGHER: "hurts", OPEN: "no_effect", SAME: "no_effect"}.get(word)
+        if what is not None:
+            yield _gain(f"restraint.{what}", gain, results)
+
+
+def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, int]) -> Iterator[Fact]:
+    """Yield whether restraints raise the level at which half of the motions bring a block down."""
+    at, _ = reference_law(results)
+    small = without_motions(results).isel(model=at)
+    if "floor" in small[HALF].dims or "level" not in small.coords:
+        return
+    scale, unit = display_unit(axis_of(results))
+    either = falling_both_ways(results)
+    for i, j in pairs.items():
+        here, other = small.isel(block=i), small.isel(block=j)
+        levels = [float(case[HALF]) / scale for case in (here, other)]
+        if {blocks[i].label, blocks[j].label} & either or not math.isfinite(levels[1]):
+            continue
+        names = tuple(f"“{block_title(blocks[k].label)}”" for k in (i, j))
+        seldom = (small["level"].values > float(other[f"{HALF}_upper"])) & (here["upper"].values < HELD)
+        if seldom.any():
+            level, above, what = float(small["level"].values[seldom].max()) / scale, True, "helps"
+        elif math.isfinite(levels[0]):
+            # (fitted medians are compared: their intervals are narrower than those of the levels themselves)
+            helps = float(here["median_lower"]) > float(other["median_upper"])
+            hurts = float(here["median_upper"]) < float(other["median_lower"])
+            level, above, what = levels[0], False, "helps" if helps else "hurts" if hurts else "no_effect"
+        else:
+            continue
+        more = {"other": levels[1], "above": above, **_what(results)}
+        yield Fact(f"restraint.{what}_level", level, unit=unit, names=names, more=more)

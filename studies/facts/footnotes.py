@@ -1,0 +1,63 @@
+"""Footnotes of a page: what its ranges contain, what they leave out, and which law it is of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
+from ...fragility.runs.provenance import number_of_motions
+from ..buildings.recommendations import YEARS
+from ..report.law_choice import choice_of_law
+from ..text.block_order import HALF, RATE, places
+from ..text.spread import has_model_range
+from ..text.words import axis_of, display_unit, reference_law
+from .building import BUILDING
+from .fact import Fact
+
+
+def footnotes(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the facts that a reader of the first screen needs about its numbers."""
+    counts = "motion" in results.dims or "motions_run" in results
+    if "confidence" in results.attrs:
+        motions = number_of_motions(results) if counts else 0
+        yield Fact("precision.interval_meaning", float(results.attrs["confidence"]), more={"motions": motions})
+    yield from _model_range(results)
+    beta = float(results.attrs.get("modelling_dispersion", 0.0))
+    if beta and str(results.attrs.get("modelling")) != "fractiles":
+        yield Fact("rate.modelling_included", beta)
+    choice = choice_of_law(results)
+    if choice is not None:
+        yield choice
+
+
+def _model_range(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the range of the headline's number if all capacities are off by one factor."""
+    if RANGE not in results.attrs:
+        return
+    beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
+    more = {"beta": beta, "factors": capacity_factors(beta), "usual": beta == USUAL_DISPERSION, "chance": True}
+    here, unit, scale = results.isel(model=at), "", 1.0
+    if "item" in results.dims:
+        here = here.sel(place=BUILDING)
+        name = "any_rate" if "any_rate" in here else "any_probability"
+        here = here if name == "any_rate" else here.sel(level=float(results.attrs["at_level"]))
+    else:
+        rated = "rate" in here and bool(np.isfinite(here["rate"]).any())
+        name, by = ("risk_probability", RATE) if rated else (HALF, HALF)
+        more["chance"] = rated
+        first = np.argwhere(places(results, by).values == 0)[0]
+        dims = here[name].transpose("block", ...).dims
+        here = here.isel({str(dim): int(i) for dim, i in zip(dims, first, strict=True)})
+        scale, unit = (1.0, "") if rated else display_unit(axis_of(results))
+    if f"{name}{LOWER}" not in here:
+        return
+    ends = [float(here[f"{name}{end}"]) / scale for end in (LOWER, UPPER)]
+    if name == "any_rate":
+        ends = [float(probability_in(np.float64(end), YEARS)) for end in ends]
+    known = has_model_range(here, name) and ends[1] > 0.0
+    low, high = ends if known else (np.nan, np.nan)
+    yield Fact("rate.model_range", np.nan, low, high, unit, more=more)
