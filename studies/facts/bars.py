@@ -12,7 +12,7 @@ from ...fragility.hazard.rates import probability_in
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS
 from ..text.block_order import HALF, RATE, shown
-from ..text.words import axis_of, block_title, by_place, display_unit, floor_cell, quantity_name, reference_law, roof_of
+from ..text.words import axis_of, block_title, by_place, display_unit, floor_name, quantity_name, reference_law
 from .building import recommended_lines
 
 MOST = 14
@@ -69,11 +69,10 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
     first = [piece for piece in every if piece.item in lines]
     others = [piece for piece in every if piece.item not in lines]
     kept = others[: max(0, MOST - len(first))]
-    roof = roof_of(results)
 
     def bar(piece: object) -> Bar:
         values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in piece.chance]  # type: ignore[attr-defined]
-        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_cell(piece.floor, roof)}", *values)  # type: ignore[attr-defined]
+        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)  # type: ignore[attr-defined]
 
     groups = {
         "anchor": [bar(piece) for piece in first],

@@ -77,19 +77,19 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     # (by rate, blocks that fell in every run come after those that have a rate)
     ranked = np.argsort(places(results, by).values.ravel(), kind="stable")[always if by == HALF else 0 :]
     first = _case(small, cases, int(ranked[0]))
-    if by == RATE:
-        yield from _chance(first, results)
-    yield from _level(first, results, by == HALF)
-    if cases.size > 1:
-        yield _rank(small, cases, ranked, by, results)
-        for crossing in crossings_between(results, small, cases, ranked)[:1]:
-            yield _crossing("curve.crossing", crossing, results)
-    yield from _other_side(results)
+    yield from _chance(first, results) if by == RATE else _level(first, results)
     yield from events(results)
     yield from _gains(results, at)
     yield from _restraints(results, at)
     yield from _edges(results)
+    yield from _other_side(results)
+    if cases.size > 1:
+        yield _rank(small, cases, ranked, by, results)
     yield from _laws(_case(every, cases, int(ranked[0])), results)
+    if by == RATE:
+        yield from _level(first, results)
+    for crossing in crossings_between(results, small, cases, ranked)[:1]:
+        yield _crossing("curve.crossing", crossing, results)
     yield from _scatter(first, results)
 
 
@@ -158,14 +158,14 @@ def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[
     yield Fact("curve.at_end", float(end["probability"]), low, high, unit, (_name(case),), level, more=more)
 
 
-def _level(case: xr.Dataset, results: xr.Dataset, leads: bool) -> Iterator[Fact]:
+def _level(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     """Yield the level at which half of the motions bring down a block, and a lower one at which some 10 % do."""
     scale, unit = display_unit(axis_of(results))
     half, low, high = (float(case[f"{HALF}{end}"]) / scale for end in ("", "_lower", "_upper"))
     if not 0.0 < half < math.inf:
         yield from _at_an_end(case, results, 0 if half == 0.0 else -1)
         return
-    more = {"leads": leads, "either": str(case["block"].item()) in falling_both_ways(results), **_what(results)}
+    more = {"either": str(case["block"].item()) in falling_both_ways(results), **_what(results)}
     yield Fact("curve.half_level", half, low, high, unit, (_name(case),), more=more)
     if "sample_median" in case:
         least, most = sample_range(case)
@@ -213,7 +213,8 @@ def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, result
         close = [one for one in rest if (low[one] <= high[first] if by == HALF else high[one] >= low[first])]
     names = tuple(_name(_case(small, cases, other)) for other in close)
     single = "floor" not in small.dims and is_one_piece(small)
-    return Fact("curve.rank", len(ranked), names=names, more={"all": len(close) == len(rest) > 1, "single": single})
+    more = {"name": _name(_case(small, cases, first)), "all": len(close) == len(rest) > 1, "single": single}
+    return Fact("curve.rank", len(ranked), names=names, more=more)
 
 
 def _crossing(what: str, crossing: Crossing, results: xr.Dataset) -> Fact:

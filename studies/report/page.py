@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
@@ -47,6 +49,8 @@ MANY_COLUMNS = 8
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
+MOST_WORDS = 60
+"""Most words of the answer; the others follow in the appendix."""
 MOST_TERMS = 8
 """Most terms of the glossary."""
 
@@ -98,12 +102,14 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     labels = value_of("titles", "method")
     of_building = "item" in results.dims
     subject = building if of_building else sensitivity if "value" in results.dims else curves
+    facts = list(subject.answer(within))
+    answer, more = _first_words([say(fact, "page") for fact in facts])
     steps = [say(fact, "page") for fact in subject.actions(within)]
     lead = anchor_rows(within) if of_building else None
     page = {
         "title": str(results.attrs.get("title", "")) or "A study",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
-        "answer": [say(fact, "page") for fact in subject.answer(within)],
+        "answer": answer,
         "bars": bars_of(within),
         "steps": steps[:MOST_STEPS],
         "further": steps[MOST_STEPS:],
@@ -111,7 +117,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "verdict": say(badge(checks), "checks"),
         "lead": _tables_of([lead] if of_building else list(lead_rows(results))),
         "footnotes": [say(fact, "page") for fact in footnotes(within)],
-        "details": [say(fact, "page") for fact in building.details(within)] if of_building else [],
+        "details": [*more, *(say(fact, "page") for fact in (building.details(within) if of_building else ()))],
+        "after": next((fact for fact in facts if fact.what == "anchoring.after" and math.isfinite(fact.value)), None),
         "hints": show.hints(results),
         "tables": [page_table(table) for table in show.tables(results)],
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in inputs_of(results)],
@@ -128,6 +135,13 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "provenance": _tables_of([provenance_rows(results, path, state)], words=True),
         "study": _study_text(results),
     }
+
+
+def _first_words(sentences: list[str]) -> tuple[list[str], list[str]]:
+    """Return the first sentences, at least one, of at most `MOST_WORDS` words, and the others."""
+    words = np.cumsum([len(sentence.split()) for sentence in sentences])
+    first = max(1, int((words <= MOST_WORDS).sum()))
+    return sentences[:first], sentences[first:]
 
 
 def _cover(results: xr.Dataset) -> Iterator[tuple[str, str]]:
