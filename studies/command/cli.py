@@ -402,7 +402,9 @@ def compare(
     *,
     laws: Annotated[
         tuple[str, str] | None,
-        Parameter(help="A law of A and a law of B (label or short name); of A alone, two of its laws."),
+        Parameter(
+            negative_iterable="", help="A law of A and a law of B (label or short name); of A alone, two of its laws."
+        ),
     ] = None,
     out: Annotated[
         Path, Parameter(name=("--out", "--output"), help="Folder for the page, comparison.csv and the figures.")
