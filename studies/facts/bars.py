@@ -103,11 +103,11 @@ def _of_blocks(results: xr.Dataset) -> Bars | None:
     if not bars:
         return None
     bars.sort(key=lambda bar: -bar.value if yearly else bar.value)
-    hidden = len(bars) - MOST
+    hidden = int(here.attrs.get("shown_of", here.sizes["block"])) - here.sizes["block"] + max(0, len(bars) - MOST)
     groups = {"all": bars[:MOST]}
     years = float(results.attrs["years"]) if yearly else 0.0
     measure = "" if yearly else quantity_name(axis_of(results))
-    return Bars("chance" if yearly else "level", groups, _top(groups), years, measure, unit, max(0, hidden))
+    return Bars("chance" if yearly else "level", groups, _top(groups), years, measure, unit, hidden)
 
 
 def _top(groups: dict[str, list[Bar]]) -> float:

@@ -39,7 +39,7 @@ from ..buildings.recommendations import (
     Piece,
 )
 from ..buildings.sliding import shares_with_moving_supports
-from ..buildings.variables import JOINT, Year
+from ..buildings.variables import FALLEN, JOINT, Year
 from ..codes.check import UNCHECKED
 from ..plan.piece_classes import TESTS
 from ..tables.assessment import fallen_word, pieces_at, span
@@ -74,10 +74,11 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
     """
     if "overturned" not in results or "level_weight" not in results or "branch" in results.dims:
         return math.nan
-    if "fallen" in results or ("anchored_with" in results.coords and bool((results["anchored_with"] != "").any())):
-        return math.nan  # (flags of falls over edges and of kits lie elsewhere)
+    if "anchored_with" in results.coords and bool((results["anchored_with"] != "").any()):
+        return math.nan  # (what falls with a kit, and breaks it, is no flag of these)
     at, _ = reference_law(results)
-    flags = results["overturned"].isel(model=[at]).transpose("model", "item", "variant", "level", "motion").values
+    fell = results[FALLEN if FALLEN in results else "overturned"].isel(model=[at])
+    flags = fell.transpose("model", "item", "variant", "level", "motion").values
     stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
     independent = str(results.attrs.get("pieces")) == INDEPENDENT
     any_piece = chances_of_any(chances(flags), results["count"].values, independent)
@@ -180,8 +181,9 @@ def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
             "number": sum(piece.number for piece in lines),
         }
         after = rate_without(results, [piece.item for piece in lines])
-        names = tuple(block_title(piece.item) for piece in lines)
-        yield Fact("anchoring.after", after, names=names, more=more)
+        if math.isfinite(after) or saved or falls > 0.0:
+            names = tuple(block_title(piece.item) for piece in lines)
+            yield Fact("anchoring.after", after, names=names, more=more)
     rest = [piece for piece in free if piece not in lines]
     little = [piece for piece in rest if piece.recommendation in LITTLE]
     if little and len(little) == len(rest):
