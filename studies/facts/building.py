@@ -78,6 +78,7 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
         return math.nan  # (what falls with a kit, and breaks it, is no flag of these)
     at, _ = reference_law(results)
     fell = results[FALLEN if FALLEN in results else "overturned"].isel(model=[at])
+    fell = fell if "variant" in fell.dims else fell.expand_dims("variant")
     flags = fell.transpose("model", "item", "variant", "level", "motion").values
     stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
     independent = str(results.attrs.get("pieces")) == INDEPENDENT
