@@ -45,9 +45,7 @@ class TestChecks:
         results = loaded(folder).copy(deep=True)
         assert self.word(results.isel(model=[1]), "elastic zone") == GOOD
         rigid = results.assign_coords(rest=("model", ["rigid"] * results.sizes["model"]))
-        assert (
-            self.word(rigid.assign_coords(delta=results["delta"] * 4.0), "elastic zone") == GOOD
-        )
+        assert self.word(rigid.assign_coords(delta=results["delta"] * 4.0), "elastic zone") == GOOD
         results = results.isel(model=[0]).assign_coords(rest=("model", ["elastic"]))
         results["outside"].loc[{"reason": "elastic_mode"}] = 0.0
         assert self.word(results, "elastic zone") == GOOD
