@@ -42,6 +42,12 @@ RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the answer also gives a count."""
 DISAGREE = 1.1
 """Ratio of the results of two laws from which the answer says how far they lie apart."""
+MANY = 12
+"""Number of pieces above which the answer gives the spread of their levels and chances."""
+SPREAD = (0.1, 0.5, 0.9)
+"""Shares of many pieces for which the answer gives the level at which half of the motions bring them down."""
+CHANCES = (0.5, 0.1, 0.01)
+"""Chances for which the answer counts the pieces that reach them."""
 MOST_SAID = 3
 """Most comparisons, restraints and edges in the answer; tables hold all of them."""
 HELD = 0.5
@@ -91,6 +97,8 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     for crossing in crossings_between(results, small, cases, ranked)[:1]:
         yield _crossing("curve.crossing", crossing, results)
     yield from _scatter(first, results)
+    if cases.size > MANY:
+        yield from _spread(small, results)
 
 
 def events(results: xr.Dataset) -> Iterator[Fact]:
@@ -305,6 +313,22 @@ def _scatter(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
         return
     largest = int(np.nanargmax(share.values))
     yield Fact("uncertainty.largest", float(share[largest]), more={"input": str(share["component"].values[largest])})
+
+
+def _spread(small: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the spread of many pieces' levels, and how many have a high chance."""
+    scale, unit = display_unit(axis_of(results))
+    known = small[HALF].values[~np.isnan(small[HALF].values)]
+    if known.size:
+        # (a level that is not reached counts as one above all others)
+        ends = np.quantile(np.minimum(known, 1e300), SPREAD)
+        levels = tuple(float(end) / scale if end < 1e299 else math.inf for end in ends)
+        yield Fact("curve.spread", known.size, unit=unit, more={"levels": levels, **_what(results)})
+    if _rated(small):
+        chances = small["risk_probability"].values
+        more = {"counts": [(share, int((chances >= share).sum())) for share in CHANCES]}
+        more["years"] = float(results.attrs["years"])
+        yield Fact("rate.counts", int(np.isfinite(chances).sum()), more=more)
 
 
 def _sizes(results: xr.Dataset) -> Iterator[Fact]:
