@@ -13,8 +13,11 @@ from ..facts.footnotes import footnotes
 from ..facts.say import say
 from ..text.reached import within_levels
 
-BESIDE_TABLE = ("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level")
-"""Facts that the short table shows."""
+BESIDE_TABLE = (
+    *("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level"),
+    "curve.crossing_too",
+)
+"""Facts that the short table shows, or that only the page gives."""
 OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unpriced")
 """Actions on money, by the beginning of their names."""
 

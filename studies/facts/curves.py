@@ -83,15 +83,15 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     yield from _restraints(results, at)
     yield from _edges(results)
     yield from _other_side(results)
-    crossings = crossings_between(results, small, cases, ranked)[:1]
+    crossings = crossings_between(results, small, cases, ranked)[:MOST_SAID]
     # (where the curve of the first piece crosses another, its level of half does not make it the first at all levels)
     if cases.size > 1 and not (by == HALF and any(_name(first) in crossing.names for crossing in crossings)):
         yield _rank(small, cases, ranked, by, results)
     yield from _laws(_case(every, cases, int(ranked[0])), results)
     if by == RATE:
         yield from _level(first, results)
-    for crossing in crossings:
-        yield _crossing("curve.crossing", crossing, results)
+    for i, crossing in enumerate(crossings):
+        yield _crossing("curve.crossing_too" if i else "curve.crossing", crossing, results)
     yield from _scatter(first, results)
 
 
