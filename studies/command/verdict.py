@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import xarray as xr
 
@@ -37,7 +38,9 @@ def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
     if "item" in results.dims:
         yield from building.answer(results)
         yield from (fact for fact in building.details(results) if fact.what == "consequence.loss")
-        yield from (fact for fact in building.actions(results) if fact.what.startswith(OF_MONEY))
+        for fact in building.actions(results):
+            if fact.what.startswith(OF_MONEY):  # (without the page's table, lines are named)
+                yield replace(fact, what="anchoring.named") if fact.what == "anchoring.lines" else fact
     elif "value" in results.dims:
         yield from sensitivity.answer(results)
     else:

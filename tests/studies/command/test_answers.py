@@ -44,7 +44,7 @@ class TestBuilding:
         assert "falls in 50" in text
         assert "Something in this building falls about once in" in text
         assert "Expected loss: " in text
-        assert "Anchor the 4 pieces in Table 1." in text
+        assert "With a budget of 100 EUR, anchor “shelf” (ground)." in text
         with xr.open_dataset(building.parent / "out/results.nc") as results:
             assert results.sizes["item"] == 2
         assert "results of this study were there already" in printed(capsys, building)
@@ -52,7 +52,7 @@ class TestBuilding:
         text = printed(capsys, building)
         assert "runs kept; what the changed keys decide (recommendations, title) is computed anew" in text
         assert "were there already" not in text
-        assert "Anchor the 6 pieces in Table 1." in text
+        assert "With a budget of 500 EUR, anchor “shelf” (ground)." in text
 
     def test_a_workbook_is_for_people(self, building, capsys):
         printed(capsys, building)

@@ -24,11 +24,10 @@ def test_an_answer_in_a_few_lines(study, capsys):
     lines = [line for line in capsys.readouterr().out.splitlines() if not line.startswith("compiling")]
     assert len(lines) < 27
     text = "\n".join(lines)
-    assert "of the chance of “crate” comes from shaking stronger than any run" in " ".join(text.split())
     assert "What overturns under housner e=e_R, the reference law" in text
     assert "the 8 of 14 blocks with the highest rates" in " ".join(text.split())
     assert sum(line.startswith(" shelf") for line in lines) >= 7
-    assert any(line.startswith("validity: ") for line in lines)
+    assert any(line.startswith("validity: ") and "range of levels" in line for line in lines)
     assert re.search(r"and \d+ notes(, \d+ of them above)?: toppling report", text)
     assert "note: vertical shaking" not in text
 
