@@ -31,7 +31,9 @@ def verdict(results: xr.Dataset, answered: bool) -> list[str]:
     missed = [say(check, "checks") for check in bad if check.what == "adaptive.precision_missed"]
     line = f"validity: {say(badge(checks), 'checks')}"
     invalid = [say(check, "checks") for check in bad if check.word == INVALID]
-    return [f"{line}; do not rely on these results", *invalid, *said] if invalid else [*said, *missed, line]
+    if invalid:
+        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *said, *missed]
+    return [*said, *missed, line]
 
 
 def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
