@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import xarray as xr
 
@@ -13,8 +14,11 @@ from ..facts.footnotes import footnotes
 from ..facts.say import say
 from ..text.reached import within_levels
 
-BESIDE_TABLE = ("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level")
-"""Facts that the short table shows."""
+BESIDE_TABLE = (
+    *("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level"),
+    "curve.crossing_too",
+)
+"""Facts that the short table shows, or that only the page gives."""
 OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unpriced")
 """Actions on money, by the beginning of their names."""
 
@@ -27,14 +31,18 @@ def verdict(results: xr.Dataset, answered: bool) -> list[str]:
     missed = [say(check, "checks") for check in bad if check.what == "adaptive.precision_missed"]
     line = f"validity: {say(badge(checks), 'checks')}"
     invalid = [say(check, "checks") for check in bad if check.word == INVALID]
-    return [f"{line}; do not rely on these results", *invalid, *said] if invalid else [*said, *missed, line]
+    if invalid:
+        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *said, *missed]
+    return [*said, *missed, line]
 
 
 def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
     if "item" in results.dims:
         yield from building.answer(results)
         yield from (fact for fact in building.details(results) if fact.what == "consequence.loss")
-        yield from (fact for fact in building.actions(results) if fact.what.startswith(OF_MONEY))
+        for fact in building.actions(results):
+            if fact.what.startswith(OF_MONEY):  # (without the page's table, lines are named)
+                yield replace(fact, what="anchoring.named") if fact.what == "anchoring.lines" else fact
     elif "value" in results.dims:
         yield from sensitivity.answer(results)
     else:

@@ -103,11 +103,13 @@ def _of_blocks(results: xr.Dataset) -> Bars | None:
     if not bars:
         return None
     bars.sort(key=lambda bar: -bar.value if yearly else bar.value)
-    hidden = int(here.attrs.get("shown_of", here.sizes["block"])) - here.sizes["block"] + max(0, len(bars) - MOST)
     groups = {"all": bars[:MOST]}
+    every = results[name].isel(model=at).values
+    hidden = np.sort(every[np.isfinite(every)])[::-1][len(groups["all"]) :]
     years = float(results.attrs["years"]) if yearly else 0.0
-    measure = "" if yearly else quantity_name(axis_of(results))
-    return Bars("chance" if yearly else "level", groups, _top(groups), years, measure, unit, hidden)
+    measure, highest = ("", max(hidden, default=math.nan)) if yearly else (quantity_name(axis_of(results)), math.nan)
+    of = "chance" if yearly else "level"
+    return Bars(of, groups, _top(groups), years, measure, unit, len(hidden), highest)
 
 
 def _top(groups: dict[str, list[Bar]]) -> float:

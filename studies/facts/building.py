@@ -39,7 +39,7 @@ from ..buildings.recommendations import (
     Piece,
 )
 from ..buildings.sliding import shares_with_moving_supports
-from ..buildings.variables import FALLEN, JOINT, Year
+from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNCHECKED
 from ..plan.piece_classes import TESTS
 from ..tables.assessment import fallen_word, pieces_at, span
@@ -77,9 +77,7 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
     if "anchored_with" in results.coords and bool((results["anchored_with"] != "").any()):
         return math.nan  # (what falls with a kit, and breaks it, is no flag of these)
     at, _ = reference_law(results)
-    fell = results[FALLEN if FALLEN in results else "overturned"].isel(model=[at])
-    fell = fell if "variant" in fell.dims else fell.expand_dims("variant")
-    flags = fell.transpose("model", "item", "variant", "level", "motion").values
+    flags = fall_flags(results.isel(model=[at])).values
     stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
     independent = str(results.attrs.get("pieces")) == INDEPENDENT
     any_piece = chances_of_any(chances(flags), results["count"].values, independent)

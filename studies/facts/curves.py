@@ -89,13 +89,15 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     yield from _restraints(results, at)
     yield from _edges(results)
     yield from _other_side(results)
-    if cases.size > 1:
+    crossings = crossings_between(results, small, cases, ranked)[:MOST_SAID]
+    # (where the curve of the first piece crosses another, its level of half does not make it the first at all levels)
+    if cases.size > 1 and not (by == HALF and any(_name(first) in crossing.names for crossing in crossings)):
         yield _rank(small, cases, ranked, by, results)
     yield from _laws(_case(every, cases, int(ranked[0])), results)
     if by == RATE:
         yield from _level(first, results)
-    for crossing in crossings_between(results, small, cases, ranked)[:1]:
-        yield _crossing("curve.crossing", crossing, results)
+    for i, crossing in enumerate(crossings):
+        yield _crossing("curve.crossing_too" if i else "curve.crossing", crossing, results)
     yield from _scatter(first, results)
     if cases.size > MANY:
         yield from _spread(small, results)
@@ -208,9 +210,9 @@ def _chance(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     yield Fact("rate.chance", chance, low, high, names=names, more=more)
     for side, share in extrapolated_shares(case).items():
         if float(share) > NOTABLE:
-            yield Fact("rate.part_extrapolated", float(share), more={"side": side})
+            yield Fact("rate.part_extrapolated", float(share), names=names, more={"side": side})
     if f"{FITTED_RATE}_lower" in case and float(case["rate_misfit"]):
-        yield Fact("rate.fitted_differs", float(case["fitted_risk_probability"]))
+        yield Fact("rate.fitted_differs", float(case["fitted_risk_probability"]), names=names)
 
 
 def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, results: xr.Dataset) -> Fact:
@@ -298,7 +300,7 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
         more = {"laws": others.size, "yearly": yearly, "years": results.attrs.get("years")}
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
     for crossing in crossings_of_laws(case, results)[:1]:
-        yield _crossing("law.crossing", crossing, results)
+        yield _crossing("law.crossing", crossing._replace(names=(*crossing.names, _name(case))), results)
 
 
 def _scatter(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:

@@ -4,7 +4,7 @@ import re
 
 import pytest
 import xarray as xr
-from report_pages import OVERFLOW, SECTIONS, STUDIES, WIDTHS, Page, accessible, outside
+from report_pages import DETAILS, OVERFLOW, SECTIONS, STUDIES, WIDTHS, Page, accessible, outside
 
 import toppling as tp
 from toppling.studies.command.cli import main
@@ -16,8 +16,8 @@ class TestPages:
     @pytest.mark.parametrize("name", STUDIES)
     def test_says_all_in_order(self, pages, name):
         page = Page(pages[name])
-        found = [one["id"] for one in page.every("section")]
-        assert found == SECTIONS.split()
+        assert [one["id"] for one in page.every("section")] == SECTIONS
+        assert [one["id"] for one in page.every("details") if one.get("id") not in (None, "further")] == DETAILS
         assert page.headings[0] == 1
         assert page.headings.count(1) == 1
         assert all(b <= a + 1 for a, b in zip(page.headings, page.headings[1:], strict=False))
