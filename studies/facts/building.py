@@ -41,7 +41,6 @@ from ..buildings.recommendations import (
 from ..buildings.sliding import shares_with_moving_supports
 from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNCHECKED
-from ..plan.piece_classes import TESTS
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.item_slides import contacts_of
 from ..tables.unseen import at_most
@@ -100,14 +99,13 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
         yield from _at_level(results, whole, more)
     yield from _afterwards(results, float(whole.get("any_rate", math.nan)))
     yield from _law_range(results, at)
-    if str(results.attrs.get(TESTS, "")):
-        yield Fact("building.tests", names=(str(results.attrs[TESTS]),))
 
 
 def details(results: xr.Dataset) -> Iterator[Fact]:
     """Yield annual loss, downtime and injuries, and the most frequent consequences."""
     at, _ = reference_law(results)
     whole, branches = results.isel(model=at).sel(place=BUILDING), "branch" in results.dims
+    rate = float(whole.get("any_rate", math.nan))
     for name in AMOUNTS:
         if f"annual_{name}" not in results:
             continue
@@ -115,6 +113,7 @@ def details(results: xr.Dataset) -> Iterator[Fact]:
         more = {
             "unit": currency_of(results),
             "years": years,
+            "each": math.nan if branches or not rate else float(whole[f"annual_{name}"]) / rate,
             "repair": "cost_median" in results.coords,
             "unstated": name == "injuries" and bool(np.isnan(results["persons_exposed"]).any()),
         }
@@ -134,6 +133,7 @@ def details(results: xr.Dataset) -> Iterator[Fact]:
             rate, low, high = (float(one[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
             if rate > 0.0:
                 yield Fact("consequence.rate", rate, low, high, more={"word": str(one["consequence"].item())})
+    yield from _carried(results)
 
 
 def _spread(what: str, here: xr.Dataset, more: Mapping[str, object]) -> Fact:
@@ -290,7 +290,8 @@ def _budget(pieces: Sequence[Piece], results: xr.Dataset, at: int, money: Mappin
     if not chosen and not all(piece.held for piece in pieces):
         yield Fact("budget.buys_nothing", more=money)
     elif dear and gap == 0.0:
-        yield Fact("budget.beyond", over, names=_names(dear), more=money)
+        costs = [piece.cost_of_all for piece in dear]
+        yield Fact("budget.beyond", over, names=_names(dear), more={**money, "costs": costs})
     if gap > 0.0:
         yield Fact("budget.not_optimal", gap)
 
@@ -359,6 +360,17 @@ def _supports(results: xr.Dataset) -> Iterator[Fact]:
     for i in np.flatnonzero(moving).tolist():
         names = (f"“{results['stands_on'].values[i]}”", f"“{results['item'].values[i]}”")
         yield Fact("support.fix_first", float(shares[i]), names=names)
+
+
+def _carried(results: xr.Dataset) -> Iterator[Fact]:
+    """Yield how often pieces fall that carry others, and these."""
+    if "stands_on" not in results.coords or "item_rate" not in results:
+        return
+    on = results["stands_on"].values
+    for piece in pieces_of(results, reference_law(results)[0]):
+        if piece.item in on and not piece.held and piece.chance.value > 0.0:
+            names = (f"“{item}”" for item in (piece.item, *results["item"].values[on == piece.item]))
+            yield Fact("support.carries", piece.chance.value, names=tuple(names))
 
 
 def _castors(results: xr.Dataset) -> Iterator[Fact]:

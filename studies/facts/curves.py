@@ -107,9 +107,9 @@ def events(results: xr.Dataset) -> Iterator[Fact]:
     """Yield how much of a region falls in one event, at levels of about 10, 50 and 90 %."""
     scale, unit = display_unit(axis_of(results))
     for level, mean, low, high, number in event_levels(results):
-        yield Fact(
-            "region.event", mean, low, high, unit, level=level / scale, more={"number": number, **_what(results)}
-        )
+        share = float(np.ptp(results["event_quantile"].values[[0, -1]]))
+        more = {"number": number, "share": share, **_what(results)}
+        yield Fact("region.event", mean, low, high, unit, level=level / scale, more=more)
 
 
 def actions(results: xr.Dataset) -> Iterator[Fact]:
@@ -368,7 +368,7 @@ def _restraint_steps(results: xr.Dataset) -> Iterator[Fact]:
     pairs = {i: j for i, j in comparable(blocks).items() if _same_but_held(blocks[i], blocks[j])}
     found = list(_by_chance(results, blocks, pairs) if GAIN in results else _by_level(results, blocks, pairs))
     yield from found
-    if any(fact.what == "restraint.helps" for fact in found):
+    if any(fact.what.startswith("restraint.helps") for fact in found):
         yield Fact("restraint.check")
 
 

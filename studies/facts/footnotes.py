@@ -11,6 +11,7 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS
+from ..plan.piece_classes import TESTS
 from ..report.law_choice import choice_of_law
 from ..text.block_order import HALF, RATE, places
 from ..text.spread import has_model_range
@@ -23,12 +24,14 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the facts that a reader of the first screen needs about its numbers."""
     counts = "motion" in results.dims or "motions_run" in results
     if "confidence" in results.attrs:
-        motions = number_of_motions(results) if counts else 0
-        yield Fact("precision.interval_meaning", float(results.attrs["confidence"]), more={"motions": motions})
+        more = {"motions": number_of_motions(results) if counts else 0, "branches": results.sizes.get("branch", 0)}
+        yield Fact("precision.interval_meaning", float(results.attrs["confidence"]), more=more)
     yield from _model_range(results)
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     if beta and str(results.attrs.get("modelling")) != "fractiles":
         yield Fact("rate.modelling_included", beta)
+    if tests := str(results.attrs.get(TESTS, "")):
+        yield Fact("validity.tests", names=(tests,))
     choice = choice_of_law(results)
     if choice is not None:
         yield choice

@@ -198,7 +198,10 @@ def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fac
         kept = 100.0 * float(table.get("stop_restitution") or RESTITUTION)
         clearance, frequency = (table.get(key) for key in ("clearance_mm", "stop_frequency_hz"))
         more = {"kind": str(table["kind"]), "clearance": clearance, "frequency": frequency, "kept": kept}
-        yield Fact("support.on", names=() if table is support else (str(table["name"]),), more=more)
+        if table is support:
+            yield Fact("support.on", more=more)
+        elif (on := results["item"].values[results["support"].values == table["name"]]).size:
+            yield Fact("support.on", names=(str(table["name"]), *map(str, on)), more=more)
     if SCENE not in results.coords:
         return
     blocks = blocks_of(results if "block" in results.coords else results.rename(item="block"))

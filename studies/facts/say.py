@@ -33,6 +33,7 @@ FILTERS: dict[str, Callable[..., str | float]] = {
     "chance": wording.about_percent,
     "chances": lambda ends: _ends(ends, wording.about_percent, wording.chances_between),
     "ends": lambda ends: _ends(ends, wording.two_digits, wording.interval_text),
+    "ratio": lambda values: wording.ratio_text(*values),
     "years": wording.about_years,
     "in_years": lambda rate, years: float(probability_in(np.float64(rate), years)),
     "year_count": wording.years_text,

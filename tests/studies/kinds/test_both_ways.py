@@ -14,9 +14,8 @@ from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.comparison.inputs import motions_in_words
 from toppling.studies.comparison.pieces import Shaken, compare_pieces
 from toppling.studies.comparison.sides import same_motions, two_sides
+from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.plots.assessment import levels_figure
-from toppling.studies.report.basis import basis
-from toppling.studies.report.method import method
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.text.error import StudyError
 
@@ -149,9 +148,9 @@ class TestResults:
         with xr.open_dataset(folder / "both/out/results.nc") as results:
             assert number_of_motions(results) == 9
             assert results.sizes["motion"] == 18
-            assert any("each applied both ways (as it is and reversed)" in text for text in basis(results))
-            assert any("Every motion is run both ways" in text for text in method(results))
-            assert method(results)[-1].endswith("9 motions both ways.")
+            given = next(inputs_of(results))
+            assert (given.value, given.more["both"]) == (9, True)
+            assert "motion.polarity_both" in {fact.what for fact in method_of(results)}
             assert "with 9 motions a probability of 1/2" in results.attrs["notes"]
             assert "of 18 motions (9 and their reverses)" in results.attrs["notes"]
             heading = " ".join(text.get_text() for text in levels_figure(results).texts).replace("\n", " ")

@@ -15,9 +15,11 @@ from toppling.motions.arrays import digest, records
 from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
+from toppling.studies.facts import building as of_building, curves
+from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.say import say
 from toppling.studies.plots.branches import spread_figure
 from toppling.studies.report.page import write_report
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.branches import spread_rows
 from toppling.studies.tables.client import client_rows
@@ -120,8 +122,14 @@ class TestBranches:
 
     @pytest.mark.slow
     def test_the_report(self, found, tmp_path):
-        (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
-        assert "This 90 % range covers 8 weighted combinations" in sentence
+        fact = next(curves.answer(found))
+        assert (fact.what, fact.more["branches"]) == ("rate.over_branches", 8)
+        assert (fact.value, fact.lower, fact.upper) == (
+            found["epistemic_rate"].item(),
+            *(found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)),
+        )
+        assert "In 90 % of 8 weighted combinations it is once in" in say(fact, "page")
+        assert next(footnotes(found)).more["branches"] == 8
         found.to_netcdf(tmp_path / "results.nc")
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")
@@ -161,14 +169,15 @@ class TestBranches:
         assert np.isinf(found["rate_upper"]).all()
         for name in ("epistemic_rate", "epistemic_rate_fractile", "branch_rate", "epistemic_rate_modelling_upper"):
             assert not weights or np.isnan(found[name]).all(), name
-        said = " ".join(plain_answer(found))
+        fact = next(curves.answer(found))
         (row,) = client_rows(found).rows
         if weights:
-            assert "cannot be said" in said
+            assert fact.what == "rate.unbounded_branch"
             assert [*row[-2:]] == ["not known"] * 2
             assert {*spread_rows(found).rows[0][1:7]} == {"not known"}
         else:
-            assert "is at least 0.032\u00a0%" in said
+            assert (fact.what, fact.lower) == ("rate.at_least", pytest.approx(-math.expm1(-50.0 * least)))
+            assert "with a chance of at least 0.032\u00a0% in 50 years" in say(fact, "page")
             assert row[-2] == "not known, at most 160,000"
         write_report(tmp_path / "out/results.nc")
 
@@ -212,9 +221,7 @@ class TestModelling:
         found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more, of).run()
         for name in ("rate", "epistemic_rate", "epistemic_rate_fractile", "branch_rate"):
             np.testing.assert_allclose(found[name], plain[name] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-9)
-        said = " ".join(plain_answer(found))
-        assert "Each of these rates is the mean over a modelling uncertainty of 0.4." in said
-        assert "with a modelling uncertainty" not in said
+        assert [fact.value for fact in footnotes(found) if fact.what == "rate.modelling_included"] == [0.4]
 
     @pytest.mark.slow
     def test_exported_dispersions_say_what_they_hold(self, tmp_path, capsys):
@@ -334,11 +341,11 @@ class TestInventories:
     @pytest.mark.slow
     def test_what_a_reader_sees(self, building):
         found, folder = building
-        said = " ".join(plain_answer(found))
-        assert "At least one piece in this building overturns about once in" in said
-        assert "covers 8 weighted combinations of laws, motions and hazard curves" in said
-        assert "The expected loss is about" in said
-        assert "are taken as correct" not in said
+        fact = next(of_building.answer(found))
+        assert (fact.what, fact.more["branches"]) == ("building.over_branches", 8)
+        loss = next(of_building.details(found))
+        assert (loss.what, loss.more["branches"]) == ("consequence.loss", 8)
+        assert "of the hazard curve" not in say(next(footnotes(found)), "page")
         (page,) = write_report(folder / "out/results.nc")
         text = page.read_text(encoding="utf-8")
         assert "Mean years between two falls over 8 weighted branches" in text
@@ -466,7 +473,9 @@ def test_another_state_is_named(tmp_path):
     state = found.attrs["state"]
     assert f"annual rate of {state}" in found["epistemic_rate"].attrs["long_name"]
     assert f"annual rates of {state} over" in " ".join(one.get_text() for one in spread_figure(found).texts)
-    assert "overturn" not in " ".join(one for one in plain_answer(found) if "combinations of laws" in one)
+    fact = next(curves.answer(found))
+    assert (fact.what, fact.more["verb"]) == ("rate.over_branches", "uplifts")
+    assert "overturn" not in say(fact, "page")
 
 
 @pytest.mark.parametrize(

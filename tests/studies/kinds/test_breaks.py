@@ -11,10 +11,11 @@ import toppling as tp
 from toppling.fragility.numerics.proportions import wilson_interval
 from toppling.studies import show
 from toppling.studies.command.verdict import verdict
+from toppling.studies.facts import curves
+from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import stiffness_notes
 from toppling.studies.plan.design_shaking import at_level
-from toppling.studies.report.summary import plain_answer
-from toppling.studies.tables.breaks import break_rows, break_sentences
+from toppling.studies.tables.breaks import break_rows
 
 SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
 BLOCKS = (
@@ -34,6 +35,13 @@ def study(folder, *parts):
     file = folder / "study.toml"
     file.write_text('title = "Breaks"\n' + BLOCKS + LAW + motions(N) + "".join(parts), encoding="utf-8")
     return tp.Study.from_toml(file)
+
+
+ENDS = "", "_lower", "_upper"
+
+
+def breaks(results):
+    return [fact for fact in curves.answer(results) if fact.what.startswith("restraint.")]
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +69,7 @@ def test_at_the_design_shaking(results):
     assert levels[0] < DESIGN < levels[-1]
     assert float(results["design_level"]) == pytest.approx(DESIGN, rel=1e-6)
     one = results.isel(model=0).sel(block="kit")
-    for end in ("", "_lower", "_upper"):
+    for end in ENDS:
         shares = one[f"broken_probability{end}"].values
         found = np.interp(math.log(DESIGN), np.log(levels), shares)
         assert float(one[f"broken_at_design{end}"]) == pytest.approx(found, rel=1e-5)
@@ -77,11 +85,12 @@ def test_values_at_a_level():
 
 
 def test_it_is_said_where_the_answer_is_read(results):
-    (sentence,) = break_sentences(results)
-    assert sentence.startswith("The restraint of “kit” breaks in ")
-    assert "which is exceeded with a probability of 10 % in 50 years" in sentence
-    assert sentence in plain_answer(results)
-    assert sentence in verdict(results, True)
+    (fact,) = breaks(results)
+    one = results.isel(model=0).sel(block="kit")
+    assert (fact.value, fact.lower, fact.upper) == tuple(float(one[f"broken_at_design{end}"]) for end in ENDS)
+    assert (fact.names, fact.more["design"], fact.level) == (("“kit”",), True, pytest.approx(DESIGN / 9.80665))
+    assert say(fact, "page").endswith(f" at {DESIGN / 9.80665:.2g} g, the level with a chance of 10 % in 50 years.")
+    assert say(fact, "page") in verdict(results, True)
     rows = break_rows(results)
     assert rows.headings[1:] == ("kit",)
     assert len(rows.rows) == results.sizes["level"]
@@ -91,10 +100,12 @@ def test_it_is_said_where_the_answer_is_read(results):
 def test_without_a_hazard_the_level_is_named(tmp_path):
     found = study(tmp_path, IDA).run()
     assert "broken_at_design" not in found
-    shares = found["broken_probability"].isel(model=0).sel(block="kit").values
-    often = np.flatnonzero(shares >= 0.5)
-    words = "the lowest level at which at least half" if often.size else "the strongest shaking that was run"
-    assert words in break_sentences(found)[0]
+    one = found.isel(model=0).sel(block="kit")
+    often = np.flatnonzero(one["broken_probability"].values >= 0.5)
+    at = often[0] if often.size else -1
+    (fact,) = breaks(found)
+    assert (fact.value, fact.lower, fact.upper) == tuple(float(one[f"broken_probability{end}"][at]) for end in ENDS)
+    assert (fact.more["design"], fact.level) == (False, float(found["level"][at]) / 9.80665)
 
 
 def test_without_a_restraint_nothing_is_kept(tmp_path):
@@ -104,7 +115,7 @@ def test_without_a_restraint_nothing_is_kept(tmp_path):
     assert "ruptured" not in plan.kept_outputs
     found = plan.run()
     assert break_rows(found) is None
-    assert break_sentences(found) == []
+    assert breaks(found) == []
 
 
 def test_a_stiffness_that_is_not_given_is_noted(results, tmp_path):

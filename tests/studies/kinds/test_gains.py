@@ -8,13 +8,14 @@ from lognormal import fit_lognormal
 from study_texts import IDA, motions
 
 import toppling as tp
+from toppling.core.wording import about_percent
 from toppling.studies.command.verdict import verdict
+from toppling.studies.facts import curves
+from toppling.studies.facts.say import say
 from toppling.studies.plan.gains import comparable
-from toppling.studies.report.actions import next_steps, restraint_steps
-from toppling.studies.report.method import block_rows
-from toppling.studies.report.summary import plain_answer
+from toppling.studies.report.inputs import block_rows
 from toppling.studies.tables.client import client_rows
-from toppling.studies.tables.gains import gain_rows, gain_sentences
+from toppling.studies.tables.gains import gain_rows
 from toppling.studies.text.one_side import falling_both_ways
 
 SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
@@ -38,6 +39,10 @@ def results(tmp_path_factory):
     file = tmp_path_factory.mktemp("gains") / "study.toml"
     file.write_text('title = "Gains"\n' + BLOCKS + LAW + motions(20) + IDA + HAZARD + FIT, encoding="utf-8")
     return tp.Study.from_toml(file).run()
+
+
+def gains(results):
+    return [fact for fact in curves.answer(results) if fact.what == "gain.chance"]
 
 
 def rates(flags, levels, weights):
@@ -88,34 +93,38 @@ def test_whether_to_fit_the_restraint(results):
     def said(values):
         for name, value in zip(names, values, strict=True):
             found[name][2] = value
-        return list(restraint_steps(found))
+        return list(curves.actions(found))
 
-    assert said((0.5, 0.4, 0.6))[0].startswith("The restraint of “kit” helps: it lowers the chance of falling (")
-    assert len(said((0.5, 0.4, 0.6))) == 2  # (and: have the fixings checked)
+    helps, check = said((0.5, 0.4, 0.6))
+    assert (helps.what, check.what) == ("restraint.helps", "restraint.check")
+    chances = results["risk_probability"].values[:, 0]
+    assert (helps.names[0], helps.value, helps.more["other"]) == ("“kit”", chances[2], chances[1])
     (doubt,) = said((0.9, 0.7, 1.1))
-    assert doubt.startswith("The restraint of “kit” achieves nothing measurable: 20 motions do not show that it lowers")
+    assert (doubt.what, doubt.names[0], doubt.more["motions"]) == ("restraint.no_effect", "“kit”", 20)
     (little,) = said((0.8, 0.7, 0.9))
-    assert little.startswith("The restraint of “kit” is too little: it prevents only about 20 % of the falls (")
+    assert little.what == "restraint.too_weak"
+    assert "“kit”: it prevents only 20 % of the falls" in say(little, "page").replace("\u00a0", " ")
     (worse,) = said((1.5, 1.2, 1.8))
-    assert worse.startswith("Do not fit the restraint of “kit” as it is: it raises the chance of falling (")
+    assert (worse.what, worse.value, worse.more["other"]) == ("restraint.hurts", chances[2], chances[1])
     bare = results.drop_vars(names)
 
     def by_level(low, middle, high):
         changed = bare.copy(deep=True)
         for end, value in zip(("_lower", "", "_upper"), (low, middle, high), strict=True):
             changed[f"median{end}"][2] = value
-        return list(restraint_steps(changed))
+        facts = list(curves.actions(changed))
+        assert facts[0].names == ("“kit”", "“at the wall”")
+        assert facts[0].unit == "g"
+        return [fact.what for fact in facts], facts[0].more["above"]
 
     for end, value in zip(("_lower", "", "_upper"), (2.0, 2.2, 2.4), strict=True):
         bare[f"median{end}"][1] = value
     bare["upper"][:] = 1.0
-    assert by_level(2.5, 2.7, 3.0)[0].startswith("The restraint of “kit” helps: it overturns in half of the motions at")
-    assert by_level(2.3, 2.7, 3.0)[0].startswith("The restraint of “kit” achieves nothing measurable: ")
-    assert by_level(1.2, 1.4, 1.6)[0].startswith("Do not fit the restraint of “kit” as it is: ")
+    assert by_level(2.5, 2.7, 3.0) == (["restraint.helps_level", "restraint.check"], False)
+    assert by_level(2.3, 2.7, 3.0) == (["restraint.no_effect_level"], False)
+    assert by_level(1.2, 1.4, 1.6) == (["restraint.hurts_level"], False)
     bare["upper"][2] = 0.4
-    seldom = by_level(np.nan, np.inf, np.nan)
-    assert seldom[0].startswith("The restraint of “kit” helps: it overturns in fewer than half of the motions even at")
-    assert next_steps(results, [])[-2:] == list(restraint_steps(results))[-2:]
+    assert by_level(np.nan, np.inf, np.nan) == (["restraint.helps_level", "restraint.check"], True)
 
 
 def test_only_walls_and_restraints(results):
@@ -130,33 +139,34 @@ def test_only_walls_and_restraints(results):
 def test_what_is_said(results):
     rows = gain_rows(results)
     assert [row[0] for row in rows.rows] == ["at the wall", "kit"]
-    first, second = gain_sentences(results)
-    assert second.startswith("The chance that “kit” overturns in 50 years is ")
-    assert ", compared with " in second
-    assert " for “at the wall”: " in second
-    assert {first, second} <= set(verdict(results, True))
-    assert {first, second} <= set(plain_answer(results))
+    chances = results["risk_probability"].values[:, 0]
+    for fact, i, other in zip(gains(results), (1, 2), (0, 1), strict=True):
+        assert fact.names == tuple(f"“{results['block'].values[k]}”" for k in (i, other))
+        assert (fact.value, fact.more["other"], fact.more["years"]) == (chances[i], chances[other], 50.0)
+        assert say(fact, "page") in verdict(results, True)
+    begins = f"The chance that “kit” overturns in 50 years is {about_percent(chances[2])}, compared with "
+    assert say(fact, "page").startswith(f"{begins}{about_percent(chances[1])} for “at the wall”: ")
 
 
 @pytest.mark.parametrize(
     ("values", "said"),
     [
         ((0.5, 0.4, 0.8), "lower by a factor of 2.0 (1.2–2.5)"),
-        ((0.9, 0.7, 1.2), "20 motions are too few to tell which is lower"),
+        ((0.9, 0.7, 1.2), "20 motions do not show which is lower"),
         ((2.0, 1.5, 3.0), "higher by a factor of 2.0 (1.5–3.0)"),
         # (as many digits as show that 1 lies outside)
         ((0.95, 0.88, 0.996), "lower by a factor of 1.053 (1.004–1.136)"),
         ((1.06, 1.02, 1.11), "higher by a factor of 1.06 (1.02–1.11)"),
         ((1.0, 1.0, 1.0), "no difference"),
-        ((0.0, np.nan, np.nan), "no fall under any of the 20 motions"),
-        ((0.4, np.nan, np.nan), "too few motions bring either down for a comparison"),
+        ((0.0, np.nan, np.nan), "no fall in 20 motions"),
+        ((0.4, np.nan, np.nan), "too few falls for a comparison"),
     ],
 )
 def test_the_verdict(results, values, said):
     changed = results.copy(deep=True)
     for end, value in zip(("", "_lower", "_upper"), values, strict=True):
         changed[f"chance_ratio{end}"][2, 0] = value
-    assert gain_sentences(changed)[1].endswith(f": {said}.")
+    assert say(gains(changed)[1], "page").endswith(f": {said}.")
 
 
 @pytest.mark.slow
@@ -172,14 +182,14 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     assert rows["free"].endswith(" †")
     assert rows["deeper"].endswith(" †")
     assert "†" not in rows["at the wall"]
-    assert "Only falls forward are compared. “free”, “deeper” may fall the other way as well" in " ".join(
-        plain_answer(found)
-    )
+    facts = {fact.what: fact for fact in curves.answer(found)}
+    assert facts["curve.other_side"].names == ("“free”", "“deeper”")
     assert any(
         "free, deeper: it may fall to the other side instead" in one for one in found.attrs["notes"].splitlines()
     )
-    said = " ".join(plain_answer(found))
-    assert ("such falls are not counted" in said) != ("about half of them" in said)
+    half = facts["curve.half_level"]
+    assert half.more["either"] == (half.names[0] in facts["curve.other_side"].names)
+    assert ("falls the other way are not counted" in say(half, "page")) == half.more["either"]
 
 
 def test_the_report_says_how_each_stands(results):

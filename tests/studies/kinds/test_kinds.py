@@ -14,10 +14,11 @@ from toppling.fragility import rank_measures, uncertain_ida
 from toppling.fragility.runs.provenance import blocks_of
 from toppling.studies import StudyError, assess, read_inventory
 from toppling.studies.command.cli import main
+from toppling.studies.facts import building
+from toppling.studies.facts.say import say
 from toppling.studies.kinds.performance import ranking_of
 from toppling.studies.plan.estimates import ranking_of_measures
 from toppling.studies.plan.risk import risk_of
-from toppling.studies.report.actions import next_steps
 from toppling.studies.report.page import write_report
 
 pytestmark = [pytest.mark.lowest, pytest.mark.newest]
@@ -277,10 +278,13 @@ class TestPerformance:
         assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
         out = capsys.readouterr().out
         assert "Code requirements (EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2, T_a = 0 s; forces on one piece" in out
-        (sentence,) = (one for one in next_steps(found, []) if one.startswith("Strengthen"))
-        assert "“shelf”" in sentence
-        (sentence,) = (one for one in next_steps(found, []) if one.startswith("With a budget of 100 EUR"))
-        assert "anchor “cabinet” (floor 2), at a cost of 10 EUR; this saves " in sentence
+        actions = {fact.what: fact for fact in building.actions(found)}
+        assert [name.split("”")[0] for name in actions["code.weak_anchors"].names] == ["“shelf"]
+        assert actions["anchoring.lines"].names == ("“cabinet” (floor 2)",)
+        assert actions["anchoring.lines"].more["budget"] == 100.0
+        (after,) = (fact for fact in building.answer(found) if fact.what == "anchoring.after")
+        assert (after.more["cost"], after.more["currency"]) == (10.0, "EUR")
+        assert after.more["saved"] > 0.0
 
     @pytest.mark.slow
     def test_a_piece_that_does_not_fit_is_named(self, tmp_path):
@@ -292,9 +296,9 @@ class TestPerformance:
         code = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }\nbudget = 100\n'
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
         assert found["budget_chosen"].values[0].tolist() == [True, False]
-        (sentence,) = (one for one in next_steps(found, []) if "beyond" in one)
-        start = "“museum case” (ground, 350 EUR) is beyond this budget, of which 10 EUR would be left over after"
-        assert sentence.startswith(start)
+        (fact,) = (fact for fact in building.actions(found) if fact.what == "budget.beyond")
+        assert (fact.value, fact.names, fact.more["costs"]) == (10.0, ("“museum case” (ground)",), [350.0])
+        assert say(fact, "page").startswith("“museum case” (ground) is beyond the budget (10 EUR left over).")
 
     @pytest.mark.slow
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):

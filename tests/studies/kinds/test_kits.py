@@ -11,12 +11,12 @@ import xarray as xr
 from rich.console import Console
 
 import toppling as tp
-from toppling.core.wording import two_digits
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.buildings.recommendations import Range
 from toppling.studies.command.cli import main
-from toppling.studies.report.actions import next_steps
-from toppling.studies.report.basis import basis
+from toppling.studies.facts import building
+from toppling.studies.facts.method import method_of
+from toppling.studies.facts.say import say
 from toppling.studies.tables import short
 from toppling.studies.tables.kits import (
     kit_lines,
@@ -263,19 +263,19 @@ class TestResults:
         assert "front_probability" in found
 
     def test_the_report_says_what_to_buy(self, results):
-        said = next_steps(results, [])
-        assert any(one.startswith("With a budget of 200 EUR, the best choice is “") for one in said)
-        kept = "at most one fall in 100 years and one fall into the room in 125 years"
-        assert any(kept in one for one in said)
-        now = math.fsum((results["item_rate"][0] * results["count"]).values)
-        then = float(results["budget_falls"][0])
-        fall = (
-            f"Averaged over a long time, one piece in {two_digits(1 / then)} years would then fall "
-            f"(one piece in {two_digits(1 / now)} "
-        )
-        assert any(fall in one for one in said)
-        assert any("Its strength is taken as that of its weakest part" in one for one in basis(results))
-        assert any("except for those held by a kit" in one for one in basis(results))
+        actions = {fact.what: fact for fact in building.actions(results)}
+        budget, target = actions["kit.for_budget"], actions["kit.for_target"]
+        kits = zip(results["budget_kit"][0].values.tolist(), results["item"].values.tolist(), strict=True)
+        assert (budget.more["budget"], budget.value) == (200.0, float(results["budget_cost"][0]))
+        assert {*budget.more["pairs"]} == {pair for pair in kits if pair[0]}
+        assert budget.more["now"][0] == pytest.approx(math.fsum((results["item_rate"][0] * results["count"]).values))
+        assert budget.more["then"] == [float(results[f"budget_{name}"][0]) for name in ("falls", "front_falls")]
+        assert target.more["target"] == {"falls": 0.01, "front_falls": 0.008}
+        kept = "keep falls to at most one in 100 years and falls into the room to at most one in 125 years"
+        assert kept in say(target, "page").replace("\u00a0", " ")
+        method = {fact.what: fact for fact in method_of(results)}
+        assert method["anchoring.assumed"].more["kits"]
+        assert "kit.tried" in method
         assert "1 of 7 pieces is held by a kit that can break: 1 × strapped (strap)" in results.attrs["notes"]
 
     @pytest.mark.slow
@@ -309,4 +309,6 @@ class TestResults:
         at = found["kit_probability"].sel(level=found.attrs["at_level"])
         np.testing.assert_array_equal(found["kit_falls"], at)
         assert "chance of falling at the level, each" in kit_rows(found).headings
-        assert any("at the level of the tables" in one for one in next_steps(found, []))
+        (target,) = (fact for fact in building.actions(found) if fact.what.startswith("kit.") and "target" in fact.what)
+        assert (target.more["target"], target.more["yearly"]) == ({"falls": 1.0}, False)
+        assert "falls to at most 100 in 100 such earthquakes" in say(target, "page")

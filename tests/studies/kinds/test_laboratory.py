@@ -10,15 +10,13 @@ import pytest
 from check_facts import check as check_of
 
 import toppling as tp
-from toppling.core.wording import two_digits
 from toppling.studies import show
 from toppling.studies.buildings.pieces import pieces_of
+from toppling.studies.facts import building
 from toppling.studies.facts.checks import checks_of
-from toppling.studies.report.actions import next_steps
-from toppling.studies.report.basis import basis
-from toppling.studies.report.method import assumptions
-from toppling.studies.report.summary import plain_answer
-from toppling.studies.tables.item_slides import NOT_MODELLED, falling_off_sentences, item_slide_rows
+from toppling.studies.facts.method import inputs_of, method_of
+from toppling.studies.facts.say import say
+from toppling.studies.tables.item_slides import NOT_MODELLED, item_slide_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
 from toppling.studies.text.error import StudyError
 
@@ -34,6 +32,10 @@ def study(folder, name, *changes):
         assert found, pattern
     (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return tp.Study.from_toml(folder / f"{name}.toml")
+
+
+def named(facts):
+    return {fact.what: fact for fact in facts}
 
 
 @pytest.fixture(scope="module")
@@ -67,13 +69,12 @@ class TestLaboratory:
         """The two lines on locked castors have a coefficient without dispersion; the trolley rolls."""
         said = "the coefficient of friction of ultra-low freezer, server rack is taken as known exactly"
         assert said in str(laboratory.attrs["notes"])
-        (one,) = (text for text in basis(laboratory) if "known exactly" in text)
-        assert one.startswith("The coefficient of friction of “ultra-low freezer”, “server rack” is taken")
+        assert named(method_of(laboratory))["friction.exact"].names == ("ultra-low freezer", "server rack")
 
     def test_nothing_says_that_sliding_is_not_modelled(self, laboratory):
         last = str(laboratory.attrs["notes"]).splitlines()[-1]
         assert last == "vertical shaking, bouncing and sliding while a block rocks are not modelled"
-        assert not any("do not slide," in one for one in assumptions(laboratory))
+        assert named(method_of(laboratory))["block.model"].more["slides"]
         assert check_of(laboratory, "sliding").remedy == "remedy_sliding_table"
 
     def test_safety_is_ranked_by_injuries(self, laboratory):
@@ -84,17 +85,18 @@ class TestLaboratory:
         """Days of downtime a year over the rate of any fall: the mean of the longest downtime when anything falls."""
         whole = laboratory.isel(model=0).sel(place="building")
         days = float(whole["annual_downtime"] / whole["any_rate"])
-        (one,) = (text for text in plain_answer(laboratory) if "out of use" in text)
-        assert f"is out of use for about {two_digits(days)} days on average" in one
+        downtime = named(building.details(laboratory))["consequence.downtime"]
+        assert downtime.more["each"] == pytest.approx(days)
+        assert downtime.value == float(whole["annual_downtime"])
 
     def test_pieces_on_the_roof_are_named(self, laboratory):
-        assert not any("is the roof. If" in one for one in basis(laboratory))
+        assert "floor.roof" not in named(inputs_of(laboratory))
         file = json.loads(laboratory.attrs["study"])
         file["building"]["storeys"] = 3
         lower = laboratory.assign_attrs(study=json.dumps(file))
-        (one,) = (text for text in basis(lower) if "which is the roof" in text)
-        assert one.startswith("“server rack”, “standing cabinet”, “bench analyser”")
-        assert one.endswith("If the highest storey is meant, that is floor 2.")
+        roof = named(inputs_of(lower))["floor.roof"]
+        assert (roof.value, roof.names[:3]) == (3, ("server rack", "standing cabinet", "bench analyser"))
+        assert say(roof, "method").endswith(" stand on the roof (floor 3). The highest storey is floor 2.")
         floors = {row[0]: row[1] for row in piece_rows(lower).rows}
         assert (floors["server rack"], floors["bookcase"]) == ("3 (roof)", "1")
 
@@ -109,16 +111,15 @@ class TestLaboratory:
         one = laboratory.sel(item="microscope").isel(model=0)
         assert float(one["item_rate"]) >= float(one["item_overturning_rate"])
         assert float(one["item_rate"]) >= float(one["item_off_rate"]) > 0.0
-        said = list(falling_off_sentences(laboratory))
-        assert len(said) == 3
-        start = "Each “microscope” (floor 3) slides off the edge of its support about once in"
-        assert any(text.startswith(start) for text in said)
-        assert {*said} <= {*plain_answer(laboratory)}
-        assert "overturns or falls off an edge" in plain_answer(laboratory)[0]
-        assert any("slides off an edge" in text for text in basis(laboratory))
-        steps = next_steps(laboratory, [])
-        assert any(one.startswith("“instrument trolley” stands on castors that can roll") for one in steps)
-        assert any(one.endswith("have the brakes checked, which the results assume to hold.") for one in steps)
+        table = item_slide_rows(laboratory)
+        off = {row[0]: row[table.headings.index("slides off it")] for row in table.rows}
+        assert sum(cell != "–" for cell in off.values()) == 3
+        assert off["microscope"] != "–"
+        assert next(building.answer(laboratory)).more["edges"]
+        assert "sliding.upper_estimate" in named(method_of(laboratory))
+        actions = named(building.actions(laboratory))
+        assert actions["support.lock_castors"].names == ("“instrument trolley”",)
+        assert actions["support.check_brakes"].names == ("“ultra-low freezer”", "“server rack”")
 
     def test_tables_of_pieces_hold_it(self, laboratory):
         table = piece_table(laboratory)
@@ -141,15 +142,16 @@ class TestGallery:
         assert float(share.sel(item="vase")) > 0.0
         assert "of the falls of vase" in gallery.attrs["notes"]
         assert check_of(gallery, "moving supports").names == ("vase",)
-        steps = " ".join(next_steps(gallery, []))
-        assert "Fix “pedestal” before “vase”, which stands on it: in " in steps
-        assert "before “marble bust”" not in steps
+        fixed = [fact for fact in building.actions(gallery) if fact.what == "support.fix_first"]
+        assert [fact.names for fact in fixed] == [("“pedestal”", "“vase”")]
+        assert fixed[0].value == pytest.approx(float(share.sel(item="vase")))
         falling = gallery.copy(deep=True)
         falling["item_rate"].loc[{"item": "pedestal"}] = 1e-5
-        said = "Where “pedestal” falls (each about once in 100,000 years), it takes with it what stands on it: “vase”"
-        assert said in " ".join(next_steps(falling, []))
+        carries = named(building.details(falling))["support.carries"]
+        assert (carries.value, carries.names[:2]) == (1e-5, ("“pedestal”", "“vase”"))
+        assert say(carries, "page").startswith("When “pedestal” falls (once in 100,000 years), “vase”")
         falling["item_rate"].loc[{"item": "pedestal"}] = 0.0
-        assert "it takes with it what stands on it" not in " ".join(next_steps(falling, []))
+        assert "support.carries" not in named(building.details(falling))
 
     def test_each_object_has_its_own_friction(self, gallery):
         assert gallery.attrs["pieces"] == "independent"

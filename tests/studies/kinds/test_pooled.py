@@ -1,7 +1,6 @@
 """Studies of a region: curves from one surface a law, what the file may hold, kills, reports, and what is refused."""
 
 import json
-import re
 import shutil
 from pathlib import Path
 
@@ -18,14 +17,15 @@ from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
 from toppling.studies.command.verdict import verdict
+from toppling.studies.facts import curves
+from toppling.studies.facts.method import inputs_of, method_of
+from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
-from toppling.studies.region.rows import event_rows, event_sentences, examples, region_rows, surface_rows
-from toppling.studies.report.answers import answer
+from toppling.studies.region.rows import event_levels, event_rows, examples, region_rows, surface_rows
 from toppling.studies.report.page import write_report
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.lowest
@@ -321,9 +321,10 @@ def test_maps_of_blocks_without_an_area(finished):
 def test_the_report_says_how_curves_were_found(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
-    number = int(finished[0]["motions_run"].max())
-    for words in ("One surface a law", "blocks run by themselves", f"shaken by {number:,} simulated ground motions"):
-        assert words in text
+    given = next(inputs_of(finished[0]))
+    assert (given.value, given.more["origin"]) == (int(finished[0]["motions_run"].max()), "simulated")
+    assert "design.pooled" in {fact.what for fact in method_of(finished[0])}
+    assert "blocks run by themselves" in text
     assert "how many fall at once does not follow" in text
 
 
@@ -472,23 +473,23 @@ def test_the_answer_says_how_much_falls_in_one_event(with_events):
     """At each level the mean share of the region and the range of nine tenths of the events; of many levels three."""
     results = with_events[1]
     one = results.isel(model=0)
-    said = [about_percent(float(share)) for share in one["fallen_mean"]]
-    low, _, high = one["fallen_quantile"].values[1]
-    (sentence,) = event_sentences(results)
-    assert sentence.startswith(
-        f"An earthquake with a peak ground acceleration of 0.30 g overturns {said[0]} of the 40 "
+    events = [fact for fact in curves.answer(results) if fact.what == "region.event"]
+    assert [fact.value for fact in events] == one["fallen_mean"].values.tolist()
+    for fact, level, (low, _, high) in zip(events, (0.3, 0.5), one["fallen_quantile"].values, strict=True):
+        assert (fact.level, fact.lower, fact.upper) == (pytest.approx(level), low, high)
+        assert (fact.unit, fact.more["number"], fact.more["share"]) == ("g", 40, pytest.approx(0.9))
+        assert say(fact, "page") in verdict(results, True)
+    share, ends = about_percent(events[1].value), chances_between(low, high, about_percent)
+    assert say(events[1], "page") == (
+        f"An earthquake with a peak ground acceleration of 0.50 g overturns {share} of 40 pieces on average, "
+        f"and {ends} in 90\u00a0% of such earthquakes."
     )
-    assert f"and one of 0.50 g {said[1]} ({chances_between(low, high, about_percent)})" in sentence
-    assert "in 90 % of such earthquakes" in sentence
-    assert sentence in plain_answer(results)
-    assert sentence in answer(results).sentences
-    assert sentence in verdict(results, True)
     many = xr.concat([results[["fallen_mean", "fallen_quantile"]].isel(event_level=[0])] * 5, "event_level")
     many = many.assign_coords(event_level=9.80665 * np.array([0.1, 0.2, 0.3, 0.4, 0.5])).assign_attrs(results.attrs)
     many["fallen_mean"][0] = [0.01, 0.12, 0.3, 0.55, 0.8]
     many = many.assign(results[["half_level"]].data_vars).assign_coords(intensity=results["intensity"])
-    assert re.findall(r"0\.\d0 g", event_sentences(many)[0]) == ["0.20 g", "0.40 g", "0.50 g"]
-    assert event_sentences(results.drop_vars("fallen_mean")) == []
+    assert [event[0] / 9.80665 for event in event_levels(many)] == pytest.approx([0.2, 0.4, 0.5])
+    assert event_levels(results.drop_vars("fallen_mean")) == []
 
 
 def test_columns_of_what_blocks_have_of_their_own(study, tmp_path):

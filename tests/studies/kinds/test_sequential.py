@@ -13,7 +13,7 @@ from check_facts import check as check_of
 from real_processes import same_after_ten_kills
 
 import toppling as tp
-from toppling.core.wording import about_percent, in_years
+from toppling.core.wording import about_percent
 from toppling.fragility import Slip, notes, screen
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
@@ -26,12 +26,13 @@ from toppling.studies.command.status import status_of
 from toppling.studies.command.verdict import verdict
 from toppling.studies.comparison.curves import compare_curves
 from toppling.studies.comparison.sides import two_sides
+from toppling.studies.facts import curves
+from toppling.studies.facts.checks import checks_of
+from toppling.studies.facts.method import method_of
+from toppling.studies.facts.say import remedy, say
 from toppling.studies.plan.designs import KeptMotions
 from toppling.studies.plots.fragility import fragility_figure
-from toppling.studies.report.answers import answer
-from toppling.studies.report.extrapolation import second_opinions
 from toppling.studies.report.page import write_report
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.short import short_rows
 from toppling.studies.tables.slides import slide_rows
 from toppling.studies.text.error import StudyError
@@ -63,6 +64,7 @@ motions = { least = 32 }
 PRECISE = STUDY.replace("median = 0.15", "median = 0.05")
 FRICTION = "[friction]\nstatic = 0.3\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.05, 0.2]\n"
 HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
+ENDS = "", "_lower", "_upper"
 
 
 @pytest.fixture
@@ -195,23 +197,17 @@ def test_modelling_uncertainty_is_in_the_rate_without_a_form(study, until_a_rate
 def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_rate):
     results, _ = until_a_rate
     first = results.isel(block=0, model=0)
-    said = " ".join(plain_answer(results))
-    chance, fitted = (about_percent(float(first[name])) for name in ("risk_probability", "fitted_risk_probability"))
-    assert f"within 50 years is about {chance} (" in said
-    assert (
-        f"without a form of fragility curve; the fitted curve would give {fitted}, which agrees within the error"
-        in said
-    )
-    detail = answer(results).sentences[0]
-    assert f"the mean return period is {in_years(float(first['rate']))} years" in detail
-    assert f"the fitted curve gives {in_years(float(first['fitted_rate']))} years" in detail
+    fact, second = list(curves.answer(results))[:2]
+    assert fact.what == "rate.chance"
+    assert (fact.value, fact.lower, fact.upper) == tuple(float(first[f"risk_probability{end}"]) for end in ENDS)
+    assert (fact.more["rate"], fact.more["years"]) == (float(first["rate"]), 50.0)
+    assert second.what != "rate.fitted_differs"
     rows = precision_rows(results)
     assert rows.headings[-2:] == ("of the fitted curve", "which differs")
     assert rows.rows[0][1].startswith(f"{float(first['rate']):.3g} (")
     assert rows.rows[0][-2].startswith(f"{float(first['fitted_rate']):.3g} (")
     assert rows.rows[0][-1] == "within error"
     assert "rates without a form of curve" in short_rows(results).title
-    assert not second_opinions(results)
 
 
 @pytest.mark.slow
@@ -236,8 +232,9 @@ def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
     assert np.isinf(results["sequential_rate_upper"]).all()
     for name in ("rate_lower", "rate_upper", "risk_probability_upper"):
         assert results[name].isnull().all()
-    assert "these motions do not show how precisely that is known" in " ".join(plain_answer(results))
-    assert "(no interval; model range" in answer(results).sentences[0]
+    fact = next(curves.answer(results))
+    assert np.isnan([fact.lower, fact.upper]).all()
+    assert f"with a chance of {about_percent(fact.value)} (no interval) in 50 years" in say(fact, "page")
     assert "no interval" in short_rows(results).rows[0][-2]
     assert write_report(tmp_path / "out/results.nc", tmp_path / "report.html")
 
@@ -245,11 +242,10 @@ def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
 def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
     results = until_a_rate[0].copy(deep=True)
     results["rate_misfit"][0] = 0.3
-    assert "which differs by more than the limited number of motions explains" in " ".join(plain_answer(results))
+    fact = next(fact for fact in curves.answer(results) if fact.what == "rate.fitted_differs")
+    assert fact.value == float(results["fitted_risk_probability"][0, 0])
+    assert say(fact, "page") in verdict(results, True)
     assert precision_rows(results).rows[0][-1] == "by +30 %"
-    (said,) = second_opinions(results)
-    assert "(+30 %)" in said
-    assert said in verdict(results, True)
 
 
 @pytest.mark.slow
@@ -519,9 +515,9 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     )
     write_report(path)
     html = path.with_name("report.html").read_text(encoding="utf-8")
-    assert "says how likely that is and how far it slides." in html
     check = check_of(results, "sliding")
     assert (check.what, check.remedy) == ("sliding.share", "remedy_slips_table")
+    assert remedy(check, "checks") in html
 
 
 def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
@@ -793,9 +789,12 @@ def test_stability_is_that_of_falls_at_common_levels_too(study, state, tested):
 def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
-    for words in ("at adaptive levels", "Precision at adaptive levels", "precision reached", "Are the motions scaled"):
+    for words in ("Precision at adaptive levels", "precision reached"):
         assert words in text
-    assert "Were the runs screened?" not in text
+    assert "design.adaptive" in {fact.what for fact in method_of(finished[0])}
+    checks = {check.what for check in checks_of(finished[0])}
+    assert "motion.scaled_far" in checks
+    assert "validity.not_screened" not in checks
 
 
 @pytest.mark.slow

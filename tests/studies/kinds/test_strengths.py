@@ -8,9 +8,9 @@ from study_texts import IDA, motions
 
 import toppling as tp
 from toppling.studies.command.verdict import verdict
+from toppling.studies.facts import curves
+from toppling.studies.facts.say import say
 from toppling.studies.plan.restraints import needed_strengths
-from toppling.studies.report.summary import plain_answer
-from toppling.studies.tables.breaks import break_sentences
 
 CABINET = '[[blocks]]\nname = "cabinet"\nwidth_m = 0.45\nheight_m = 1.8\nwall_gap_mm = 20\nmass_kg = 120\n'
 STRAP = '{}kind = "strap", height_m = 1.7, strength_n = {}{}'
@@ -65,17 +65,22 @@ def test_at_a_level_without_a_hazard(tmp_path):
     found = study(tmp_path, 300, 0.1, ONE_LEVEL).run()
     needed = float(found["needed_strength"].item())
     assert chance(tmp_path, needed, rest=ONE_LEVEL) <= 0.1 < chance(tmp_path, round(0.93 * needed, 1), rest=ONE_LEVEL)
-    (sentence,) = [one for one in break_sentences(found) if "limits" in one]
-    assert "overturns at a peak ground acceleration of " in sentence
+    fact = strength_fact(found)
+    assert (fact.value, fact.more["level"]) == (needed, pytest.approx(14.0 / 9.80665))
+    assert math.isnan(fact.more["years"])
 
 
 def test_where_the_answer_is_read(results):
-    (sentence,) = [one for one in break_sentences(results) if "limits" in one]
-    needed = float(results["needed_strength"].item())
-    begun = f"A restraint of {needed:,g} N limits the chance that “cabinet” overturns in 50 years to at most 0.2 %."
-    assert sentence.startswith(begun)
-    assert sentence in plain_answer(results)
-    assert sentence in verdict(results, True)
+    fact, needed = strength_fact(results), float(results["needed_strength"].item())
+    assert fact.more["tried"] == results["tried_strength"].values.ravel().tolist()
+    sentence = f"A restraint of {needed:,g} N limits the chance that “cabinet” overturns to at most 0.20 % in 50 years."
+    assert say(fact, "page").replace("\u00a0", " ") == sentence
+    assert say(fact, "page") in verdict(results, True)
+
+
+def strength_fact(results):
+    (fact,) = (fact for fact in curves.answer(results) if fact.what == "restraint.needed")
+    return fact
 
 
 def step(strongest_that_misses, *more):

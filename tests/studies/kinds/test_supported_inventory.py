@@ -9,10 +9,10 @@ import toppling as tp
 from toppling.models.friction import FixedFriction
 from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
 from toppling.studies import StudyError, assess
+from toppling.studies.facts.method import method_of
+from toppling.studies.facts.say import say
 from toppling.studies.inventory.contents import Contents, Inventory, Stand
 from toppling.studies.inventory.reading import read_inventory
-from toppling.studies.report.basis import _sentences
-from toppling.studies.report.method import assumptions, study_of
 
 HEAD = """
 title = "Vases on benches and platforms"
@@ -137,16 +137,17 @@ def test_modelled_strikes_are_counted(tmp_path):
     assert (
         f"({int(last['strikes'].sum())} strikes, up to {float(last['strike_acceleration'].max()):.3g} m/s²)" in said[-1]
     )
-    result = made.run()
-    assert any("stops of “held” are modelled" in one for one in _sentences(result, study_of(result)))
+    (on,) = (fact for fact in method_of(made.run()) if fact.what == "support.on")
+    assert (on.names[0], on.more["clearance"]) == ("held", 10)
+    assert on.more["frequency"] > 0.0
 
 
 @pytest.mark.slow
 def test_the_report_says_what_stands_on_what(tmp_path):
     result = study(tmp_path, things(FLOOR, ("dish", 0, "dish")), table("dish"), PERFORMANCE).run()
-    assert any("pieces on “dish” there is a friction pendulum" in one for one in assumptions(result))
-    said = list(_sentences(result, study_of(result)))
-    assert any("“dish-0” stands on a bench or an isolated platform" in one for one in said)
+    (on,) = (fact for fact in method_of(result) if fact.what == "support.on")
+    assert (on.names, on.more["kind"]) == (("dish", "dish-0"), "pendulum")
+    assert say(on, "method").startswith("“dish-0” stands on “dish”, a friction pendulum that shakes it. The reaction")
 
 
 def test_a_stand_decides_the_identity(tmp_path):

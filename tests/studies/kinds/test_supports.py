@@ -7,7 +7,8 @@ from check_facts import check as check_of
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, Isolator, IsolatorStrikes, Support, scale_to
 from toppling.studies import StudyError
-from toppling.studies.report.method import assumptions
+from toppling.studies.facts.method import method_of
+from toppling.studies.facts.say import say
 
 HEAD = """
 title = "A vase on a platform"
@@ -133,8 +134,11 @@ def test_stops_are_modelled_where_their_stiffness_is_stated(tmp_path, floors):
     assert result["support_strikes"].dims == ("motion",)
     assert int(result["support_strikes"].sum()) > 6
     assert "rests on the stiffness of the stops, given by stop_frequency 20 Hz" in result.attrs["notes"]
-    said = next(one for one in assumptions(result) if "friction pendulum" in one)
-    assert "15 mm away, on which it swings with 20 Hz and keeps 50 % of its velocity" in said
+    assert support_of(result).more == {"kind": "pendulum", "clearance": 15, "frequency": 20, "kept": 50.0}
+
+
+def support_of(results):
+    return next(fact for fact in method_of(results) if fact.what == "support.on")
 
 
 def test_a_linear_isolator_with_stops_does_not_scale(tmp_path):
@@ -144,7 +148,9 @@ def test_a_linear_isolator_with_stops_does_not_scale(tmp_path):
 
 def test_the_report_says_what_the_blocks_stand_on(tmp_path):
     result = study(tmp_path, PENDULUM, STRIPES).run()
-    assert any("there is a friction pendulum, whose motion shakes them" in one for one in assumptions(result))
+    assert support_of(result).names == ()
+    said = "The pieces stand on a friction pendulum that shakes them. The reaction on it is not modelled. "
+    assert say(support_of(result), "method") == f"{said}Its stops are not modelled."
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Studies in which the vertical components of recordings shake the blocks, too."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -10,8 +8,8 @@ from toppling import motions
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import LIFTS
 from toppling.studies import StudyError
-from toppling.studies.report.page import content
-from toppling.studies.store.content import AS_WRITTEN
+from toppling.studies.facts.method import method_of
+from toppling.studies.facts.say import say
 
 DT = 0.01
 STUDY = """
@@ -66,11 +64,10 @@ def test_the_runs_are_those_of_ida(study, tmp_path):
     assert "the vertical components of the motions shake, too" in notes
     assert "the floor falls faster than g" in notes
     assert "vertical shaking" not in notes.splitlines()[-1]
-    page = json.dumps(content(results, tmp_path / "results.nc", AS_WRITTEN), default=str)
-    assert "and vertical, scaled as the horizontal component" in page
-    assert "from front to back), and vertically" in page
-    assert "no vertical shaking" not in page
-    assert "and vertical shaking are not included" not in page
+    model, *_, left_out = method_of(results)
+    assert model.more["lifted"]
+    assert "Vertical shaking has the scale factor of the horizontal component." in say(model, "method")
+    assert "vertical" not in say(left_out, "method")
 
 
 @pytest.mark.slow
@@ -78,8 +75,10 @@ def test_without_it(tmp_path):
     """The report of a study without says that there is none."""
     plain = tp.Study.from_toml(write(tmp_path, keys='component = "h1"'))
     results = plain.run(tmp_path)
-    page = json.dumps(content(results, tmp_path / "results.nc", AS_WRITTEN), default=str)
-    assert "there is no vertical shaking" in page
+    model, *_, left_out = method_of(results)
+    assert not model.more["lifted"]
+    assert "Vertical" not in say(model, "method")
+    assert " vertical shaking," in say(left_out, "method")
     assert "downward_acceleration" not in results.coords
 
 

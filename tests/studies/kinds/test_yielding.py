@@ -8,7 +8,7 @@ from toppling.motions import Building, CloughPenzien, Isolator, scale_to
 from toppling.motions.floors.strength import code_strength
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.report.method import assumptions
+from toppling.studies.facts.method import method_of
 
 TEXT = """
 title = "A cabinet in a building that yields"
@@ -129,7 +129,7 @@ def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
         assert text.count(said) == 1
         assert "default strength of the building (judgement, R and Ω0 recalled)" in text
     assert "judgement" not in stated.attrs["storeys"]
-    assert any("is a default (judgement)" in one for one in assumptions(result))
+    assert "building.strength_default" in {fact.what for fact in method_of(result)}
     study(tmp_path, (STATED, FRAME))
     assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
     assert said in " ".join(capsys.readouterr().out.split())
@@ -156,7 +156,7 @@ def test_each_motion_meets_its_own_strength(tmp_path):
     )
     assert len(set(factors)) == 12
     assert "lognormal factor of median 1 and dispersion 0.4 (seed 7)" in result.attrs["notes"]
-    assert any("meets a building of its own strength" in one for one in assumptions(result))
+    assert "building.strength_uncertain" in {fact.what for fact in method_of(result)}
 
 
 ISOLATED = (
@@ -183,7 +183,7 @@ def test_an_isolated_building(tmp_path, strength):
     assert line.startswith("at Sa(0.5) of 4 m/s2 isolators move")
     assert ("drifts reach" in line) == bool(strength)
     assert "(elastic on a fixed base " in line
-    assert any("floor 0 is the slab on them" in one for one in assumptions(result))
+    assert "building.isolated" in {fact.what for fact in method_of(result)}
 
 
 @pytest.mark.slow

@@ -9,9 +9,8 @@ from toppling.models.friction import LognormalFriction
 from toppling.motions import Building, CloughPenzien, Isolator, scale_to
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.inventory.reading import read_inventory
-from toppling.studies.report.basis import _sentences
-from toppling.studies.report.method import assumptions, method, study_of
 
 TEXT = """
 title = "An office in a building that yields"
@@ -67,7 +66,9 @@ def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
     same = study(tmp_path, ("yield_coefficient = 0.15", f"yield_coefficient = {coefficient!r}"), more=CODE).run()
     np.testing.assert_allclose(result["building_ductility"], same["building_ductility"], rtol=1e-9)
     assert "default strength of the building (judgement" in result.attrs["notes"]
-    assert "default strength of the building (judgement" in " ".join(method(result))
+    assert any(
+        "default strength of the building (judgement" in line for line in facts_of(result)["building.given"].names
+    )
     with pytest.raises(StudyError, match="are of one site: state one of them"):
         study(tmp_path, (by_code[0], f"{by_code[1]}\nsds_g = 0.6"), more=CODE)
     with pytest.raises(StudyError, match="without one there is no default strength"):
@@ -96,7 +97,11 @@ def test_an_isolated_building(tmp_path):
     np.testing.assert_allclose(result["probability"].isel(model=0), chances(floors, tmp_path), rtol=1e-12)
     moved = [one["isolator_displacement"] for one in floors]
     np.testing.assert_allclose(result["building_isolator_displacement"], moved, rtol=1e-12)
-    assert any("below the slab that is floor 0 here" in one for one in _sentences(result, study_of(result)))
+    assert "building.isolated" in facts_of(result)
+
+
+def facts_of(results):
+    return {fact.what: fact for fact in (*inputs_of(results), *method_of(results))}
 
 
 def frame(**strength):
@@ -133,13 +138,12 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     ductility = [one["ductility"].values for one in floors]
     np.testing.assert_allclose(result["building_ductility"], ductility, rtol=1e-12)
     assert (result["building_collapsed"] == 0).all()
-    said = " ".join(method(result))
-    assert "at Sa(0.5) of 12 m/s2 drifts reach" in said
-    assert len(result.attrs["storeys"].splitlines()) == 2
-    assert any("Storeys of the building yield" in one for one in assumptions(result))
-    sentences = " ".join(_sentences(result, study_of(result)))
-    assert "The storeys of the building yield" in sentences
-    assert "elastic" not in sentences.replace("are elastic", "")
+    facts = facts_of(result)
+    assert len(facts["building.given"].names) == 2
+    assert facts["building.given"].names[1].startswith("at Sa(0.5) of 12 m/s2 drifts reach")
+    assert facts["building.given"].more["yields"]
+    assert "building.yields" in facts
+    assert "building.elastic" not in facts
 
 
 @pytest.mark.slow
@@ -210,9 +214,8 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     assert "at Sa(0.5) of 60 m/s2 the building collapses under" in result.attrs["notes"]
     assert "what a collapse itself destroys is in no number" in result.attrs["notes"]
     assert any("the building collapses under" in one for one in made.notes)
-    sentences = " ".join(_sentences(result, study_of(result)))
-    fallen = int((result["building_collapsed"] > 0).sum())
-    assert f"The building collapses in {fallen} of 12 cases of a motion at a level" in sentences
+    collapses = facts_of(result)["building.collapses"]
+    assert (collapses.value, collapses.more["cases"]) == (int((result["building_collapsed"] > 0).sum()), 12)
 
 
 @pytest.mark.slow
