@@ -1,10 +1,16 @@
-"""Validity checks of results, by their titles."""
+"""Facts of results by their names, and validity checks by their titles."""
 
 from toppling.studies.facts.checks import checks_of
 from toppling.studies.facts.say import value_of
+from toppling.studies.text.reached import within_levels
 
 
 def check(results, title):
     """Return the check of a title; a remark on other laws comes before it and is passed over."""
     titles = value_of("titles", "checks")
     return [fact for fact in checks_of(results) if titles[fact.what] == title][-1]
+
+
+def facts_of(subject, results):
+    """Return the facts that a function yields of results within their levels, by their names."""
+    return {fact.what: fact for fact in subject(within_levels(results))}
