@@ -123,20 +123,17 @@ class TestBranches:
     @pytest.mark.slow
     def test_the_report(self, found, tmp_path):
         fact = next(curves.answer(found))
-        assert (fact.what, fact.more["branches"]) == ("rate.over_branches", 8)
-        assert (fact.value, fact.lower, fact.upper) == (
-            found["epistemic_rate"].item(),
-            *(found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)),
-        )
+        ends = [found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
+        assert (fact.what, fact.value) == ("rate.over_branches", found["epistemic_rate"].item())
+        assert [fact.lower, fact.upper] == ends
         assert "In 90 % of 8 weighted combinations it is once in" in say(fact, "page")
-        assert next(footnotes(found)).more["branches"] == 8
+        assert next(footnotes(found)).more["branches"] == fact.more["branches"] == 8
         found.to_netcdf(tmp_path / "results.nc")
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")
         assert "over 8 weighted branches, and where their range comes from" in text
         assert text.count("<figure>") == 3
         (row,) = client_rows(found).rows
-        ends = [found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
         chances = [100.0 * -math.expm1(-50.0 * rate) for rate in (found["epistemic_rate"].item(), *ends)]
         said = [float(one) for one in re.findall(r"[\d.]+", row[-2])]
         assert said == pytest.approx(chances, rel=0.06)
@@ -176,7 +173,7 @@ class TestBranches:
             assert [*row[-2:]] == ["not known"] * 2
             assert {*spread_rows(found).rows[0][1:7]} == {"not known"}
         else:
-            assert (fact.what, fact.lower) == ("rate.at_least", pytest.approx(-math.expm1(-50.0 * least)))
+            assert fact.lower == pytest.approx(-math.expm1(-50.0 * least))
             assert "with a chance of at least 0.032\u00a0% in 50 years" in say(fact, "page")
             assert row[-2] == "not known, at most 160,000"
         write_report(tmp_path / "out/results.nc")
@@ -341,10 +338,9 @@ class TestInventories:
     @pytest.mark.slow
     def test_what_a_reader_sees(self, building):
         found, folder = building
-        fact = next(of_building.answer(found))
-        assert (fact.what, fact.more["branches"]) == ("building.over_branches", 8)
-        loss = next(of_building.details(found))
-        assert (loss.what, loss.more["branches"]) == ("consequence.loss", 8)
+        fact, loss = next(of_building.answer(found)), next(of_building.details(found))
+        assert (fact.what, loss.what) == ("building.over_branches", "consequence.loss")
+        assert fact.more["branches"] == loss.more["branches"] == 8
         assert "of the hazard curve" not in say(next(footnotes(found)), "page")
         (page,) = write_report(folder / "out/results.nc")
         text = page.read_text(encoding="utf-8")

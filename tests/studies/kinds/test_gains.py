@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from check_facts import facts_of
 from lognormal import fit_lognormal
 from study_texts import IDA, motions
 
@@ -97,15 +98,15 @@ def test_whether_to_fit_the_restraint(results):
 
     helps, check = said((0.5, 0.4, 0.6))
     assert (helps.what, check.what) == ("restraint.helps", "restraint.check")
-    chances = results["risk_probability"].values[:, 0]
-    assert (helps.names[0], helps.value, helps.more["other"]) == ("“kit”", chances[2], chances[1])
+    _, other, kit, _ = results["risk_probability"].values[:, 0]
+    assert (helps.names[0], helps.value, helps.more["other"]) == ("“kit”", kit, other)
     (doubt,) = said((0.9, 0.7, 1.1))
     assert (doubt.what, doubt.names[0], doubt.more["motions"]) == ("restraint.no_effect", "“kit”", 20)
     (little,) = said((0.8, 0.7, 0.9))
     assert little.what == "restraint.too_weak"
     assert "“kit”: it prevents only 20 % of the falls" in say(little, "page").replace("\u00a0", " ")
     (worse,) = said((1.5, 1.2, 1.8))
-    assert (worse.what, worse.value, worse.more["other"]) == ("restraint.hurts", chances[2], chances[1])
+    assert (worse.what, worse.value, worse.more["other"]) == ("restraint.hurts", kit, other)
     bare = results.drop_vars(names)
 
     def by_level(low, middle, high):
@@ -113,8 +114,7 @@ def test_whether_to_fit_the_restraint(results):
         for end, value in zip(("_lower", "", "_upper"), (low, middle, high), strict=True):
             changed[f"median{end}"][2] = value
         facts = list(curves.actions(changed))
-        assert facts[0].names == ("“kit”", "“at the wall”")
-        assert facts[0].unit == "g"
+        assert (facts[0].names, facts[0].unit) == (("“kit”", "“at the wall”"), "g")
         return [fact.what for fact in facts], facts[0].more["above"]
 
     for end, value in zip(("_lower", "", "_upper"), (2.0, 2.2, 2.4), strict=True):
@@ -139,13 +139,12 @@ def test_only_walls_and_restraints(results):
 def test_what_is_said(results):
     rows = gain_rows(results)
     assert [row[0] for row in rows.rows] == ["at the wall", "kit"]
-    chances = results["risk_probability"].values[:, 0]
-    for fact, i, other in zip(gains(results), (1, 2), (0, 1), strict=True):
-        assert fact.names == tuple(f"“{results['block'].values[k]}”" for k in (i, other))
-        assert (fact.value, fact.more["other"], fact.more["years"]) == (chances[i], chances[other], 50.0)
-        assert say(fact, "page") in verdict(results, True)
-    begins = f"The chance that “kit” overturns in 50 years is {about_percent(chances[2])}, compared with "
-    assert say(fact, "page").startswith(f"{begins}{about_percent(chances[1])} for “at the wall”: ")
+    _, other, kit, _ = results["risk_probability"].values[:, 0]
+    fact = gains(results)[1]
+    assert (fact.names, fact.value, fact.more["other"]) == (("“kit”", "“at the wall”"), kit, other)
+    begins = f"The chance that “kit” overturns in 50 years is {about_percent(kit)}, compared with "
+    assert say(fact, "page").startswith(f"{begins}{about_percent(other)} for “at the wall”: ")
+    assert {say(fact, "page") for fact in gains(results)} <= {*verdict(results, True)}
 
 
 @pytest.mark.parametrize(
@@ -179,17 +178,13 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     assert falling_both_ways(found) == {"free", "deeper"}
     assert falling_both_ways(found.assign_attrs(state="overturning")) == set()
     rows = {row[0]: row[1] for row in client_rows(found).rows}
-    assert rows["free"].endswith(" †")
-    assert rows["deeper"].endswith(" †")
-    assert "†" not in rows["at the wall"]
-    facts = {fact.what: fact for fact in curves.answer(found)}
+    assert [rows[name].endswith(" †") for name in ("free", "deeper", "at the wall")] == [True, True, False]
+    facts = facts_of(curves.answer, found)
     assert facts["curve.other_side"].names == ("“free”", "“deeper”")
-    assert any(
-        "free, deeper: it may fall to the other side instead" in one for one in found.attrs["notes"].splitlines()
-    )
+    assert "\nfree, deeper: it may fall to the other side instead" in f"\n{found.attrs['notes']}"
     half = facts["curve.half_level"]
-    assert half.more["either"] == (half.names[0] in facts["curve.other_side"].names)
-    assert ("falls the other way are not counted" in say(half, "page")) == half.more["either"]
+    either = half.names[0] in facts["curve.other_side"].names
+    assert half.more["either"] == ("falls the other way are not counted" in say(half, "page")) == either
 
 
 def test_the_report_says_how_each_stands(results):

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import facts_of
 from scipy.interpolate import CubicHermiteSpline
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
@@ -278,11 +279,11 @@ class TestPerformance:
         assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
         out = capsys.readouterr().out
         assert "Code requirements (EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2, T_a = 0 s; forces on one piece" in out
-        actions = {fact.what: fact for fact in building.actions(found)}
+        actions = facts_of(building.actions, found)
         assert [name.split("”")[0] for name in actions["code.weak_anchors"].names] == ["“shelf"]
-        assert actions["anchoring.lines"].names == ("“cabinet” (floor 2)",)
-        assert actions["anchoring.lines"].more["budget"] == 100.0
-        (after,) = (fact for fact in building.answer(found) if fact.what == "anchoring.after")
+        lines = actions["anchoring.lines"]
+        assert (lines.names, lines.more["budget"]) == (("“cabinet” (floor 2)",), 100.0)
+        after = facts_of(building.answer, found)["anchoring.after"]
         assert (after.more["cost"], after.more["currency"]) == (10.0, "EUR")
         assert after.more["saved"] > 0.0
 
@@ -296,7 +297,7 @@ class TestPerformance:
         code = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }\nbudget = 100\n'
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
         assert found["budget_chosen"].values[0].tolist() == [True, False]
-        (fact,) = (fact for fact in building.actions(found) if fact.what == "budget.beyond")
+        fact = facts_of(building.actions, found)["budget.beyond"]
         assert (fact.value, fact.names, fact.more["costs"]) == (10.0, ("“museum case” (ground)",), [350.0])
         assert say(fact, "page").startswith("“museum case” (ground) is beyond the budget (10 EUR left over).")
 

@@ -8,6 +8,7 @@ import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
+from check_facts import facts_of
 from rich.console import Console
 
 import toppling as tp
@@ -263,7 +264,7 @@ class TestResults:
         assert "front_probability" in found
 
     def test_the_report_says_what_to_buy(self, results):
-        actions = {fact.what: fact for fact in building.actions(results)}
+        actions = facts_of(building.actions, results)
         budget, target = actions["kit.for_budget"], actions["kit.for_target"]
         kits = zip(results["budget_kit"][0].values.tolist(), results["item"].values.tolist(), strict=True)
         assert (budget.more["budget"], budget.value) == (200.0, float(results["budget_cost"][0]))
@@ -273,9 +274,8 @@ class TestResults:
         assert target.more["target"] == {"falls": 0.01, "front_falls": 0.008}
         kept = "keep falls to at most one in 100 years and falls into the room to at most one in 125 years"
         assert kept in say(target, "page").replace("\u00a0", " ")
-        method = {fact.what: fact for fact in method_of(results)}
-        assert method["anchoring.assumed"].more["kits"]
-        assert "kit.tried" in method
+        assert facts_of(method_of, results)["anchoring.assumed"].more["kits"]
+        assert "kit.tried" in facts_of(method_of, results)
         assert "1 of 7 pieces is held by a kit that can break: 1 × strapped (strap)" in results.attrs["notes"]
 
     @pytest.mark.slow
@@ -309,6 +309,6 @@ class TestResults:
         at = found["kit_probability"].sel(level=found.attrs["at_level"])
         np.testing.assert_array_equal(found["kit_falls"], at)
         assert "chance of falling at the level, each" in kit_rows(found).headings
-        (target,) = (fact for fact in building.actions(found) if fact.what.startswith("kit.") and "target" in fact.what)
+        target = facts_of(building.actions, found)["kit.for_target"]
         assert (target.more["target"], target.more["yearly"]) == ({"falls": 1.0}, False)
         assert "falls to at most 100 in 100 such earthquakes" in say(target, "page")

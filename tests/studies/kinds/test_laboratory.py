@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from check_facts import check as check_of
+from check_facts import check as check_of, facts_of
 
 import toppling as tp
 from toppling.studies import show
@@ -32,10 +32,6 @@ def study(folder, name, *changes):
         assert found, pattern
     (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return tp.Study.from_toml(folder / f"{name}.toml")
-
-
-def named(facts):
-    return {fact.what: fact for fact in facts}
 
 
 @pytest.fixture(scope="module")
@@ -69,12 +65,12 @@ class TestLaboratory:
         """The two lines on locked castors have a coefficient without dispersion; the trolley rolls."""
         said = "the coefficient of friction of ultra-low freezer, server rack is taken as known exactly"
         assert said in str(laboratory.attrs["notes"])
-        assert named(method_of(laboratory))["friction.exact"].names == ("ultra-low freezer", "server rack")
+        assert facts_of(method_of, laboratory)["friction.exact"].names == ("ultra-low freezer", "server rack")
 
     def test_nothing_says_that_sliding_is_not_modelled(self, laboratory):
         last = str(laboratory.attrs["notes"]).splitlines()[-1]
         assert last == "vertical shaking, bouncing and sliding while a block rocks are not modelled"
-        assert named(method_of(laboratory))["block.model"].more["slides"]
+        assert facts_of(method_of, laboratory)["block.model"].more["slides"]
         assert check_of(laboratory, "sliding").remedy == "remedy_sliding_table"
 
     def test_safety_is_ranked_by_injuries(self, laboratory):
@@ -85,16 +81,16 @@ class TestLaboratory:
         """Days of downtime a year over the rate of any fall: the mean of the longest downtime when anything falls."""
         whole = laboratory.isel(model=0).sel(place="building")
         days = float(whole["annual_downtime"] / whole["any_rate"])
-        downtime = named(building.details(laboratory))["consequence.downtime"]
+        downtime = facts_of(building.details, laboratory)["consequence.downtime"]
         assert downtime.more["each"] == pytest.approx(days)
         assert downtime.value == float(whole["annual_downtime"])
 
     def test_pieces_on_the_roof_are_named(self, laboratory):
-        assert "floor.roof" not in named(inputs_of(laboratory))
+        assert "floor.roof" not in facts_of(inputs_of, laboratory)
         file = json.loads(laboratory.attrs["study"])
         file["building"]["storeys"] = 3
         lower = laboratory.assign_attrs(study=json.dumps(file))
-        roof = named(inputs_of(lower))["floor.roof"]
+        roof = facts_of(inputs_of, lower)["floor.roof"]
         assert (roof.value, roof.names[:3]) == (3, ("server rack", "standing cabinet", "bench analyser"))
         assert say(roof, "method").endswith(" stand on the roof (floor 3). The highest storey is floor 2.")
         floors = {row[0]: row[1] for row in piece_rows(lower).rows}
@@ -116,8 +112,8 @@ class TestLaboratory:
         assert sum(cell != "–" for cell in off.values()) == 3
         assert off["microscope"] != "–"
         assert next(building.answer(laboratory)).more["edges"]
-        assert "sliding.upper_estimate" in named(method_of(laboratory))
-        actions = named(building.actions(laboratory))
+        assert "sliding.upper_estimate" in facts_of(method_of, laboratory)
+        actions = facts_of(building.actions, laboratory)
         assert actions["support.lock_castors"].names == ("“instrument trolley”",)
         assert actions["support.check_brakes"].names == ("“ultra-low freezer”", "“server rack”")
 
@@ -142,16 +138,15 @@ class TestGallery:
         assert float(share.sel(item="vase")) > 0.0
         assert "of the falls of vase" in gallery.attrs["notes"]
         assert check_of(gallery, "moving supports").names == ("vase",)
-        fixed = [fact for fact in building.actions(gallery) if fact.what == "support.fix_first"]
-        assert [fact.names for fact in fixed] == [("“pedestal”", "“vase”")]
-        assert fixed[0].value == pytest.approx(float(share.sel(item="vase")))
+        (fixed,) = (fact for fact in building.actions(gallery) if fact.what == "support.fix_first")
+        assert (fixed.names, fixed.value) == (("“pedestal”", "“vase”"), pytest.approx(float(share.sel(item="vase"))))
         falling = gallery.copy(deep=True)
         falling["item_rate"].loc[{"item": "pedestal"}] = 1e-5
-        carries = named(building.details(falling))["support.carries"]
+        carries = facts_of(building.details, falling)["support.carries"]
         assert (carries.value, carries.names[:2]) == (1e-5, ("“pedestal”", "“vase”"))
         assert say(carries, "page").startswith("When “pedestal” falls (once in 100,000 years), “vase”")
         falling["item_rate"].loc[{"item": "pedestal"}] = 0.0
-        assert "support.carries" not in named(building.details(falling))
+        assert "support.carries" not in facts_of(building.details, falling)
 
     def test_each_object_has_its_own_friction(self, gallery):
         assert gallery.attrs["pieces"] == "independent"

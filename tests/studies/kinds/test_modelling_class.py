@@ -1,5 +1,7 @@
 """Classes of tested pieces by name in study files: their modelling uncertainty, and what is told of their tests."""
 
+import re
+
 import numpy as np
 import pytest
 from study_texts import CABINET, HAZARD, IDA, motions
@@ -53,8 +55,7 @@ class TestFragility:
         assert "tests_of_class" not in byhand.attrs
         assert class_tests(byhand) == []
         assert class_tests(found) == [piece_classes()["rock"].sentence]
-        assert class_tests(found)[0].startswith("class rock: 642 tests of 1 source")
-        assert class_tests(found)[0].endswith("not corrected")
+        assert re.fullmatch("class rock: 642 tests of 1 source.* not corrected", class_tests(found)[0])
 
     @pytest.mark.slow
     @pytest.mark.parametrize(("name", "said"), [("rack", "no test of this class (rack)"), ("bookcase-wall", "too few")])

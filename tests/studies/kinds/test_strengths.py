@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from check_facts import facts_of
 from study_texts import IDA, motions
 
 import toppling as tp
@@ -65,22 +66,17 @@ def test_at_a_level_without_a_hazard(tmp_path):
     found = study(tmp_path, 300, 0.1, ONE_LEVEL).run()
     needed = float(found["needed_strength"].item())
     assert chance(tmp_path, needed, rest=ONE_LEVEL) <= 0.1 < chance(tmp_path, round(0.93 * needed, 1), rest=ONE_LEVEL)
-    fact = strength_fact(found)
+    fact = facts_of(curves.answer, found)["restraint.needed"]
     assert (fact.value, fact.more["level"]) == (needed, pytest.approx(14.0 / 9.80665))
     assert math.isnan(fact.more["years"])
 
 
 def test_where_the_answer_is_read(results):
-    fact, needed = strength_fact(results), float(results["needed_strength"].item())
+    fact, needed = facts_of(curves.answer, results)["restraint.needed"], float(results["needed_strength"].item())
     assert fact.more["tried"] == results["tried_strength"].values.ravel().tolist()
     sentence = f"A restraint of {needed:,g} N limits the chance that “cabinet” overturns to at most 0.20 % in 50 years."
     assert say(fact, "page").replace("\u00a0", " ") == sentence
     assert say(fact, "page") in verdict(results, True)
-
-
-def strength_fact(results):
-    (fact,) = (fact for fact in curves.answer(results) if fact.what == "restraint.needed")
-    return fact
 
 
 def step(strongest_that_misses, *more):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from check_facts import check as check_of
+from check_facts import check as check_of, facts_of
 
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, Isolator, IsolatorStrikes, Support, scale_to
@@ -134,11 +134,8 @@ def test_stops_are_modelled_where_their_stiffness_is_stated(tmp_path, floors):
     assert result["support_strikes"].dims == ("motion",)
     assert int(result["support_strikes"].sum()) > 6
     assert "rests on the stiffness of the stops, given by stop_frequency 20 Hz" in result.attrs["notes"]
-    assert support_of(result).more == {"kind": "pendulum", "clearance": 15, "frequency": 20, "kept": 50.0}
-
-
-def support_of(results):
-    return next(fact for fact in method_of(results) if fact.what == "support.on")
+    on = facts_of(method_of, result)["support.on"].more
+    assert (on["kind"], on["clearance"], on["frequency"], on["kept"]) == ("pendulum", 15, 20, 50.0)
 
 
 def test_a_linear_isolator_with_stops_does_not_scale(tmp_path):
@@ -147,10 +144,10 @@ def test_a_linear_isolator_with_stops_does_not_scale(tmp_path):
 
 
 def test_the_report_says_what_the_blocks_stand_on(tmp_path):
-    result = study(tmp_path, PENDULUM, STRIPES).run()
-    assert support_of(result).names == ()
+    on = facts_of(method_of, study(tmp_path, PENDULUM, STRIPES).run())["support.on"]
+    assert on.names == ()
     said = "The pieces stand on a friction pendulum that shakes them. The reaction on it is not modelled. "
-    assert say(support_of(result), "method") == f"{said}Its stops are not modelled."
+    assert say(on, "method") == f"{said}Its stops are not modelled."
 
 
 @pytest.mark.parametrize(
