@@ -168,7 +168,8 @@ def outside(path):
         assert not [key for key in attributes if key.startswith("on")], (tag, attributes)
         for key in ("src", "href", "xlink:href", "action", "srcset", "poster"):
             if key in attributes:
-                assert attributes[key].startswith(("#", "data:image/png;base64,")), (tag, attributes)
+                data = "data:application/json" if "download" in attributes else "data:image/png"
+                assert attributes[key].startswith(("#", f"{data};base64,")), (tag, attributes)
     assert "@import" not in text
     assert all(one.startswith("#") for one in re.findall(r"url\(([^)]*)\)", text))
     policy = next(one["content"] for one in page.every("meta") if one.get("http-equiv") == "Content-Security-Policy")
