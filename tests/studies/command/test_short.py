@@ -28,7 +28,7 @@ def test_an_answer_in_a_few_lines(study, capsys):
     assert "the 8 of 14 blocks with the highest rates" in " ".join(text.split())
     assert sum(line.startswith(" shelf") for line in lines) >= 7
     assert any(line.startswith("validity: ") and "range of levels" in line for line in lines)
-    assert re.search(r"and \d+ notes(, \d+ of them above)?: toppling report", text)
+    assert re.search(r"report: toppling report \S+ \(\d+ further notes; --verbose prints them\)", text)
     assert "note: vertical shaking" not in text
 
 

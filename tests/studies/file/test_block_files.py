@@ -542,7 +542,7 @@ class TestProgressOfFits:
         display.finished()
         assert [one[1:3] for one in shown] == [(50, 160), (70, 150), (70, 73), (70, 70)]
         assert shown[0][3] == "kept from before"  # (and no time that nobody knows)
-        assert " left, " in shown[1][3]
+        assert shown[1][3].endswith(" left")
         assert " left" not in shown[3][3]
 
 

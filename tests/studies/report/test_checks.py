@@ -142,11 +142,11 @@ class TestChecks:
         table = client_rows(results)
         assert "‡: 30\u00a0% of the rate comes from shaking at which nothing was run" in table.title
         assert all(row[2].endswith(" ‡") for row in table.rows)
-        assert said in verdict(results, True)
+        assert said in verdict(results, True)[0]
         results["probability_at_highest_level"][:] = 0.97
         results["rate_above_highest_level"][:] = 0.31 * results["rate"]
         assert "rate.part_extrapolated" not in facts_of(curves.answer, results)
-        assert said not in verdict(results, True)
+        assert said not in verdict(results, True)[0]
         assert "‡" not in client_rows(results).title
 
     def test_the_worst_word_wins(self):
