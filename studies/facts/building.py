@@ -39,7 +39,7 @@ from ..buildings.recommendations import (
     Piece,
 )
 from ..buildings.sliding import shares_with_moving_supports
-from ..buildings.variables import JOINT, Year
+from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNCHECKED
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.item_slides import contacts_of
@@ -76,7 +76,7 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
     if "fallen" in results or ("anchored_with" in results.coords and bool((results["anchored_with"] != "").any())):
         return math.nan  # (flags of falls over edges and of kits lie elsewhere)
     at, _ = reference_law(results)
-    flags = results["overturned"].isel(model=[at]).transpose("model", "item", "variant", "level", "motion").values
+    flags = fall_flags(results.isel(model=[at])).values
     stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
     independent = str(results.attrs.get("pieces")) == INDEPENDENT
     any_piece = chances_of_any(chances(flags), results["count"].values, independent)
