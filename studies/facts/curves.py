@@ -15,8 +15,6 @@ from ...models import Block
 from ..plan.gains import GAIN, comparable
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..region.rows import event_levels
-from ..report.crossed import Crossing, crossings_between, crossings_of_laws
-from ..report.law_choice import choice_of_law
 from ..report.results_file import without_motions
 from ..tables.breaks import breaks_of, strength_of
 from ..tables.gains import Gain, gains_of
@@ -36,7 +34,9 @@ from ..text.words import (
     quantity_name,
     reference_law,
 )
+from .crossed import Crossing, crossings_between, crossings_of_laws
 from .fact import Fact
+from .law_choice import choice_of_law
 
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the answer also gives a count."""
@@ -328,8 +328,8 @@ def _spread(small: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("curve.spread", known.size, unit=unit, more={"levels": levels, **_what(results)})
     if _rated(small):
         chances = small["risk_probability"].values
-        more = {"counts": [(share, int((chances >= share).sum())) for share in CHANCES]}
-        more["years"] = float(results.attrs["years"])
+        counts = [(share, int((chances >= share).sum())) for share in CHANCES]
+        more = {"counts": counts, "years": float(results.attrs["years"])}
         yield Fact("rate.counts", int(np.isfinite(chances).sum()), more=more)
 
 

@@ -12,12 +12,12 @@ from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, c
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS
 from ..plan.piece_classes import TESTS
-from ..report.law_choice import choice_of_law
 from ..text.block_order import HALF, RATE, places
 from ..text.spread import has_model_range
 from ..text.words import axis_of, display_unit, reference_law
 from .building import BUILDING
 from .fact import Fact
+from .law_choice import choice_of_law
 
 
 def footnotes(results: xr.Dataset) -> Iterator[Fact]:

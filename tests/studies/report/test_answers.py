@@ -20,10 +20,10 @@ from toppling.studies.facts import building, curves
 from toppling.studies.facts.bars import MOST, bars_of
 from toppling.studies.facts.fact import INVALID
 from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.law_choice import choice_of_law
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.say import say
 from toppling.studies.report import page as module
-from toppling.studies.report.law_choice import choice_of_law
 from toppling.studies.tables.client import client_rows
 from toppling.studies.text.glossary import TERMS
 from toppling.studies.text.words import reference_law

@@ -11,10 +11,10 @@ from scipy.stats import binomtest
 import toppling as tp
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
+from toppling.studies.facts.crossed import FEWEST_APART, crossing, crossings_of, curves_at, levels_of
 from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.law_choice import choice_of_law
 from toppling.studies.facts.say import say
-from toppling.studies.report.crossed import FEWEST_APART, crossing, crossings_of, curves_at, levels_of
-from toppling.studies.report.law_choice import choice_of_law
 
 STUDY = """
 title = "Two pieces"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import xarray as xr
 
-from ..facts.fact import Fact
 from ..tables.sensitivity import LAW_NAMES
 from ..text.words import REFERENCE_LAW, reference_law
+from .fact import Fact
 
 VISCOUS = ("giannini-masiani", "makris-konstantinidis", "vassiliou")
 """Laws that replace impacts by viscous damping."""
