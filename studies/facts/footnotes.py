@@ -29,7 +29,8 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     if beta and str(results.attrs.get("modelling")) != "fractiles":
         yield Fact("rate.modelling_included", beta)
-    choice = choice_of_law(results)
+    # (sensitivity studies compare laws with the reference themselves)
+    choice = None if "value" in results.dims else choice_of_law(results)
     if choice is not None:
         yield choice
 
