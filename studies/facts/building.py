@@ -42,6 +42,7 @@ from ..buildings.sliding import shares_with_moving_supports
 from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNCHECKED
 from ..plan.piece_classes import TESTS
+from ..report.law_choice import damped_throughout
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.item_slides import contacts_of
 from ..tables.unseen import at_most
@@ -210,7 +211,8 @@ def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
     others = others[np.isfinite(others) & (others > 0.0)]
     known = [float(value) for value in (of_laws[at], *others.tolist()) if value > 0.0]
     if len(known) > 1 and max(known) >= DISAGREE * min(known):
-        more = {"laws": results.sizes["model"] - 1, "yearly": yearly, "rates": True}
+        throughout = damped_throughout(results, of_laws < of_laws[at] / DISAGREE)
+        more = {"laws": results.sizes["model"] - 1, "yearly": yearly, "throughout": throughout}
         yield Fact("law.building_range", lower=float(others.min()), upper=float(others.max()), more=more)
 
 

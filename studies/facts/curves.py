@@ -16,7 +16,7 @@ from ..plan.gains import GAIN, comparable
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..region.rows import event_levels
 from ..report.crossed import Crossing, crossings_between, crossings_of_laws
-from ..report.law_choice import choice_of_law
+from ..report.law_choice import choice_of_law, damped_throughout
 from ..report.results_file import without_motions
 from ..tables.breaks import breaks_of, strength_of
 from ..tables.gains import Gain, gains_of
@@ -289,7 +289,9 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     known = [float(value) for value in (own, *others.tolist()) if math.isfinite(value) and value > 0.0]
     finite = others[np.isfinite(others)]
     if len(known) > 1 and max(known) >= DISAGREE * min(known) and finite.size:
-        more = {"laws": others.size, "yearly": yearly, "years": results.attrs.get("years")}
+        with np.errstate(invalid="ignore"):
+            fewer = values < own / DISAGREE if yearly else values > own * DISAGREE
+        more = {"laws": others.size, "yearly": yearly, "throughout": damped_throughout(results, fewer)}
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
     for crossing in crossings_of_laws(case, results)[:1]:
         yield _crossing("law.crossing", crossing._replace(names=(*crossing.names, _name(case))), results)

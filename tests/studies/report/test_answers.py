@@ -282,6 +282,8 @@ class TestFacts:
         assert steps["anchoring.lines"].names == ("“rack” (ground)",)
         held = results.assign_coords(anchored=("item", [True]))
         assert "anchoring.all_anchored" in facts_of(building.answer, held)
+        inspect = facts_of(building.actions, held)["anchoring.inspect"]
+        assert (inspect.value, inspect.names) == (2, ("“rack” (ground)",))
 
     def test_other_laws_where_they_disagree(self, folder):
         """Chances with a hazard, levels without; nothing where no law differs by a tenth."""
@@ -289,6 +291,14 @@ class TestFacts:
         results["risk_probability"][0] = [0.03, 0.02]
         found = facts_of(curves.answer, results)["law.range"]
         assert (found.lower, found.upper, found.more["laws"], found.more["yearly"]) == (0.03, 0.03, 1, True)
+        assert found.more["throughout"] == 0
+        viscous = results.assign_coords(law=("model", ["vassiliou", "housner"]))
+        assert facts_of(curves.answer, viscous)["law.range"].more["throughout"] == 0  # (more falls than impacts)
+        viscous["risk_probability"][0] = [0.01, 0.02]
+        assert say(facts_of(curves.answer, viscous)["law.range"], "page") == (
+            "Under 1 other law the first chance is 1.0\u00a0%. 1 law dissipates energy throughout the motion, more "
+            "than impacts do."
+        )
         results["risk_probability"][0] = [0.021, 0.02]
         assert "law.range" not in facts_of(curves.answer, results)
         bare = loaded(folder, "stripes").copy(deep=True)
