@@ -47,6 +47,7 @@ from ..tables.unseen import at_most
 from ..text.spread import OUTER, building_spread, rates_of_consequences, sources
 from ..text.words import block_title, floor_name, quantity_name, reference_law
 from .fact import Fact
+from .law_choice import damped_throughout
 
 BUILDING = "building"
 """Place of all floors together."""
@@ -211,7 +212,8 @@ def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
     others = others[np.isfinite(others) & (others > 0.0)]
     known = [float(value) for value in (of_laws[at], *others.tolist()) if value > 0.0]
     if len(known) > 1 and max(known) >= DISAGREE * min(known):
-        more = {"laws": results.sizes["model"] - 1, "yearly": yearly, "rates": True}
+        throughout = damped_throughout(results, of_laws < of_laws[at] / DISAGREE)
+        more = {"laws": results.sizes["model"] - 1, "yearly": yearly, "throughout": throughout}
         yield Fact("law.building_range", lower=float(others.min()), upper=float(others.max()), more=more)
 
 

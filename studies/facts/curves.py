@@ -36,7 +36,7 @@ from ..text.words import (
 )
 from .crossed import Crossing, crossings_between, crossings_of_laws
 from .fact import Fact
-from .law_choice import choice_of_law
+from .law_choice import choice_of_law, damped_throughout
 
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the answer also gives a count."""
@@ -297,7 +297,9 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     known = [float(value) for value in (own, *others.tolist()) if math.isfinite(value) and value > 0.0]
     finite = others[np.isfinite(others)]
     if len(known) > 1 and max(known) >= DISAGREE * min(known) and finite.size:
-        more = {"laws": others.size, "yearly": yearly, "years": results.attrs.get("years")}
+        with np.errstate(invalid="ignore"):
+            fewer = values < own / DISAGREE if yearly else values > own * DISAGREE
+        more = {"laws": others.size, "yearly": yearly, "throughout": damped_throughout(results, fewer)}
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
     for crossing in crossings_of_laws(case, results)[:1]:
         yield _crossing("law.crossing", crossing._replace(names=(*crossing.names, _name(case))), results)

@@ -32,7 +32,8 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("rate.modelling_included", beta)
     if tests := str(results.attrs.get(TESTS, "")):
         yield Fact("validity.tests", names=(tests,))
-    choice = choice_of_law(results)
+    # (sensitivity studies compare laws with the reference themselves)
+    choice = None if "value" in results.dims else choice_of_law(results)
     if choice is not None:
         yield choice
 

@@ -104,8 +104,9 @@ HOSTILE = [
     "</style></svg></title>",
 ]
 WIDTHS = (360, 768, 1440)
-OVERFLOW = "[document.documentElement.scrollWidth, innerWidth, document.readyState]"
-"""Script of a page: how wide it is, how wide the screen is, and whether it is loaded."""
+UNFOLDED = "document.querySelectorAll('details').forEach(one => { one.open = true });"
+OVERFLOW = f"{UNFOLDED} [document.documentElement.scrollWidth, innerWidth, document.readyState]"
+"""Script of an unfolded page: how wide it is, how wide the screen is, and whether it is loaded."""
 
 
 def loaded(folder, name="fragility"):

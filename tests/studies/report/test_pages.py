@@ -4,7 +4,7 @@ import re
 
 import pytest
 import xarray as xr
-from report_pages import DETAILS, OVERFLOW, SECTIONS, STUDIES, WIDTHS, Page, accessible, outside
+from report_pages import DETAILS, OVERFLOW, SECTIONS, STUDIES, UNFOLDED, WIDTHS, Page, accessible, outside
 
 import toppling as tp
 from toppling.studies.command.cli import main
@@ -90,7 +90,7 @@ def test_contrast(pages):
 
 
 SCROLLING = (
-    "[...document.querySelectorAll('.scroll:not(.picture)')].filter(one => !one.querySelector('.matrix')"
+    f"{UNFOLDED} [...document.querySelectorAll('.scroll:not(.picture)')].filter(one => !one.querySelector('.matrix')"
     " && one.scrollWidth > one.clientWidth + 1).map(one => one.innerText.slice(0, 60))"
 )
 FOCUS = "document.querySelector('.skip').focus(), document.activeElement.getAttribute('href')"
@@ -168,8 +168,8 @@ class TestBrowser:
     def test_text_in_figures_can_be_read_on_a_phone(self, chromium, pages):
         """Text drawn with 9 points has at least 9 pixels, and no figure is wider than the page."""
         ratio = "s.getBoundingClientRect().width / s.viewBox.baseVal.width"
-        script = f"[...document.querySelectorAll('.picture svg')].map(s => {ratio})"
-        wider = "[...document.querySelectorAll('.picture')].map(one => one.scrollWidth - one.clientWidth)"
+        script = f"{UNFOLDED} [...document.querySelectorAll('.picture svg')].map(s => {ratio})"
+        wider = f"{UNFOLDED} [...document.querySelectorAll('.picture')].map(one => one.scrollWidth - one.clientWidth)"
         for width, least in ((360, 8.6), (1300, 11.0)):
             found = [one for one in chromium.see(pages["fragility"], width, script).value if one > 0.0]
             assert len(found) == pages["fragility"].read_text(encoding="utf-8").count("<figure>")
