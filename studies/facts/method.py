@@ -10,8 +10,9 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import DIRECTIONS, state_name
-from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of, number_of_motions
+from ...fragility.runs.provenance import EDGE, SCENE, about_both_axes, blocks_of, number_of_motions
 from ...fragility.validity.scenes import DRIFT, pushed_by_drift
+from ...models.scenes.edge import FOOT
 from ...motions.arrays import POLARITY
 from ...motions.supports.stops import RESTITUTION
 from ..buildings.variables import FALLEN, levels_have_own_motions
@@ -226,6 +227,11 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("sliding.edge_model")
     given = json.loads(str(results.attrs.get("screen", "{}"))).get("friction")
     dim = "item" if "item" in results.dims else "block"
+    if EDGE in results.coords:
+        edges = zip(results[dim].values, map(json.loads, map(str, results[EDGE].values)), strict=True)
+        foot = tuple(str(label) for label, edge in edges if edge and edge["falls_when"] == FOOT)
+        if foot:
+            yield Fact("sliding.clearance", names=foot)
     if INSTEAD in results and isinstance(given, dict):
         labels = map(str, results[dim].values[np.isfinite(results[INSTEAD].values)])
         exact = tuple(label for label in labels if given.get(label, given).get("distribution") == "fixed")
