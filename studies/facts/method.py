@@ -228,8 +228,10 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
     given = json.loads(str(results.attrs.get("screen", "{}"))).get("friction")
     dim = "item" if "item" in results.dims else "block"
     if EDGE in results.coords:
-        edges = zip(results[dim].values, map(json.loads, map(str, results[EDGE].values)), strict=True)
-        foot = tuple(str(label) for label, edge in edges if edge and edge["falls_when"] == FOOT)
+        held = results["anchored"].values if "anchored" in results.coords else np.zeros(results.sizes[dim], bool)
+        edges = zip(results[dim].values, results[EDGE].values, held, strict=True)
+        falls = ((label, json.loads(str(edge)) or {}) for label, edge, fixed in edges if not fixed)
+        foot = tuple(str(label) for label, edge in falls if edge.get("falls_when") == FOOT)
         if foot:
             yield Fact("sliding.clearance", names=foot)
     if INSTEAD in results and isinstance(given, dict):

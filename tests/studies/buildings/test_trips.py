@@ -160,7 +160,7 @@ class TestWords:
         for end, rate in {"": 0.01, "_lower": 0.005, "_upper": 0.02}.items():
             results[f"item_trip_rate{end}"][:] = rate
         at = item_slide_rows(results).headings.index("trips over it")
-        assert item_slide_rows(results).rows[1][at] == "39\u00a0% (22–63)"  # (once in 100 years, 50 to 200)
+        assert item_slide_rows(results).rows[1][at] == "39\u00a0% (22–63\u00a0%)"  # (once in 100 years, 50 to 200)
         level = found(*ROWS, hazard=None).assign_attrs(at_level=float(LEVELS[-1]))
         chance = float(level["trip_probability"].sel(item="cabinet").isel(model=0, level=-1))
         assert item_slide_rows(level).rows[1][at].startswith(about_percent(chance))
