@@ -396,8 +396,8 @@ class TestManyBlocks:
         found = results.assign(rate=chance / 50.0, risk_probability=chance.where(chance["block"] != "b7"))
         for end in ("lower", "upper"):
             found[f"rate_{end}"], found[f"risk_probability_{end}"] = chance / 50.0, chance
-        (counts,) = (fact for fact in answer(found.assign_attrs(years=50.0)) if fact.what == "rate.chances_of_many")
-        assert (counts.value, counts.more["counts"]) == (119, {0.5: 5, 0.1: 5, 0.01: 119})
+        (counts,) = (fact for fact in answer(found.assign_attrs(years=50.0)) if fact.what == "rate.counts")
+        assert (counts.value, counts.more["counts"]) == (119, [(0.5, 5), (0.1, 5), (0.01, 119)])
 
     def test_few_sentences_of_many_blocks(self):
         squat = [tp.Block(1.0, 1.0 + 0.01 * i, name=f"s{i}") for i in range(8)]
