@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -23,7 +24,7 @@ from ..text.block_order import HALF, RATE, places
 from ..text.curve_notes import NOTABLE, extrapolated_shares, state_in, verb_in
 from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
-from ..text.reached import NO_LEVEL
+from ..text.reached import EDGE, NO_LEVEL, highest_level
 from ..text.spread import OUTER, sample_range, sources
 from ..text.words import (
     axis_of,
@@ -36,7 +37,7 @@ from ..text.words import (
 )
 from .crossed import Crossing, crossings_between, crossings_of_laws
 from .fact import Fact
-from .law_choice import choice_of_law, damped_throughout
+from .law_choice import damped_throughout
 
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the answer also gives a count."""
@@ -100,7 +101,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
         yield _crossing("curve.crossing_too" if i else "curve.crossing", crossing, results)
     yield from _scatter(first, results)
     if cases.size > MANY:
-        yield from _spread(small, results)
+        yield from _spread(small, cases, results)
 
 
 def events(results: xr.Dataset) -> Iterator[Fact]:
@@ -119,13 +120,6 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
     yield from _restraint_steps(results)
     if "rate" not in results:
         yield Fact("hazard.wanted")
-
-
-def law_range(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield which law to use if there are several."""
-    choice = choice_of_law(results)
-    if choice:
-        yield choice
 
 
 def _rated(small: xr.Dataset) -> bool:
@@ -151,8 +145,9 @@ def _what(results: xr.Dataset) -> dict[str, object]:
 def _unknown(cases: xr.DataArray, status: Array) -> Fact:
     reasons = [NO_LEVEL.get(str(word), str(word)) for word in status]
     reasons = ["" if level == np.inf else reason for level, reason in zip(cases.values.ravel(), reasons, strict=True)]
-    found = tuple(dict.fromkeys(reason for reason in reasons if reason))
-    return Fact("curve.unknown", reasons.count(""), names=found, more={"cases": cases.size})
+    found = Counter(reason for reason in reasons if reason)
+    more = {"cases": cases.size, "counts": tuple(found.values())}
+    return Fact("curve.unknown", reasons.count(""), names=tuple(found), more=more)
 
 
 def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[Fact]:
@@ -224,7 +219,25 @@ def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, result
     names = tuple(_name(_case(small, cases, other)) for other in close)
     single = "floor" not in small.dims and is_one_piece(small)
     more = {"name": _name(_case(small, cases, first)), "all": len(close) == len(rest) > 1, "single": single}
+    more["others"] = len(ranked) < cases.size
     return Fact("curve.rank", len(ranked), names=names, more=more)
+
+
+def _spread(small: xr.Dataset, cases: xr.DataArray, results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the spread of many pieces' levels, infinite if not reached, and how many have a high chance."""
+    scale, unit = display_unit(axis_of(results))
+    known = cases.values[~np.isnan(cases.values)]
+    if known.size:
+        # (a level that is not reached counts as one above all others)
+        ends = np.quantile(np.minimum(known, 1e300), SPREAD)
+        low, half, high = np.where(ends <= EDGE * highest_level(results), ends / scale, np.inf).tolist()
+        more = {"pieces": known.size, "beyond": int(np.isinf(known).sum()), **_what(results)}
+        yield Fact("curve.spread", half, low, high, unit, more=more)
+    if _rated(small):
+        chances = small["risk_probability"].values
+        more = {"counts": [(share, int((chances >= share).sum())) for share in CHANCES]}
+        more["years"] = float(results.attrs["years"])
+        yield Fact("rate.counts", int(np.isfinite(chances).sum()), more=more)
 
 
 def _crossing(what: str, crossing: Crossing, results: xr.Dataset) -> Fact:
@@ -317,22 +330,6 @@ def _scatter(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
         return
     largest = int(np.nanargmax(share.values))
     yield Fact("uncertainty.largest", float(share[largest]), more={"input": str(share["component"].values[largest])})
-
-
-def _spread(small: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the spread of many pieces' levels, and how many have a high chance."""
-    scale, unit = display_unit(axis_of(results))
-    known = small[HALF].values[~np.isnan(small[HALF].values)]
-    if known.size:
-        # (a level that is not reached counts as one above all others)
-        ends = np.quantile(np.minimum(known, 1e300), SPREAD)
-        levels = tuple(float(end) / scale if end < 1e299 else math.inf for end in ends)
-        yield Fact("curve.spread", known.size, unit=unit, more={"levels": levels, **_what(results)})
-    if _rated(small):
-        chances = small["risk_probability"].values
-        counts = [(share, int((chances >= share).sum())) for share in CHANCES]
-        more = {"counts": counts, "years": float(results.attrs["years"])}
-        yield Fact("rate.counts", int(np.isfinite(chances).sum()), more=more)
 
 
 def _sizes(results: xr.Dataset) -> Iterator[Fact]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from ...core.wording import (
     two_digits,
     whole_percent,
 )
-from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
+from ...fragility.risk.modelling import LOWER, RANGE, UPPER, capacity_factors
 from .words import floor_name
 
 SOURCES = {
@@ -35,7 +35,6 @@ OUTER = (0.05, 0.95)
 MODEL_RANGE = "model range"
 """Heading of the column of ranges if all capacities are off by one factor, and their name in sentences."""
 NOT_GIVEN = "not given"
-QUALITIES = "FEMA P-58-1 has 0.25 for a model of average and 0.40 for one of limited quality"
 
 
 def chance_range(low: float, high: float) -> str:
@@ -85,26 +84,6 @@ def of_what(results: xr.Dataset) -> str:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))
     return f"{MODEL_RANGE}: if all capacities are off by one factor, {two_digits(low)} to {two_digits(high)}"
-
-
-def model_range_sentences(results: xr.Dataset, *names: str) -> Iterator[str]:
-    """Yield what the model ranges of some variables are, or why they have none."""
-    held = [name for name in names if f"{name}{LOWER}" in results]
-    if not held:
-        return
-    beta = float(results.attrs[RANGE])
-    low, high = map(two_digits, capacity_factors(beta))
-    if not any(has_model_range(results, name) for name in held):
-        yield (
-            f"No {MODEL_RANGE} is given, since no run shows what happens if all capacities are off by one factor, "
-            f"{low} to {high}: that needs levels of shaking from {low} to {high} times this one."
-        )
-        return
-    source = f"; {QUALITIES}" if beta == USUAL_DISPERSION else ""
-    yield (
-        f"The {MODEL_RANGE} is that of the same number if all capacities are off by one factor, {low} to {high} (10 to "
-        f"90 % for a modelling uncertainty β_m of {beta:g}{source})."
-    )
 
 
 def branch_names(results: xr.Dataset) -> list[str]:
