@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
 from ..buildings.pieces import pieces_of
-from ..buildings.recommendations import YEARS
+from ..buildings.recommendations import YEARS, Piece
 from ..tables.pieces import over_branches
 from ..text.block_order import HALF, RATE, shown
 from ..text.spread import OUTER
@@ -72,12 +72,10 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
     others = [piece for piece in every if piece.item not in lines]
     kept = others[: max(0, MOST - len(first))]
 
-    def bar(piece: object) -> Bar:
-        values = [
-            float(probability_in(np.float64(end), YEARS)) if yearly else end
-            for end in spread.get(piece.item, piece.chance)
-        ]  # type: ignore[attr-defined]
-        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)  # type: ignore[attr-defined]
+    def bar(piece: Piece) -> Bar:
+        ends = spread.get(piece.item) or piece.chance
+        values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in ends]
+        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)
 
     groups = {
         "anchor": [bar(piece) for piece in first],

@@ -237,8 +237,8 @@ def _spread(small: xr.Dataset, cases: xr.DataArray, results: xr.Dataset) -> Iter
         yield Fact("curve.spread", half, low, high, unit, more=more)
     if _rated(small):
         chances = small["risk_probability"].values
-        more = {"counts": [(share, int((chances >= share).sum())) for share in CHANCES]}
-        more["years"] = float(results.attrs["years"])
+        counts = [(share, int((chances >= share).sum())) for share in CHANCES]
+        more = {"counts": counts, "years": float(results.attrs["years"])}
         yield Fact("rate.counts", int(np.isfinite(chances).sum()), more=more)
 
 
