@@ -64,11 +64,6 @@ def worst_word(checks: Sequence[Fact]) -> str:
     return INVALID if INVALID in words else CARE if words & {CARE, UNKNOWN} else GOOD
 
 
-def is_valid(results: xr.Dataset) -> bool:
-    """Return whether no check of a study's results says that they are not valid."""
-    return worst_word(checks_of(results)) != INVALID
-
-
 def badge(checks: Sequence[Fact]) -> Fact:
     """Return the worst word of some checks, with the titles of those that are not good, the worst first."""
     titles = value_of("titles", "checks")

@@ -36,14 +36,6 @@ def of(fact):
     return fact.value, fact.lower, fact.upper
 
 
-def with_status(results, *words):
-    """Results whose blocks have no curve, for these reasons."""
-    found = results.copy(deep=True)
-    found["half_level"][:] = np.nan
-    found["status"] = (found["status"].dims, np.array([[word] * found.sizes["model"] for word in words], object))
-    return found
-
-
 class TestAnswer:
     def test_reference_law_first(self, folder):
         results = loaded(folder)
@@ -60,8 +52,9 @@ class TestAnswer:
         assert choice_of_law(results.isel(model=[0])) is None
 
     def test_without_a_median(self, folder):
-        results = with_status(loaded(folder), "no overturning", "no overturning")
-        results["rate"][:] = np.nan
+        results = loaded(folder).copy(deep=True)
+        results["half_level"][:], results["rate"][:] = np.nan, np.nan
+        results["status"] = xr.full_like(results["status"].astype(object), "no overturning")
         (fact,) = curves.answer(results)
         assert (fact.what, fact.value, fact.names) == ("curve.unknown", 0, ("no overturning",))
         assert fact.more["cases"] == 2
