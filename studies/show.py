@@ -181,10 +181,12 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .text.spread import rates_of_building  # noqa: PLC0415
     from .text.words import reference_law  # noqa: PLC0415
 
+    at, _ = reference_law(results)
     for k, model in enumerate(results["model"].values):
         level = None if "annual_number" in results else float(results.attrs["at_level"])
         whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
-        for rows in (piece_rows(results, k), kit_rows(results, k), item_slide_rows(results, k), whole):
+        pieces = piece_rows(results, k, branches=k == at)
+        for rows in (pieces, kit_rows(results, k), item_slide_rows(results, k), whole):
             if rows is not None:
                 yield plain_table(f"{rows.title}: {model}", *rows[1:])
         consequences = consequence_rows(results, level, str(model))
@@ -194,7 +196,6 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
         for rows in (spread, amount_spread_rows(results), consequence_spread_rows(results)):
             if rows is not None and rows.rows:
                 yield plain_table(*rows)
-    at, _ = reference_law(results)
     yield from _there(axis_rows(results), static_rows(results), level_break_rows(results, at), code_rows(results))
 
 

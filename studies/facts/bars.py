@@ -10,8 +10,10 @@ import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
 from ..buildings.pieces import pieces_of
-from ..buildings.recommendations import YEARS
+from ..buildings.recommendations import YEARS, Piece
+from ..tables.pieces import over_branches
 from ..text.block_order import HALF, RATE, shown
+from ..text.spread import OUTER
 from ..text.words import axis_of, block_title, by_place, display_unit, floor_name, quantity_name, reference_law
 from .building import recommended_lines
 
@@ -57,7 +59,7 @@ def bars_of(results: xr.Dataset) -> Bars | None:
 def _of_pieces(results: xr.Dataset) -> Bars | None:
     """Return the chance of falling of a piece of each line."""
     at, _ = reference_law(results)
-    yearly = "item_rate" in results
+    yearly, spread = "item_rate" in results, over_branches(results)
     lines = {piece.item for piece in recommended_lines(results)}
     every = sorted(
         (piece for piece in pieces_of(results, at) if not piece.held and not math.isnan(piece.chance.value)),
@@ -70,9 +72,10 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
     others = [piece for piece in every if piece.item not in lines]
     kept = others[: max(0, MOST - len(first))]
 
-    def bar(piece: object) -> Bar:
-        values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in piece.chance]  # type: ignore[attr-defined]
-        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)  # type: ignore[attr-defined]
+    def bar(piece: Piece) -> Bar:
+        chance = spread.get(piece.item, piece.chance)
+        values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in chance]
+        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)
 
     groups = {
         "anchor": [bar(piece) for piece in first],
@@ -97,6 +100,11 @@ def _of_blocks(results: xr.Dataset) -> Bars | None:
         values = [
             float(here[f"{name}{end}"].isel(place)) / (1.0 if yearly else scale) for end in ("", "_lower", "_upper")
         ]
+        if yearly and "epistemic_rate" in here:
+            case = here.isel(place)
+            ends = (case["epistemic_rate_fractile"].sel(epistemic_fractile=end) for end in OUTER)
+            rates = np.array([case["epistemic_rate"], *ends], dtype=float)
+            values = probability_in(rates, float(results.attrs["years"])).tolist()
         if math.isfinite(values[0]):
             block, _, rest = label.partition(", ") if "floor" in here[name].dims else (label, "", "")
             bars.append(Bar(block_title(block), rest, *values))

@@ -78,6 +78,8 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     ranked = np.argsort(places(results, by).values.ravel(), kind="stable")[always if by == HALF else 0 :]
     first = _case(small, cases, int(ranked[0]))
     yield from _chance(first, results) if by == RATE else _level(first, results)
+    if by == HALF and "risk_probability" in small:  # (a bound of the chance may be known)
+        yield from _chance(first, results)
     yield from events(results)
     yield from _gains(results, at)
     yield from _restraints(results, at)

@@ -482,7 +482,7 @@ def test_the_answer_says_how_much_falls_in_one_event(with_events):
     share, ends = about_percent(events[1].value), chances_between(low, high, about_percent)
     assert say(events[1], "page") == (
         f"An earthquake with a peak ground acceleration of 0.50 g overturns {share} of 40 pieces on average, "
-        f"and {ends} in 90\u00a0% of such earthquakes."
+        f"and {ends} in 90 % of such earthquakes."
     )
     many = xr.concat([results[["fallen_mean", "fallen_quantile"]].isel(event_level=[0])] * 5, "event_level")
     many = many.assign_coords(event_level=9.80665 * np.array([0.1, 0.2, 0.3, 0.4, 0.5])).assign_attrs(results.attrs)
