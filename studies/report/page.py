@@ -101,6 +101,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
     within, checks = within_levels(results), checks_of(results, state)
     titles = value_of("titles", "checks")
+    # (the check of inputs says doubts)
+    doubts = [str(sentence) for _, sentence, _ in json.loads(str(results.attrs.get("doubts", "[]")))]
     bad = [check for check in checks if check.word != GOOD]
     labels = value_of("titles", "method")
     of_building = "item" in results.dims
@@ -130,7 +132,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
         "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
         "remarks": [say(check, "checks") for check in checks if check.what in REMARKS and check.word == GOOD],
-        "notes": [line for line in str(results.attrs.get("notes", "")).splitlines() if line],
+        "notes": [line for line in str(results.attrs.get("notes", "")).splitlines() if line and line not in doubts],
     }
     return {
         **page,
