@@ -185,12 +185,8 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     for k, model in enumerate(results["model"].values):
         level = None if "annual_number" in results else float(results.attrs["at_level"])
         whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
-        for rows in (
-            piece_rows(results, k, branches=k == at),
-            kit_rows(results, k),
-            item_slide_rows(results, k),
-            whole,
-        ):
+        pieces = piece_rows(results, k, branches=k == at)
+        for rows in (pieces, kit_rows(results, k), item_slide_rows(results, k), whole):
             if rows is not None:
                 yield plain_table(f"{rows.title}: {model}", *rows[1:])
         consequences = consequence_rows(results, level, str(model))

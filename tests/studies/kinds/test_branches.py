@@ -17,6 +17,7 @@ from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.facts import building as of_building, curves
+from toppling.studies.facts.bars import bars_of
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.say import say
 from toppling.studies.plots.branches import spread_figure
@@ -138,6 +139,8 @@ class TestBranches:
         chances = [100.0 * -math.expm1(-50.0 * rate) for rate in (found["epistemic_rate"].item(), *ends)]
         said = [float(one) for one in re.findall(r"[\d.]+", row[-2])]
         assert said == pytest.approx(chances, rel=0.06)
+        (bar,) = bars_of(found).groups["all"]
+        assert [100.0 * end for end in bar[2:]] == pytest.approx(chances)
         of_range = [found[f"epistemic_rate_modelling_{end}"].item() for end in ("lower", "upper")]
         said = [float(one) for one in re.findall(r"[\d.]+", row[-1])]
         assert said == pytest.approx([100.0 * -math.expm1(-50.0 * rate) for rate in of_range], rel=0.06)
@@ -350,6 +353,8 @@ class TestInventories:
         assert "chances: means and 90 % ranges over all stated uncertainties" in text
         lead = client_rows(found)
         chance = -math.expm1(-50.0 * found["epistemic_item_rate"].sel(item="shelf").item())
+        bars = [bar for group in bars_of(found).groups.values() for bar in group]
+        assert [bar.value for bar in bars if bar.name == "shelf"] == pytest.approx([chance])
         row = next(row for row in lead.rows if row[0] == "shelf")
         assert float(re.findall(r"[\d.]+", row[lead.headings.index("in 50 years")])[0]) == pytest.approx(
             100.0 * chance, rel=0.06
