@@ -53,7 +53,7 @@ MOST_WORDS = 60
 """Most words of the answer; the others follow in the appendix."""
 EXPLAINED = (
     *("interval", "once in N years (return period)", "modelling uncertainty", "half level", "fitted curve, median"),
-    *("dispersion (β)", "damping law", "restitution (e, e_R)"),
+    *("dispersion (β)", "damping law", "restitution (e, e_R)", "payback", "recommendation"),
 )
 """Terms that a report explains; the documentation has the others."""
 
