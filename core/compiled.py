@@ -57,8 +57,7 @@ class Kernel:
 
         Nothing is done where it is stored, or can't be.  The statement ends when its input does, with this process.
         """
-        cache = getattr(self.dispatcher, "_cache", None)
-        if not hasattr(cache, "holds_code") or self.on_disk:
+        if not getattr(getattr(self.dispatcher, "_cache", None), "keeps", False) or self.on_disk:
             return
         # (where no further process may be started, the first call compiles)
         with suppress(OSError):
@@ -69,10 +68,6 @@ class Kernel:
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
             )
-
-    def set(self, dispatcher: Any) -> None:
-        """Take a dispatcher as this kernel's."""
-        self._made = dispatcher
 
     @property
     def dispatcher(self) -> Any:
@@ -119,8 +114,8 @@ def make_folder(folder: str) -> None:
         if name.rpartition(".")[0] == folder:
             named = {key: value for key, value in list(vars(module).items()) if isinstance(value, Kernel)}
             vars(module).update({key: made[value] for key, value in named.items() if value in made})
-    for one, dispatcher in made.items():
-        one.set(dispatcher)
+    for waiting, dispatcher in made.items():
+        waiting._made = dispatcher
     _loaded.add(folder)
     _waiting.pop(folder, None)
 

@@ -28,7 +28,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 from numba import config, jit, njit
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core import caching
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pass
@@ -149,17 +149,45 @@ def for_kernels(context: Any) -> Any:
     return context.subtarget(typing_context=typing(), _internal_codegen=generator())
 
 
-class FolderCache(FunctionCache):
+class CarriedLocator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
+    """Locator of the machine code that a wheel carries, if there is any."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        self._py_file, self._lineno = file, function.__code__.co_firstlineno
+
+    def get_cache_path(self) -> str:
+        return str(Path(self._py_file).parent / STORED)
+
+    def ensure_cache_path(self) -> None:
+        """Write nothing, not even to try."""
+
+
+class Files(caching.CompileResultCacheImpl):
+    """Place of a function's files: the first folder of numba's choice that the user can write to, else the wheel's."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        folder = Path(function.__code__.co_filename).parent
+        # (numba would make a folder named ~ in the working directory, for a user who has no home)
+        homeless = os.path.expanduser("~").startswith("~")
+        nowhere = homeless and not (config.CACHE_DIR or os.access(folder, os.W_OK))  # type: ignore[attr-defined]
+        self._locator_classes = [*([] if nowhere else self._locator_classes), CarriedLocator]
+        super().__init__(function)  # type: ignore[no-untyped-call]
+
+
+class FolderCache(caching.FunctionCache):
     """numba's disk cache of a function, stamped by its folder; numba chooses where the files lie.
 
     What is not there may have come with the wheel, which is never written to.
     """
 
+    _impl_class = Files
+
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
+        self.keeps = self._enabled = not isinstance(self._impl.locator, CarriedLocator)
         folder = Path(function.__code__.co_filename).parent
         self._cache_file, self._carried = (
-            IndexDataCacheFile(place, self._impl.filename_base, folder_stamp(folder))  # type: ignore[no-untyped-call]
+            caching.IndexDataCacheFile(place, self._impl.filename_base, folder_stamp(folder))  # type: ignore[no-untyped-call]
             for place in (self.cache_path, str(folder / STORED))
         )
 
@@ -180,6 +208,8 @@ class FolderCache(FunctionCache):
             data = file.load(self._index_key(sig, context.codegen()))  # type: ignore[no-untyped-call]
             if data is not None:
                 return self._impl.rebuild(context, data)
+        if not self.keeps:
+            warn_of_no_cache()
         return None
 
 
@@ -322,21 +352,11 @@ def dispatcher(function: Callable[..., Any], keep: bool, options: dict[str, Any]
             function, targetoptions={"nopython": True, "boundscheck": None, **used}, pipeline_class=CalleeCompiler
         )
     found = njit(pipeline_class=KeptCompiler, **used)(function)
-    if not _has_place(Path(function.__code__.co_filename).parent):
-        warn_of_no_cache()
-        return found
     try:
         found._cache = FolderCache(function)
-    except RuntimeError:  # (numba has found no folder that it may write to)
+    except RuntimeError:  # (the user sets numba's locators, and none finds a folder)
         warn_of_no_cache()
     return found
-
-
-def _has_place(folder: Path) -> bool:
-    """Return False where numba would make a folder named ~ here, for a user who has no home."""
-    if config.CACHE_DIR or os.access(folder, os.W_OK):  # type: ignore[attr-defined]
-        return True
-    return not os.path.expanduser("~").startswith("~")
 
 
 @cache

@@ -158,20 +158,14 @@ class Quantiles(NamedTuple):
 
 
 def quantiles(
-    values: Array,
-    probabilities: Array,
-    most: Array | float,
-    confidence: float = 0.95,
-    least: float = 0.0,
-    ways: int = 1,
+    values: Array, probabilities: Array, most: Array | float, confidence: float = 0.95, ways: int = 1
 ) -> Quantiles:
     """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
 
     A quantile is the least value that is not exceeded with its probability, and its interval has the values of the
     ranks between which it lies with at least the confidence: David, H. A. and Nagaraja, H. N. (2003). Order statistics,
     3rd ed., Wiley, section 7.1 (recalled). Motions are independent draws; the realisations of one motion are not taken
-    as further draws (`ways` as for `sampling_error`). `most` and `least` are the possible values beyond the motions'
-    own.
+    as further draws (`ways` as for `sampling_error`). 0 and `most` are the possible values beyond the motions' own.
 
     Errors are how far the quantiles are from it at the probability less `ERRORS` errors of the share of values below it
     (`share_error`), and plus those of that up to it, over `ERRORS`; the greater of both. Woodruff, R. S. (1952).
@@ -189,7 +183,7 @@ def quantiles(
         high = int(np.searchsorted(cumulative, 1.0 - tail)) + 1
         rank = max(1, math.ceil(q * n * realisations * (1.0 - 1e-12)))
         found[0, ..., i] = pooled[..., rank - 1]
-        found[1, ..., i] = pooled[..., (low - 1) * realisations] if low > 0 else least
+        found[1, ..., i] = pooled[..., (low - 1) * realisations] if low > 0 else 0.0
         found[2, ..., i] = pooled[..., high * realisations - 1] if high <= n else bound
         at = found[0, ..., i][..., None, None]
         error = np.stack([-share_error(values < at, ways), share_error(values <= at, ways)], axis=-1)

@@ -209,11 +209,9 @@ def labelled_curves(
     return (*found, LIMIT_STATE) if several else found, tuple(named)
 
 
-def common_limit_state(
-    rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component], state: str
-) -> str:
-    """Return the limit state of curves that have only one: that of our records, `state` where these differ or lack."""
+def common_limit_state(rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component]) -> str:
+    """Return the limit state of curves that have only one: that of our records, LS1 where these differ or lack."""
     written = [components.get(name) for name, _, _ in rows]
     named = {None if one is None else (*one.limit_states, OVERTURNING)[0] for one in written}
     found = named.pop() if len(named) == 1 else None
-    return state if found is None else found
+    return "LS1" if found is None else found

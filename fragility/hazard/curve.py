@@ -157,9 +157,7 @@ class HazardCurve:
             return cls((values * factor).tolist(), rates, im, source, **other)
 
     @classmethod
-    def power_law(
-        cls, k0: float, k: float, im: str | Measure, units: str | None = None, source: str = "power law"
-    ) -> HazardCurve:
+    def power_law(cls, k0: float, k: float, im: str | Measure, units: str | None = None) -> HazardCurve:
         """Return the curve H(x) = k0 x**-k, with x in `units` (SI where not given); k0 1/year, > 0; k from 0.1 to 100.
 
         The curve is stored as two points, at rates of 1 and 1e-8 a year, and continues beyond them where tails are
@@ -182,18 +180,10 @@ class HazardCurve:
         levels = power(scale / np.array(rates), 1.0 / slope)
         if not np.all(np.isfinite(levels) & (levels > 0.0)):
             raise ValueError(f"k0 = {scale:g} per year with k = {slope:g} puts no level at rates of 1 and 1e-8 a year")
-        return cls.from_points(levels.tolist(), rates, im, units, source)
+        return cls.from_points(levels.tolist(), rates, im, units, "power law")
 
     @classmethod
-    def log_quadratic(
-        cls,
-        k0: float,
-        k1: float,
-        k2: float,
-        im: str | Measure,
-        units: str | None = None,
-        source: str = "second-order law",
-    ) -> HazardCurve:
+    def log_quadratic(cls, k0: float, k1: float, k2: float, im: str | Measure, units: str | None = None) -> HazardCurve:
         """Return the curve H(x) = k0 exp(-k2 ln²x - k1 ln x), x in `units` (SI if None); k0 1/year, k0 and k2 > 0.
 
         The curve is stored as two points and its curvature.  Left of its summit, at ln x = -k1/(2 k2), where the
@@ -225,7 +215,7 @@ class HazardCurve:
         levels = exp(logs)
         if not np.all(np.isfinite(levels) & (levels > 0.0)):
             raise ValueError(f"k0 = {scale:g}, k1 = {slope:g}, k2 = {bend:g} put the rates at levels of no shaking")
-        return cls.from_points(levels.tolist(), exp(at).tolist(), im, units, source, curvature=bend)
+        return cls.from_points(levels.tolist(), exp(at).tolist(), im, units, "second-order law", curvature=bend)
 
     def rate_at(self, levels: Any, below: str = EXTEND, above: str = EXTEND) -> Array:
         """Annual rate of exceedance at `levels` (SI, any shape), 1/year; rules beyond its points as `annual_rate`."""

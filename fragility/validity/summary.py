@@ -80,7 +80,6 @@ def summary_screen(
     shaking: Characteristics,
     friction: Friction | Mapping[str, Friction] | None = None,
     flips: FlipCounts | None = None,
-    bounds: Bounds | None = None,
 ) -> xr.Dataset:
     """Screen runs as `screen` does, and keep shares and greatest demands alone.
 
@@ -89,7 +88,7 @@ def summary_screen(
     a chance of sliding of single runs. Without a friction, only a need above 1 counts as sliding; `flips` are of the
     runs that were repeated under perturbations.
     """
-    limits = Bounds() if bounds is None else bounds
+    limits = Bounds()
     labels = [str(label) for label in given.coordinates["block"].values]
     available = friction_by_block(friction, labels)
     blocks = given.sizes["block"]

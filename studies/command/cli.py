@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from rich.console import Console
     from xarray import Dataset
 
-    from ..kinds.study import Study
 
 EXIT_FAILED = 1
 EXIT_INPUT = 2
@@ -111,7 +110,10 @@ def run(
     if 0 < memory_limit() < least:
         raise MemoryError
     plan = Study.from_toml(study, target)
-    say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
+    doubts = [doubt.sentence for doubt in plan.doubts if doubt.kind not in plan.accepted]
+    told = [note for note in plan.notes if dry_run or verbose or note in doubts]
+    size = plan.words if dry_run or verbose else plan.size
+    say(console, f"{plan.title}: {size}", *(f"note: {note}" for note in told))
     if dry_run:
         say(console, *forecast(plan, folder).lines())
         if folder.is_dir() and any(folder.iterdir()) and not fresh:
@@ -149,7 +151,7 @@ def run(
         say(console, f"went on from {display.watch.kept:,} runs that were kept")
     try:
         with noted():  # (rates are computed, and not given)
-            _show(console, plan, results, folder, verbose)
+            _show(console, told, results, folder, verbose)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
@@ -167,27 +169,25 @@ def _stamp(folder: Path) -> tuple[int, int] | None:
     return found.st_ino, found.st_mtime_ns
 
 
-def _show(console: Console, plan: Study, results: Dataset, folder: Path, verbose: bool) -> None:
-    """Print a study's answer, or all its tables and notes, and write its figures."""
+def _show(console: Console, told: list[str], results: Dataset, folder: Path, verbose: bool) -> None:
+    """Print a study's answer, or all its tables and notes, and write its figures; `told`: notes that are printed."""
     from .. import show
     from ..store.folder import RESULT_NAME
     from .verdict import verdict
 
     tables = show.tables(results) if verbose else show.short(results)
+    answer, validity = verdict(results, bool(tables))
+    if not verbose:
+        say(console, *answer)
     for table in tables:
         for part in fitted(table, console.width):
             console.print(part)
-    said_before = plan.notes
-    noted = str(results.attrs.get("notes", "")).splitlines()
-    notes = [note for note in noted if note not in said_before]
-    if verbose:
-        say(console, *show.hints(results), *(f"note: {note}" for note in notes))
-    else:
-        say(console, *show.hints(results), *verdict(results, bool(tables)))
-        above = f", {len(noted) - len(notes)} of them above" if len(notes) < len(noted) else ""
-        more = f" and {counted(len(noted), 'note')}{above}" if noted else ""
-        say(console, f"all tables{more}: toppling report {folder / RESULT_NAME}, or --verbose here")
-    say(console, f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder)))
+    notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in told]
+    say(console, *show.hints(results), *([f"note: {note}" for note in notes] if verbose else validity))
+    more = f" ({counted(len(notes), 'further note')}; --verbose prints them)" if notes and not verbose else ""
+    written = show.draw(results, folder)
+    drawn = f" and {counted(len(written), 'figure')}" if written else ""
+    say(console, f"report: toppling report {folder}{more}", f"written: {RESULT_NAME}{drawn} in {folder}")
 
 
 @app.command(group=RUN)
@@ -402,7 +402,9 @@ def compare(
     *,
     laws: Annotated[
         tuple[str, str] | None,
-        Parameter(help="A law of A and a law of B (label or short name); of A alone, two of its laws."),
+        Parameter(
+            negative_iterable="", help="A law of A and a law of B (label or short name); of A alone, two of its laws."
+        ),
     ] = None,
     out: Annotated[
         Path, Parameter(name=("--out", "--output"), help="Folder for the page, comparison.csv and the figures.")

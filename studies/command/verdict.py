@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import xarray as xr
 
@@ -13,28 +14,39 @@ from ..facts.footnotes import footnotes
 from ..facts.say import say
 from ..text.reached import within_levels
 
-BESIDE_TABLE = ("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level")
-"""Facts that the short table shows."""
+BESIDE_TABLE = (
+    *("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level"),
+    "curve.crossing_too",
+)
+"""Facts that the short table shows, or that only the page gives."""
 OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unpriced")
 """Actions on money, by the beginning of their names."""
 
 
-def verdict(results: xr.Dataset, answered: bool) -> list[str]:
-    """Return the answer and the validity of results, which comes first where they are not valid."""
+def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str]]:
+    """Return the answer, and the validity, which stands in the answer's place first where results are not valid.
+
+    `answered`: whether a short table follows the answer.
+    """
     checks = checks_of(results)
     bad = [check for check in checks if check.word != GOOD]
-    said = [say(fact, "page") for fact in _facts(within_levels(results), answered)]
+    answer = [say(fact, "page") for fact in _facts(within_levels(results), answered)]
     missed = [say(check, "checks") for check in bad if check.what == "adaptive.precision_missed"]
     line = f"validity: {say(badge(checks), 'checks')}"
     invalid = [say(check, "checks") for check in bad if check.word == INVALID]
-    return [f"{line}; do not rely on these results", *invalid, *said] if invalid else [*said, *missed, line]
+    if invalid:
+        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *answer, *missed], []
+    return [*answer, *missed], [line]
 
 
 def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
     if "item" in results.dims:
         yield from building.answer(results)
+        yield from (fact for fact in footnotes(results) if fact.what == "rate.model_range")
         yield from (fact for fact in building.details(results) if fact.what == "consequence.loss")
-        yield from (fact for fact in building.actions(results) if fact.what.startswith(OF_MONEY))
+        for fact in building.actions(results):
+            if fact.what.startswith(OF_MONEY):  # (without the page's table, lines are named)
+                yield replace(fact, what="anchoring.named") if fact.what == "anchoring.lines" else fact
     elif "value" in results.dims:
         yield from sensitivity.answer(results)
     else:

@@ -73,8 +73,8 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
     kept = others[: max(0, MOST - len(first))]
 
     def bar(piece: Piece) -> Bar:
-        chance = spread.get(piece.item, piece.chance)
-        values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in chance]
+        ends = spread.get(piece.item) or piece.chance
+        values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in ends]
         return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)
 
     groups = {
@@ -111,11 +111,13 @@ def _of_blocks(results: xr.Dataset) -> Bars | None:
     if not bars:
         return None
     bars.sort(key=lambda bar: -bar.value if yearly else bar.value)
-    hidden = len(bars) - MOST
     groups = {"all": bars[:MOST]}
+    every = results[name].isel(model=at).values
+    hidden = np.sort(every[np.isfinite(every)])[::-1][len(groups["all"]) :]
     years = float(results.attrs["years"]) if yearly else 0.0
-    measure = "" if yearly else quantity_name(axis_of(results))
-    return Bars("chance" if yearly else "level", groups, _top(groups), years, measure, unit, max(0, hidden))
+    measure, highest = ("", max(hidden, default=math.nan)) if yearly else (quantity_name(axis_of(results)), math.nan)
+    of = "chance" if yearly else "level"
+    return Bars(of, groups, _top(groups), years, measure, unit, len(hidden), highest)
 
 
 def _top(groups: dict[str, list[Bar]]) -> float:

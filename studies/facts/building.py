@@ -47,6 +47,7 @@ from ..tables.unseen import at_most
 from ..text.spread import OUTER, building_spread, rates_of_consequences, sources
 from ..text.words import block_title, floor_name, quantity_name, reference_law
 from .fact import Fact
+from .law_choice import damped_throughout
 
 BUILDING = "building"
 """Place of all floors together."""
@@ -73,8 +74,8 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
     """
     if "overturned" not in results or "level_weight" not in results or "branch" in results.dims:
         return math.nan
-    if "fallen" in results or ("anchored_with" in results.coords and bool((results["anchored_with"] != "").any())):
-        return math.nan  # (flags of falls over edges and of kits lie elsewhere)
+    if "anchored_with" in results.coords and bool((results["anchored_with"] != "").any()):
+        return math.nan  # (what falls with a kit, and breaks it, is no flag of these)
     at, _ = reference_law(results)
     flags = fall_flags(results.isel(model=[at])).values
     stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
@@ -180,8 +181,9 @@ def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
             "number": sum(piece.number for piece in lines),
         }
         after = rate_without(results, [piece.item for piece in lines])
-        names = tuple(block_title(piece.item) for piece in lines)
-        yield Fact("anchoring.after", after, names=names, more=more)
+        if math.isfinite(after) or saved or falls > 0.0:
+            names = tuple(block_title(piece.item) for piece in lines)
+            yield Fact("anchoring.after", after, names=names, more=more)
     rest = [piece for piece in free if piece not in lines]
     little = [piece for piece in rest if piece.recommendation in LITTLE]
     if little and len(little) == len(rest):
@@ -210,7 +212,8 @@ def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
     others = others[np.isfinite(others) & (others > 0.0)]
     known = [float(value) for value in (of_laws[at], *others.tolist()) if value > 0.0]
     if len(known) > 1 and max(known) >= DISAGREE * min(known):
-        more = {"laws": results.sizes["model"] - 1, "yearly": yearly, "rates": True}
+        throughout = damped_throughout(results, of_laws < of_laws[at] / DISAGREE)
+        more = {"laws": results.sizes["model"] - 1, "yearly": yearly, "throughout": throughout}
         yield Fact("law.building_range", lower=float(others.min()), upper=float(others.max()), more=more)
 
 

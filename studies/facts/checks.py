@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...core.wording import listed_name
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.fitting.states import DIRECTIONS, OK, OVERTURNED, SEPARATED, state_name, state_named
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
@@ -63,11 +62,6 @@ def worst_word(checks: Sequence[Fact]) -> str:
     """Return the worst word of some checks; a check that was not made counts as one that needs care."""
     words = {check.word for check in checks}
     return INVALID if INVALID in words else CARE if words & {CARE, UNKNOWN} else GOOD
-
-
-def is_valid(results: xr.Dataset) -> bool:
-    """Return whether no check of a study's results says that they are not valid."""
-    return worst_word(checks_of(results)) != INVALID
 
 
 def badge(checks: Sequence[Fact]) -> Fact:
@@ -436,7 +430,7 @@ def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:
     at = _at_worst(shares)
     labels = [shares[dim].values[i] for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords]
     share = float(shares.values[at])
-    return share if share > 0.0 else 0.0, tuple(listed_name(str(label)) for label in labels)
+    return share if share > 0.0 else 0.0, tuple(map(str, labels))
 
 
 def _at_worst(shares: xr.DataArray) -> tuple[int, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -15,8 +16,6 @@ from ...models import Block
 from ..plan.gains import GAIN, comparable
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..region.rows import event_levels
-from ..report.crossed import Crossing, crossings_between, crossings_of_laws
-from ..report.law_choice import choice_of_law
 from ..report.results_file import without_motions
 from ..tables.breaks import breaks_of, strength_of
 from ..tables.gains import Gain, gains_of
@@ -25,7 +24,7 @@ from ..text.block_order import HALF, RATE, places
 from ..text.curve_notes import NOTABLE, extrapolated_shares, state_in, verb_in
 from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
-from ..text.reached import NO_LEVEL
+from ..text.reached import EDGE, NO_LEVEL, highest_level
 from ..text.spread import OUTER, sample_range, sources
 from ..text.words import (
     axis_of,
@@ -36,12 +35,20 @@ from ..text.words import (
     quantity_name,
     reference_law,
 )
+from .crossed import Crossing, crossings_between, crossings_of_laws
 from .fact import Fact
+from .law_choice import damped_throughout
 
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the answer also gives a count."""
 DISAGREE = 1.1
 """Ratio of the results of two laws from which the answer says how far they lie apart."""
+MANY = 12
+"""Number of pieces above which the answer gives the spread of their levels and chances."""
+SPREAD = (0.1, 0.5, 0.9)
+"""Shares of many pieces for which the answer gives the level at which half of the motions bring them down."""
+CHANCES = (0.5, 0.1, 0.01)
+"""Chances for which the answer counts the pieces that reach them."""
 MOST_SAID = 3
 """Most comparisons, restraints and edges in the answer; tables hold all of them."""
 HELD = 0.5
@@ -85,14 +92,18 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     yield from _restraints(results, at)
     yield from _edges(results)
     yield from _other_side(results)
-    if cases.size > 1:
+    crossings = crossings_between(results, small, cases, ranked)[:MOST_SAID]
+    # (where the curve of the first piece crosses another, its level of half does not make it the first at all levels)
+    if cases.size > 1 and not (by == HALF and any(_name(first) in crossing.names for crossing in crossings)):
         yield _rank(small, cases, ranked, by, results)
     yield from _laws(_case(every, cases, int(ranked[0])), results)
     if by == RATE:
         yield from _level(first, results)
-    for crossing in crossings_between(results, small, cases, ranked)[:1]:
-        yield _crossing("curve.crossing", crossing, results)
+    for i, crossing in enumerate(crossings):
+        yield _crossing("curve.crossing_too" if i else "curve.crossing", crossing, results)
     yield from _scatter(first, results)
+    if cases.size > MANY:
+        yield from _spread(small, cases, results)
 
 
 def events(results: xr.Dataset) -> Iterator[Fact]:
@@ -111,13 +122,6 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
     yield from _restraint_steps(results)
     if "rate" not in results:
         yield Fact("hazard.wanted")
-
-
-def law_range(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield which law to use if there are several."""
-    choice = choice_of_law(results)
-    if choice:
-        yield choice
 
 
 def _rated(small: xr.Dataset) -> bool:
@@ -143,8 +147,9 @@ def _what(results: xr.Dataset) -> dict[str, object]:
 def _unknown(cases: xr.DataArray, status: Array) -> Fact:
     reasons = [NO_LEVEL.get(str(word), str(word)) for word in status]
     reasons = ["" if level == np.inf else reason for level, reason in zip(cases.values.ravel(), reasons, strict=True)]
-    found = tuple(dict.fromkeys(reason for reason in reasons if reason))
-    return Fact("curve.unknown", reasons.count(""), names=found, more={"cases": cases.size})
+    found = Counter(reason for reason in reasons if reason)
+    more = {"cases": cases.size, "counts": tuple(found.values())}
+    return Fact("curve.unknown", reasons.count(""), names=tuple(found), more=more)
 
 
 def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[Fact]:
@@ -202,9 +207,9 @@ def _chance(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     yield Fact("rate.chance", chance, low, high, names=names, more=more)
     for side, share in extrapolated_shares(case).items():
         if float(share) > NOTABLE:
-            yield Fact("rate.part_extrapolated", float(share), more={"side": side})
+            yield Fact("rate.part_extrapolated", float(share), names=names, more={"side": side})
     if f"{FITTED_RATE}_lower" in case and float(case["rate_misfit"]):
-        yield Fact("rate.fitted_differs", float(case["fitted_risk_probability"]))
+        yield Fact("rate.fitted_differs", float(case["fitted_risk_probability"]), names=names)
 
 
 def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, results: xr.Dataset) -> Fact:
@@ -216,7 +221,25 @@ def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, result
     names = tuple(_name(_case(small, cases, other)) for other in close)
     single = "floor" not in small.dims and is_one_piece(small)
     more = {"name": _name(_case(small, cases, first)), "all": len(close) == len(rest) > 1, "single": single}
+    more["others"] = len(ranked) < cases.size
     return Fact("curve.rank", len(ranked), names=names, more=more)
+
+
+def _spread(small: xr.Dataset, cases: xr.DataArray, results: xr.Dataset) -> Iterator[Fact]:
+    """Yield the spread of many pieces' levels, infinite if not reached, and how many have a high chance."""
+    scale, unit = display_unit(axis_of(results))
+    known = cases.values[~np.isnan(cases.values)]
+    if known.size:
+        # (a level that is not reached counts as one above all others)
+        ends = np.quantile(np.minimum(known, 1e300), SPREAD)
+        low, half, high = np.where(ends <= EDGE * highest_level(results), ends / scale, np.inf).tolist()
+        more = {"pieces": known.size, "beyond": int(np.isinf(known).sum()), **_what(results)}
+        yield Fact("curve.spread", half, low, high, unit, more=more)
+    if _rated(small):
+        chances = small["risk_probability"].values
+        counts = [(share, int((chances >= share).sum())) for share in CHANCES]
+        more = {"counts": counts, "years": float(results.attrs["years"])}
+        yield Fact("rate.counts", int(np.isfinite(chances).sum()), more=more)
 
 
 def _crossing(what: str, crossing: Crossing, results: xr.Dataset) -> Fact:
@@ -289,10 +312,12 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     known = [float(value) for value in (own, *others.tolist()) if math.isfinite(value) and value > 0.0]
     finite = others[np.isfinite(others)]
     if len(known) > 1 and max(known) >= DISAGREE * min(known) and finite.size:
-        more = {"laws": others.size, "yearly": yearly, "years": results.attrs.get("years")}
+        with np.errstate(invalid="ignore"):
+            fewer = values < own / DISAGREE if yearly else values > own * DISAGREE
+        more = {"laws": others.size, "yearly": yearly, "throughout": damped_throughout(results, fewer)}
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
     for crossing in crossings_of_laws(case, results)[:1]:
-        yield _crossing("law.crossing", crossing, results)
+        yield _crossing("law.crossing", crossing._replace(names=(*crossing.names, _name(case))), results)
 
 
 def _scatter(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:

@@ -12,12 +12,12 @@ from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, c
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS
 from ..plan.piece_classes import TESTS
-from ..report.law_choice import choice_of_law
 from ..text.block_order import HALF, RATE, places
 from ..text.spread import has_model_range
 from ..text.words import axis_of, display_unit, reference_law
 from .building import BUILDING
 from .fact import Fact
+from .law_choice import choice_of_law
 
 
 def footnotes(results: xr.Dataset) -> Iterator[Fact]:
@@ -32,7 +32,8 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("rate.modelling_included", beta)
     if tests := str(results.attrs.get(TESTS, "")):
         yield Fact("validity.tests", names=(tests,))
-    choice = choice_of_law(results)
+    # (sensitivity studies compare laws with the reference themselves)
+    choice = None if "value" in results.dims else choice_of_law(results)
     if choice is not None:
         yield choice
 

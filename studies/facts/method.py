@@ -10,8 +10,9 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import DIRECTIONS, state_name
-from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of, number_of_motions
+from ...fragility.runs.provenance import EDGE, SCENE, about_both_axes, blocks_of, number_of_motions
 from ...fragility.validity.scenes import DRIFT, pushed_by_drift
+from ...models.scenes.edge import FOOT
 from ...motions.arrays import POLARITY
 from ...motions.supports.stops import RESTITUTION
 from ..buildings.variables import FALLEN, levels_have_own_motions
@@ -226,6 +227,13 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("sliding.edge_model")
     given = json.loads(str(results.attrs.get("screen", "{}"))).get("friction")
     dim = "item" if "item" in results.dims else "block"
+    if EDGE in results.coords:
+        held = results["anchored"].values if "anchored" in results.coords else np.zeros(results.sizes[dim], bool)
+        edges = zip(results[dim].values, results[EDGE].values, held, strict=True)
+        falls = ((label, json.loads(str(edge)) or {}) for label, edge, fixed in edges if not fixed)
+        foot = tuple(str(label) for label, edge in falls if edge.get("falls_when") == FOOT)
+        if foot:
+            yield Fact("sliding.clearance", names=foot)
     if INSTEAD in results and isinstance(given, dict):
         labels = map(str, results[dim].values[np.isfinite(results[INSTEAD].values)])
         exact = tuple(label for label in labels if given.get(label, given).get("distribution") == "fixed")

@@ -34,13 +34,15 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     own_e, marks = own_restitution(results), marks_of(results)
     for block, low, high, first, last in swings_of(results, at)[:MOST_SAID]:
         i = blocks.index(block)
+        possible = results["value"].values[marks[i] == ""]
         more = {
             "symbol": symbol,
             "at": (low, high),
+            "over": (float(possible.min()), float(possible.max())),
             "measure": measure,
             "law": law_name(results, at),
             "own": None if own_e is None else float(own_e[i]),
-            "all": marks[i].tolist().count("") == marks.shape[1],
+            "all": possible.size == marks.shape[1],
         }
         ratio = max(first, last) / min(first, last)
         names = (f"“{block_title(block)}”",)

@@ -20,7 +20,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Progress
 from ...core.doubts import Doubt, noted
-from ...core.wording import with_article
+from ...core.wording import counted, with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
@@ -166,6 +166,18 @@ class Study(ABC):
     @abstractmethod
     def runs(self) -> int:
         """Number of runs."""
+
+    @property
+    def size(self) -> str:
+        """The number of runs in words."""
+        most = "at most " if self.at_most else ""
+        tests = f" ({self.perturbed_runs:,} for stability)" if self.perturbed_runs else ""
+        return f"{most}{counted(self.work, 'run')}{tests}"
+
+    @property
+    def perturbed_runs(self) -> int:
+        """Number of runs that only test other runs."""
+        return 0
 
     @property
     def work(self) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.wording import currency_of, given_number, short_digits, two_digits
+from ...fragility.curves.published import fema_p58
 from ...fragility.runs.provenance import SCENE, blocks_of
 from ...models import Block
 from ..facts.building import recommended_lines
@@ -65,10 +66,15 @@ def block_rows(results: xr.Dataset) -> Rows | None:
     if not columns or dim not in results.dims:
         return None
     headings = [heading for heading, _ in columns]
-    rows = [
-        (str(label), *(_cell(column.values[i]) for _, column in columns))
-        for i, label in enumerate(np.atleast_1d(results[dim].values))
-    ]
+    labels = [str(label) for label in np.atleast_1d(results[dim].values)]
+    rows = [(_with_key(label), *(_cell(column.values[i]) for _, column in columns)) for i, label in enumerate(labels)]
+    medians = fema_p58()["median"].to_series()
+    if any(_key(label) in medians for label in labels):
+        headings.append("FEMA P-58 median PGV, m/s")
+        rows = [
+            (*row, two_digits(medians[_key(label)]) if _key(label) in medians else "–")
+            for row, label in zip(rows, labels, strict=True)
+        ]
     if SCENE in results.coords:
         headings.append("stands")
         blocks = blocks_of(results if dim == "block" else results.rename(item="block"))
@@ -76,6 +82,17 @@ def block_rows(results: xr.Dataset) -> Rows | None:
     chosen = chosen_of(results)
     title = "Items of the inventory" if dim == "item" else f"Blocks{': ' if chosen else ''}{chosen}"
     return Rows(title, (dim, *headings), rows)
+
+
+def _key(label: str) -> str:
+    """Return the key of the catalogue with which a label may begin."""
+    return label.partition(",")[0]
+
+
+def _with_key(label: str) -> str:
+    """Return the title of a block, with the key of an item of the catalogue."""
+    title = block_title(label)
+    return title if title == label else f"{title} ({_key(label)})"
 
 
 def _stands(block: Block) -> str:

@@ -51,8 +51,11 @@ MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
 MOST_WORDS = 60
 """Most words of the answer; the others follow in the appendix."""
-MOST_TERMS = 8
-"""Most terms of the glossary."""
+EXPLAINED = (
+    *("interval", "once in N years (return period)", "modelling uncertainty", "half level", "fitted curve, median"),
+    *("dispersion (β)", "damping law", "restitution (e, e_R)"),
+)
+"""Terms that a report explains; the documentation has the others."""
 
 
 def write_report(
@@ -131,7 +134,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     }
     return {
         **page,
-        "terms": used(texts(page))[:MOST_TERMS],
+        "terms": [term for term in used(texts(page)) if term.name in EXPLAINED],
         "provenance": _tables_of([provenance_rows(results, path, state)], words=True),
         "study": _study_text(results),
     }

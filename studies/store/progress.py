@@ -69,7 +69,7 @@ class Display:
         watch = self.watch
         if watch is not None and self._shown != (watch.runs, watch.runs):
             self._shown = watch.runs, watch.runs
-            self.show(self.what, *self._shown, watch.pace)
+            self.show(self.what, *self._shown, "")
 
     def _show_runs(self, watch: Watch, expected: int) -> None:
         """Show the runs that are done, of those that are expected or, where it is known, of all."""
@@ -79,8 +79,8 @@ class Display:
         if done == watch.kept and done < total:  # (how long the rest takes is not known yet)
             self.show(self.what, done, total, "kept from before" if done else "")
             return
-        left = f"{time_text((total - done) / watch.rate)} left, " if done < total else ""
-        self.show(self.what, done, total, f"{left}{watch.pace}")
+        left = f"{time_text((total - done) / watch.rate)} left" if done < total else ""
+        self.show(self.what, done, total, left)
 
 
 @contextmanager
@@ -94,8 +94,7 @@ def show_progress(console: Console, what: str, total: int | None, aside: int = 0
             now = time.monotonic()
             if now - last >= LINE_SECONDS or done == total:
                 last = now
-                share = part_text(done, total)
-                words = f"{stage}: {done:,} of {total:,} ({share}){', ' if detail else ''}{detail}"
+                words = f"{stage}: {part_text(done, total)}{', ' if detail else ''}{detail}"
                 console.print(words, highlight=False, soft_wrap=True)
 
         yield Display(line, what, aside)

@@ -1,27 +1,25 @@
-"""What slides in an inventory, how far, and what falls off an edge: a table, and sentences for a client."""
+"""The table of what slides in an inventory, how far, and what falls off an edge."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from ...core.wording import about_percent, about_years, chances_between, confidence_text
+from ...core.wording import about_percent, chances_between, confidence_text
 from ...fragility.hazard.rates import probability_in
 from ...fragility.runs.provenance import EDGE
 from ...models import Edge
 from ...models.friction import LOCKED, ROLLING
-from ...models.scenes.edge import FOOT
 from ..buildings.recommendations import YEARS
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE, SLIP_RATE
 from ..plan.slides import ENDS, GATED, INSTEAD, SLIP, TRIP, TRIP_DISTANCE
 from ..text.rows import Rows
-from ..text.words import floor_cell, floor_name, level_text
+from ..text.words import floor_cell, level_text
 from .slides import NO_SIMULATION
-from .unseen import at_most, at_most_once, most_probability
+from .unseen import at_most
 
 MOST = 60
 """Most lines in the table."""
@@ -73,65 +71,8 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     return Rows(f"{title}: with a friction below b/h it slides and never rocks{locked}{decided}", tuple(headings), rows)
 
 
-def falling_off_sentences(results: xr.Dataset) -> Iterator[str]:
-    """Yield a sentence for each line whose pieces fall off an edge: how often, with its interval."""
-    if OFF not in results:
-        return
-    for i, edge in enumerate(edges_of(results)):
-        one = results.isel(item=i)
-        name = f"“{results['item'].values[i]}” ({floor_name(str(results['floor'].values[i]))})"
-        if edge is None or bool(one["anchored"]):
-            continue
-        yield f"{_how_often(results, one, name, _over(edge), OFF, OFF_RATE)}."
-
-
-def item_trip_sentences(results: xr.Dataset) -> Iterator[str]:
-    """Yield a sentence for each line whose pieces may trip over an obstacle: how often, with its interval."""
-    if TRIP not in results:
-        return
-    for i, distance in enumerate(results[TRIP_DISTANCE].values.tolist()):
-        one = results.isel(item=i)
-        if bool(one[TRIP].isnull().all()):
-            continue
-        name = f"“{results['item'].values[i]}” ({floor_name(str(results['floor'].values[i]))})"
-        what = f"slides into an obstacle {_distance(distance)} away fast enough to trip over it"
-        yield f"{_how_often(results, one, name, what, TRIP, ITEM_TRIP_RATE)} ({NO_SIMULATION})."
-
-
 def _distance(metres: float) -> str:
     return "–" if math.isnan(metres) else f"{1000.0 * metres:.4g}\u00a0mm"
-
-
-def _how_often(results: xr.Dataset, one: xr.Dataset, name: str, what: str, chance: str, rate: str) -> str:
-    """Return how often something happens to each piece of a line, with its interval, without the full stop."""
-    if rate in one:
-        often, low, high = (float(one[f"{rate}{end}"]) for end in ENDS)
-        if not often > 0.0:
-            return f"No {name} {what} in any of the runs: each does so {at_most_once(results)}"
-        ends = f" ({years_of(high, low)})" if math.isfinite(low) and math.isfinite(high) else ""
-        return f"Each {name} {what} about once in {about_years(often)} years{ends}"
-    here = one.sel(level=float(one.attrs["at_level"]))
-    value, low, high = (100.0 * float(here[f"{chance}{end}"]) for end in ENDS)
-    if value == 0.0:
-        most = f"at most {100.0 * most_probability(results):.0f} of 100 such earthquakes"
-        return f"No {name} {what} in any of the runs: each does so in {most}"
-    return f"Each {name} {what} in about {value:.0f} ({low:.0f} to {high:.0f}) of 100 such earthquakes"
-
-
-def _over(edge: Edge) -> str:
-    """Return what counts as falling off, in words: the foot at the edge or the glass, or the centre of mass over it."""
-    if edge.falls_when == FOOT:
-        least = min(one for one in (edge.front, edge.back) if one is not None)
-        free = f"the {1000.0 * least:.4g} mm that are free between its foot and the nearest edge or glass"
-        return f"slides beyond its clearance ({free}), which counts as a fall,"
-    return "slides off the edge of its support"
-
-
-def years_of(often: float, seldom: float) -> str:
-    """Return the ends of a rate's interval as years between two events."""
-    if not math.isfinite(often) or not math.isfinite(seldom):
-        return "no interval"
-    return f"above {about_years(often)}" if seldom == 0.0 else f"{about_years(often)} to {about_years(seldom)}"
 
 
 def contacts_of(results: xr.Dataset) -> list[str]:

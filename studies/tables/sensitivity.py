@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array
-from ...core.doubts import first_of
-from ...core.wording import two_digits, whole_percent, with_article
+from ...core.wording import two_digits, whole_percent
 from ...fragility.runs.provenance import blocks_of
 from ...models import Block
 from ..plan.estimates import middle_level
 from ..text.reached import within_levels
 from ..text.rows import Rows
-from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, level_name, level_text, quantity_name
+from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, level_name, level_text
 
 LAW_NAMES = {
     "discrete": "discrete damping",
@@ -34,8 +33,6 @@ PARAMETERS = {"delta": "δ, the width of the zone of damping", "e": "e, the coef
 """Parameters in words."""
 SLIPS, SQUAT, ABOVE = "†", "‡", "*"
 """Marks of values of e: not possible with the friction there is, for so squat a block; and possible, but above e_R."""
-SLIGHT = 1.1
-"""Ratio of two levels up to which their difference is written in per cent."""
 MOST_SAID = 3
 """Most blocks that have a sentence; the table has all of them."""
 
@@ -163,46 +160,6 @@ def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, 
             ends = [(float(values[k]), float(every[i][k])) for k in (first, last)]
             found.append((str(block), ends[0][0], ends[1][0], ends[0][1], ends[1][1]))
     return found
-
-
-def sensitivity_sentences(results: xr.Dataset) -> Iterator[str]:
-    """Yield how far the level that overturns half of the motions moves with the value, and how far laws lie apart."""
-    at = law_of_answer(results)
-    axis = axis_of(results)
-    scale, unit = display_unit(axis)
-    unit = f" {unit}" if unit else ""
-    symbol, measure = GREEK[str(results.attrs["parameter"])], quantity_name(axis)
-    law = law_name(results, at)
-    names = [str(one) for one in results["block"].values]
-    own_e, marks = own_restitution(results), marks_of(results)
-    for block, low, high, first, last in swings_of(results, at)[:MOST_SAID]:
-        ratio = max(first, last) / min(first, last)
-        apart = f"a factor of {two_digits(ratio)}" if ratio > SLIGHT else f"{whole_percent(ratio - 1.0)} apart"
-        i = names.index(block)
-        possible = results["value"].values[marks[i] == ""]
-        over = f"of all {symbol} from {possible.min():g} to {possible.max():g} that were run"
-        over += "" if marks[i].tolist().count("") == marks.shape[1] else " and are possible for it"
-        over += "" if own_e is None else f" (its own e_R is {own_e[i]:.3f})"
-        yield (
-            f"“{block_title(block)}”: {over}, under {law}, half of the motions overturn it at {with_article(measure)} "
-            f"of {two_digits(first / scale)}{unit} with {symbol} = {low:g} and of {two_digits(last / scale)}{unit} "
-            f"with {symbol} = {high:g}: {apart}."
-        )
-    squat = [f"“{block_title(name)}”" for name, own in zip(names, marks, strict=True) if (own == SQUAT).all()]
-    if squat:
-        yield (
-            f"{first_of(squat)}: too squat to rock on after an impact at the edge (e_R is not positive), so no level "
-            "is given."
-        )
-    laws = laws_apart(results)
-    if laws:
-        (near, least), (far, most) = laws[0], laws[-1]
-        usual = str(results.attrs["usual"])
-        text = (
-            f"Of the damping laws, {near} agrees best with a rigid block (on average {least:.2f} times its levels, "
-            f"over {usual})"
-        )
-        yield f"{text}, {far} worst ({most:.2f} times)." if len(laws) > 1 else f"{text}."
 
 
 def laws_apart(results: xr.Dataset) -> list[tuple[str, float]]:

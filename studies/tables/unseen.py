@@ -1,11 +1,11 @@
-"""Bounds of what no motion showed: how often it may happen all the same, as tables and sentences write it."""
+"""Bounds of what no motion showed: how often it may happen all the same, as tables write it."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from ...core.wording import about_percent, about_years
+from ...core.wording import about_percent
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import number_of_motions
@@ -30,8 +30,3 @@ def at_most(results: xr.Dataset, years: float = YEARS) -> str:
     if "level_weight" in results:
         return f"at most {about_percent(float(probability_in(np.float64(most_rate(results)), years)))}"
     return f"at most {about_percent(most_probability(results))}"
-
-
-def at_most_once(results: xr.Dataset) -> str:
-    """Return the bound of the annual rate of what none of the motions showed, as years between two events."""
-    return f"at most about once in {about_years(most_rate(results))} years"

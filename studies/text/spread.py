@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
@@ -12,13 +11,11 @@ from ...core.wording import (
     about_percent,
     about_years,
     chances_between,
-    counted,
     interval_text,
     one_digit,
     two_digits,
-    whole_percent,
 )
-from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
+from ...fragility.risk.modelling import LOWER, RANGE, UPPER, capacity_factors
 from .words import floor_name
 
 SOURCES = {
@@ -35,7 +32,6 @@ OUTER = (0.05, 0.95)
 MODEL_RANGE = "model range"
 """Heading of the column of ranges if all capacities are off by one factor, and their name in sentences."""
 NOT_GIVEN = "not given"
-QUALITIES = "FEMA P-58-1 has 0.25 for a model of average and 0.40 for one of limited quality"
 
 
 def chance_range(low: float, high: float) -> str:
@@ -53,11 +49,6 @@ def years_range(low: float, high: float) -> str:
     return f"{about_years(high)}–{about_years(low)}"
 
 
-def whole_range(low: float, high: float) -> str:
-    """Write a range of counts."""
-    return f"{low:.0f} to {high:.0f}"
-
-
 def model_range(
     here: xr.Dataset, name: str, write: Callable[[float, float], str] = chance_range, scale: float = 1.0
 ) -> str:
@@ -66,12 +57,6 @@ def model_range(
         return ""
     low, high = (scale * float(here[f"{name}{end}"]) for end in (LOWER, UPPER))
     return write(low, high) if high > 0.0 else ""  # (neither of what is not known, nor of what nothing showed)
-
-
-def and_model(text: str, here: xr.Dataset, name: str, *how: Any) -> str:
-    """Return what stands in the brackets after a value: its interval, and its model range where that is given."""
-    found = model_range(here, name, *how)
-    return "; ".join(filter(None, (text, f"{MODEL_RANGE} {found}" if found else "")))
 
 
 def has_model_range(here: xr.Dataset, name: str) -> bool:
@@ -85,26 +70,6 @@ def of_what(results: xr.Dataset) -> str:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))
     return f"{MODEL_RANGE}: if all capacities are off by one factor, {two_digits(low)} to {two_digits(high)}"
-
-
-def model_range_sentences(results: xr.Dataset, *names: str) -> Iterator[str]:
-    """Yield what the model ranges of some variables are, or why they have none."""
-    held = [name for name in names if f"{name}{LOWER}" in results]
-    if not held:
-        return
-    beta = float(results.attrs[RANGE])
-    low, high = map(two_digits, capacity_factors(beta))
-    if not any(has_model_range(results, name) for name in held):
-        yield (
-            f"No {MODEL_RANGE} is given, since no run shows what happens if all capacities are off by one factor, "
-            f"{low} to {high}: that needs levels of shaking from {low} to {high} times this one."
-        )
-        return
-    source = f"; {QUALITIES}" if beta == USUAL_DISPERSION else ""
-    yield (
-        f"The {MODEL_RANGE} is that of the same number if all capacities are off by one factor, {low} to {high} (10 to "
-        f"90 % for a modelling uncertainty β_m of {beta:g}{source})."
-    )
 
 
 def branch_names(results: xr.Dataset) -> list[str]:
@@ -177,34 +142,3 @@ def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
     found = results[list(names)].rename(names)
     kept = [dim, "epistemic_fractile", "epistemic_source", *(str(one) for one in found.coords if "branch" in str(one))]
     return found.drop_vars([name for name in found.coords if name not in kept]).rename({dim: "block"})
-
-
-def amount_sentence(here: xr.Dataset, what: str, unit: str, years: float = 1.0, words: str = "a year") -> str:
-    """Return the sentence on an amount in so many years over all branches: its mean and its range."""
-    low, high = (years * float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
-    mean = years * float(here["epistemic_rate"])
-    ends = f"90 % range: {two_digits(low)} to {two_digits(high)}{unit}"
-    known = and_model(ends, here, "epistemic_rate", amount_range, years)
-    return f"{what} is about {two_digits(mean)}{unit} {words} ({known}).{_largest(here)}"
-
-
-def _largest(here: xr.Dataset) -> str:
-    """Return the sentence on the largest source of a range, with a space before it."""
-    found = sources(here)
-    return f" The largest source of this range ({whole_percent(found[0][1])}) is {found[0][0]}." if found else ""
-
-
-def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) -> str:
-    """Return the sentence on how often one block falls over all branches."""
-    if not np.isfinite(here["epistemic_rate"]):
-        return "How often that is cannot be said, because one of the combinations has no curve that bounds it."
-    branches = here.sizes["branch"]
-    held = [f"{counted(branches, 'weighted combination')} of laws, motions and hazard curves"] if branches > 1 else []
-    held += [f"a modelling uncertainty of {modelling:g}"] if modelling else []
-    over = " and ".join(held) or "the stated uncertainties"
-    text = f"{name} {verb} about once in {range_text(here)}. This 90 % range covers {over}."
-    text += _largest(here)
-    rate = float(here["epistemic_rate"])
-    modelled = and_model("", here, "epistemic_rate", years_range)
-    known = f" ({modelled})" if modelled else ""
-    return f"{text} The mean over all of these is once in {about_years(rate)} years{known}." if rate > 0.0 else text

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from llvmlite import binding as llvm
-from numba.core.caching import UserProvidedCacheLocator
+from numba.core.caching import _CacheLocator
 from numba.core.registry import cpu_target
 
 import toppling
@@ -108,6 +108,17 @@ for entry in (begin_runs, run_lanes, run_exact):
         # (instructions alone: names hold numbers that count what was compiled before)
         code = b"".join(section.data() for section in ObjectFileRef.from_data(file).sections() if section.is_text())
         print(entry.py_func.__name__, compiled, len(code), hashlib.sha256(code).hexdigest())
+"""
+WARNED = """
+import json
+import warnings
+from folder.caller import twice
+with warnings.catch_warnings(record=True) as given:
+    warnings.simplefilter("always")
+    value = [twice(number) for number in {numbers}][0]
+stats = twice.dispatcher.stats
+counts = sum(stats.cache_hits.values()), sum(stats.cache_misses.values())
+print(json.dumps([value, *counts, [warning.category.__name__ for warning in given]]))
 """
 THREADS = """
 import threading
@@ -255,6 +266,7 @@ def works(*before):
     )
 
 
+@pytest.mark.lowest
 def test_no_folder_is_named_as_a_home(tmp_path, monkeypatch):
     """A user without a name and a home, who may not write to the installation: numba would make a folder "~" here."""
     monkeypatch.chdir(tmp_path)
@@ -262,10 +274,38 @@ def test_no_folder_is_named_as_a_home(tmp_path, monkeypatch):
     monkeypatch.setattr(machine_code.os, "access", lambda *_: False)
     monkeypatch.setattr(machine_code.os.path, "expanduser", lambda path: path)
     machine_code.warn_of_no_cache.cache_clear()
+    alone = Kernel(run_exact.py_func, True, {})
+    alone._made = alone.make()
+    assert alone.dispatcher._cache.cache_path == str(Path(run_exact.py_func.__code__.co_filename).parent / STORED)
     with pytest.warns(machine_code.UncachedCode, match="compiled code cannot be kept"):
-        made = machine_code.dispatcher(run_exact.py_func, True, {})
-    assert not isinstance(made._cache, FolderCache)
+        assert alone.dispatcher._cache.load_overload((), cpu_target.target_context) is None
+    alone.compile_aside("")
+    assert alone._aside is None
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("home", ["~", os.devnull])
+def test_carried_code_without_a_writable_folder(folder, tmp_path, home):
+    """A user without a home and a writable installation loads the wheel's code, is warned once of gaps, keeps nothing.
+
+    A home of "~" is one without a name, and here a folder of that name could be made in the working directory.
+    """
+    made, other = tmp_path / "made", tmp_path / "other"
+    assert use(folder, NUMBA_CACHE_DIR=str(made)) == [3.0, 0, 1]
+    other.mkdir()
+    before, homeless = who_may_not_write(folder, other), {"HOME": home, "XDG_CACHE_HOME": f"{home}/.cache"}
+    folder.parent.chmod(0o777)
+    paths = sorted(tmp_path.rglob("*"))
+    assert use(folder, *before, script=WARNED.format(numbers=[1.0, 1]), **homeless) == [3.0, 0, 2, ["UncachedCode"]]
+    assert sorted(tmp_path.rglob("*")) == paths
+    shutil.copytree(next(made.iterdir()), folder / STORED)
+    carried = {path: path.read_bytes() for path in (folder / STORED).iterdir()}
+    assert use(folder, *before, script=WARNED.format(numbers=[1.0]), **homeless) == [3.0, 1, 0, []]
+    for _ in range(2):
+        assert use(folder, *before, script=WARNED.format(numbers=[1.0, 1]), **homeless) == [3.0, 1, 1, ["UncachedCode"]]
+    assert sorted(tmp_path.rglob("*")) == sorted([*paths, folder / STORED, *carried])
+    assert {path: path.read_bytes() for path in carried} == carried
 
 
 def test_what_the_engine_keeps():
@@ -298,7 +338,7 @@ def test_bits_do_not_depend_on_who_compiled(tmp_path):
     digest, whole, compiled = used()
     assert compiled == {"begin_runs": 0, "run_lanes": 0, "run_exact": 0}
     cache = begin_runs.dispatcher._cache
-    place = tmp_path / UserProvidedCacheLocator.get_suitable_cache_subpath(begin_runs.py_func.__code__.co_filename)
+    place = tmp_path / _CacheLocator.get_suitable_cache_subpath(begin_runs.py_func.__code__.co_filename)
     place.mkdir()
     for file in Path(cache.cache_path).glob(f"{cache._impl.filename_base}.*"):
         shutil.copy(file, place)

@@ -91,7 +91,7 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
         LOGNORMAL if levels is None else ISOTONIC,
         levels,
         title=stated or f"Fragility curves of {file.name}",
-        state=common_limit_state(rows_of, components, "LS1"),
+        state=common_limit_state(rows_of, components),
     )
     return curve_dataset(made, file.name)
 

@@ -35,8 +35,9 @@ from toppling.studies.buildings.recommendations import (
 )
 from toppling.studies.command import piece_files
 from toppling.studies.command.cli import main
+from toppling.studies.facts.building import _afterwards, actions
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.report.actions import next_steps
+from toppling.studies.report.inputs import anchor_rows
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.tables.pieces import code_rows, piece_rows, piece_table
 
@@ -87,6 +88,11 @@ def results(lines=LINES, **attributes):
     )
 
 
+def advice(found):
+    """The actions that follow from results, and what anchoring changes, by their names."""
+    return {fact.what: fact for fact in [*actions(found), *_afterwards(found, math.nan)]}
+
+
 class TestRecommendations:
     def test_safety_ranks_before_money(self):
         """The shelf never pays back and stays first; the rack pays back in 4 years and comes after all safety."""
@@ -121,8 +127,8 @@ class TestRecommendations:
         found = pieces_of(results(lines))
         assert [one.item for one in found] == ["solvents", "rack"]
         assert found[0].safety
-        steps = " ".join(next_steps(results(lines).assign_attrs(kind="performance"), []))
-        assert "Anchor first, for safety (release of a hazardous substance): “solvents”" in steps
+        assert advice(results(lines))["anchoring.lines"].names == ("“solvents” (floor 1)", "“rack” (ground)")
+        assert anchor_rows(results(lines)).rows[0][:4] == ("solvents", "1", "1", "release of a hazardous substance")
 
     def test_injuries_rank_safety_where_all_have_them(self):
         """Ten shelves fall far more often than the cabinet, beside which ten times as many persons stand."""
@@ -165,9 +171,9 @@ class TestRecommendations:
         assert math.isnan(found["rack"].payback)
         assert {name for name, one in found.items() if one.doubt} == {"rack"}
         squat = results(kind="performance").assign_coords(alpha=("item", alpha), law=("model", ["housner"]))
-        steps = next_steps(squat, [])
-        assert not [one for one in steps if "rack" in one and "saves more than it costs" in one]
-        assert any(one.startswith("No advice on anchoring follows from these results for “rack”") for one in steps)
+        said = advice(squat)
+        assert said["anchoring.outside"].names == ("“rack” (ground)",)
+        assert said["anchoring.lines"].names == ("“shelf” (floor 1)", "“crate” (floor 2)")
         assert "rack" not in squat["item"].values[budget_set(squat, 5000.0).chosen]
 
     def test_other_words_are_a_matter_of_safety(self):
@@ -237,24 +243,24 @@ class TestRecommendations:
             ("archive", word),
             ("stool", SMALL),
         ]
-        of = "the expected loss comes" if value else "the expected falls come"
-        assert next_steps(found, [])[:2] == [
-            "Anchor first, for safety (injury): “shelf” (floor 1).",
-            f"Among the pieces that do not affect safety, most of {of} from “archive” (ground): anchor them next.",
-        ]
+        said = advice(found)
+        assert said["anchoring.lines"].names == ("“shelf” (floor 1)", "“archive” (ground)")
+        assert (said["anchoring.lines"].more["number"], said["anchoring.after"].more["share_safe"]) == (21, 1.0)
         alone = found.assign_coords(consequences=("item", ["none", "none", "none"]))
         assert {one.recommendation for one in pieces_of(alone)} == {REDUCES, SMALL}
-        assert next_steps(alone, [])[0] == f"Most of {of} from “archive” (ground): anchor them first."
+        assert advice(alone)["anchoring.lines"].names == ("“archive” (ground)",)
+        assert "anchoring.after" not in advice(alone)
 
     def test_lines_that_are_anchored_are_said(self):
         mixed = results(kind="performance").assign_coords(law=("model", ["housner"]))
-        assumed = "The results assume that the anchors hold: have them inspected."
-        assert f"“held” (floor 7) is anchored already. {assumed}" in next_steps(mixed, [])
+        inspect = advice(mixed)["anchoring.inspect"]
+        assert (inspect.value, inspect.names) == (3, ("“held” (floor 7)",))
         all_held = mixed.assign_coords(anchored=("item", np.ones(len(LINES), bool)))
         all_held = all_held.assign(budget_chosen=(("model", "item"), np.zeros((1, len(LINES)), bool)))
-        steps = next_steps(all_held.assign_attrs(budget=100.0), [])
-        assert steps[0] == f"All pieces are anchored already, and nothing is left to anchor. {assumed}"
-        assert not [one for one in steps if "budget" in one or "can be anchored for" in one]
+        all_held = all_held.assign(budget_gap=("model", [0.0])).assign_attrs(budget=100.0)
+        said = advice(all_held)
+        assert {*said} == {"anchoring.inspect", "anchoring.all_anchored", "code.not_checked"}
+        assert said["anchoring.inspect"].value == all_held["count"].sum()
 
     def test_levels_by_hand(self):
         """Observed 0, 0.2, 0.1 and 1: isotonic 0, 0.15, 0.15 and 1, straight in the logarithm of the level."""
@@ -354,8 +360,12 @@ class TestBudget:
         assert "vase" in items[chosen]  # (206 in 50 years, 52 to 360)
         dear = dear.assign(budget_chosen=(("model", "item"), chosen[None]), budget_gap=("model", [0.0]))
         dear = dear.assign_attrs(budget=2650.0, kind="performance").assign_coords(law=("model", ["housner"]))
-        (said,) = (one for one in next_steps(dear, []) if one.startswith("With a budget of 2,650 EUR, anchor "))
-        assert said.endswith("; whether anchoring “vase” (floor 3) saves more than it costs is not resolved.")
+        said = advice(dear)
+        lines = "“shelf” (floor 1)", "“crate” (floor 2)", "“rack” (ground)", "“vase” (floor 3)"
+        assert said["anchoring.lines"].names == lines
+        assert (said["anchoring.lines"].more["budget"], said["anchoring.after"].more["cost"]) == (2650.0, 2620.0)
+        assert said["anchoring.unresolved"].names == ("“vase” (floor 3)",)
+        assert said["anchoring.never_seen"].names == ("“never” (floor 6)",)
         # without a code the rack waits for the shelves, and pays best after them
         assert [*items[budget_set(results(), 2100.0).chosen]] == ["shelf", "crate"]
         assert [*items[budget_set(results(), 2420.0).chosen]] == ["rack", "shelf", "crate"]

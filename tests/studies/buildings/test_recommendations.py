@@ -31,12 +31,13 @@ from toppling.studies.buildings.recommendations import (
     carriers,
     recommended,
 )
+from toppling.studies.facts.building import _kits
+from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.money.present_value import payback
-from toppling.studies.report.actions import kits_without_effect
 from toppling.studies.tables.pieces import payback_text
-from toppling.studies.tables.unseen import at_most, at_most_once, most_rate
+from toppling.studies.tables.unseen import at_most, most_rate
 
 SAVED = Range(20.0, 15.0, 25.0)
 
@@ -166,13 +167,16 @@ class TestKits:
 
     def test_what_achieves_nothing_is_said(self):
         results = xr.Dataset({"kit_falls": ((), 0.0)}, {"motion": np.arange(24)})
-        said = [*kits_without_effect(results, [piece(tried=(USELESS, WEAK_ONE, HARMFUL, BRACKET))])]
-        assert said == [
-            "“strap” achieves nothing measurable for “case” (floor 1): with it falls are about as frequent as without "
-            "it under these 24 motions. Do not rely on it there.",
-            "“weak” is too little for “case” (floor 1): it prevents only about 20 % of the falls.",
-            "Do not fit “stiff” as it is to “case” (floor 1): with it falls are more frequent than without it.",
+        facts = [*_kits(results, [piece(tried=(USELESS, WEAK_ONE, HARMFUL, BRACKET))])]
+        assert [(fact.what, fact.more["kit"], fact.names) for fact in facts] == [
+            ("kit.no_effect", "strap", ("“case” (floor 1)",)),
+            ("kit.too_weak", "weak", ("“case” (floor 1)",)),
+            ("kit.worse", "stiff", ("“case” (floor 1)",)),
         ]
+        assert (facts[0].more["motions"], facts[1].lower, facts[1].upper) == (24, 0.2, 0.2)
+        assert say(facts[1], "page") == (
+            "Do not rely on “weak” for “case” (floor 1): it prevents only 20\u00a0% of the falls."
+        )
 
 
 class TestUnseen:
@@ -188,7 +192,6 @@ class TestUnseen:
         assert most_rate(self.results()) == pytest.approx(bound * 0.024 + 0.001)
         rate = bound * 0.024 + 0.001
         assert at_most(self.results()) == f"at most {100.0 * -math.expm1(-50.0 * rate):.0f}\u00a0%"
-        assert at_most_once(self.results()) == f"at most about once in {float(f'{1.0 / rate:.2g}'):.0f} years"
 
     def test_at_a_level(self):
         assert at_most(self.results().drop_vars("level_weight")) == "at most 8.8\u00a0%"

@@ -20,8 +20,9 @@ from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import InventoryError, read_inventory
 from toppling.studies.plan.slides import Slides
-from toppling.studies.tables.item_slides import item_slide_rows, item_trip_sentences
+from toppling.studies.tables.item_slides import item_slide_rows
 from toppling.studies.tables.pieces import piece_table
+from toppling.studies.tables.unseen import at_most
 
 pytestmark = pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
 
@@ -155,17 +156,16 @@ class TestWords:
         assert "%" in rows.rows[1][at + 1]
         assert rows.title.endswith("trips over obstacles: a criterion, not a simulation")
 
-    def test_sentences(self, results):
-        said = list(item_trip_sentences(results))
-        assert len(said) == 2
-        what = "slides into an obstacle 10\u00a0mm away fast enough to trip over it"
-        assert said[1].startswith(f"Each “cabinet” (ground) {what} about once in ")
-        assert said[1].endswith(" (a criterion, not a simulation).")
+    def test_chances_are_of_50_years_or_of_the_level(self, results):
         for end, rate in {"": 0.01, "_lower": 0.005, "_upper": 0.02}.items():
             results[f"item_trip_rate{end}"][:] = rate
-        assert " about once in 100 years (50 to 200) " in list(item_trip_sentences(results))[1]
+        at = item_slide_rows(results).headings.index("trips over it")
+        assert item_slide_rows(results).rows[1][at] == "39\u00a0% (22–63\u00a0%)"  # (once in 100 years, 50 to 200)
         level = found(*ROWS, hazard=None).assign_attrs(at_level=float(LEVELS[-1]))
-        assert list(item_trip_sentences(level))[1].endswith(" of 100 such earthquakes (a criterion, not a simulation).")
+        assert item_slide_rows(level).rows[1][at] == at_most(level)  # (no run of the cabinet trips there)
+        for end, chance in {"": 0.39, "_lower": 0.22, "_upper": 0.63}.items():
+            level[f"trip_probability{end}"][:] = chance
+        assert item_slide_rows(level).rows[1][at] == "39\u00a0% (22–63\u00a0%)"
 
     def test_notes(self, results):
         assert any(

@@ -7,8 +7,9 @@ from study_texts import HAZARD, IDA, motions
 
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.facts import sensitivity
+from toppling.studies.facts.say import say
 from toppling.studies.kinds.study import Study
-from toppling.studies.tables.sensitivity import sensitivity_sentences
 
 BUILDING = (
     'title = "Office"\n[[models]]\nlaw = "housner"\n'
@@ -41,9 +42,9 @@ class TestBuilding:
     def test_the_answer_and_what_changed_keys_decide(self, building, capsys):
         text = printed(capsys, building)
         assert "falls in 50" in text
-        assert "At least one piece in this building overturns about once in" in text
-        assert "The expected loss (the value of what falls) is about" in text
-        assert "With a budget of 100 EUR, anchor" in text
+        assert "Something in this building falls about once in" in text
+        assert "Expected loss: " in text
+        assert "With a budget of 100 EUR, anchor “shelf” (ground)." in text
         with xr.open_dataset(building.parent / "out/results.nc") as results:
             assert results.sizes["item"] == 2
         assert "results of this study were there already" in printed(capsys, building)
@@ -51,7 +52,7 @@ class TestBuilding:
         text = printed(capsys, building)
         assert "runs kept; what the changed keys decide (recommendations, title) is computed anew" in text
         assert "were there already" not in text
-        assert "With a budget of 500 EUR, anchor" in text
+        assert "With a budget of 500 EUR, anchor “shelf” (ground)." in text
 
     def test_a_workbook_is_for_people(self, building, capsys):
         printed(capsys, building)
@@ -80,8 +81,9 @@ def test_sentences_of_a_sensitivity_study(tmp_path, capsys):
     said = printed(capsys, tmp_path / "study.toml")
     assert "Median over that of" in said
     with xr.open_dataset(tmp_path / "out/results.nc") as results:
-        for sentence in sensitivity_sentences(results):
-            assert sentence in said
+        sentences = [" ".join(say(fact, "page").split()) for fact in sensitivity.answer(results)]
+    assert sentences
+    assert all(sentence in said for sentence in sentences)
 
 
 class TestErrors:

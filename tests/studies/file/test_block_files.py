@@ -26,9 +26,9 @@ from toppling.motions.arrays import records
 from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
+from toppling.studies.facts.curves import answer
+from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
-from toppling.studies.report.answers import answer
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.store.progress import Display
 from toppling.studies.store.watch import Watch
 from toppling.studies.text.block_order import MOST_BLOCKS, RATE, chosen_of, places, shown
@@ -304,23 +304,24 @@ class TestManyBlocks:
         assert np.argsort(place)[:4].tolist() == [110, 115, 10, 11]
         assert np.argsort(place)[-10:].tolist() == [3, 0, 1, 2, 4, 5, 6, 7, 8, 9]
         assert shown(changed)["block"].values[:3].tolist() == ["b110", "b115", "b10"]
-        _, all_runs, which, *named = answer(changed).sentences
-        assert all_runs == (
-            "In every run 2 of 120 (b110; b115) overturned, even in the weakest shaking: that level is not known."
-        )
-        assert which == "The 12 that fall first of the other 118; tables hold more, the results all."
-        assert [one.split()[0] for one in named[:2]] == ["“b10”", "“b11”"]
-        few = changed.isel(block=[110, 115, *range(40, 51)])
-        assert len(answer(few).sentences) == 2 + 11
-        always, first, *_ = plain_answer(changed)
-        assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
-        assert "“b10” is the most vulnerable of the other 118" in first  # (whose intervals may overlap with its own)
+        said = {fact.what: fact for fact in answer(changed)}
+        always, rank = said["curve.always"], said["curve.rank"]
+        assert (always.value, always.names, always.more["cases"]) == (2, ("“b110”",), 120)
+        assert (rank.value, rank.more["name"]) == (118, "“b10”")  # (whose intervals may overlap with its own)
+        assert say(rank, "page").startswith("“b10” is the most vulnerable of the other 118 pieces, but ")
+        assert "curve.spread" not in {fact.what for fact in answer(changed.isel(block=[110, 115, *range(40, 50)]))}
         status[10:110, law] = status[111:115, law] = status[116:, law] = "no overturning"
-        nothing = changed.assign(half_level=changed["half_level"] * np.nan, status=(results["status"].dims, status))
-        assert plain_answer(nothing) == [
-            "The runs do not show how strong the shaking must be: all overturned (2 of 120), no overturning "
-            "(117 of 120), not increasing (1 of 120)."
-        ]
+        (none,) = answer(
+            changed.assign(half_level=changed["half_level"] * np.nan, status=(results["status"].dims, status))
+        )
+        assert dict(zip(none.names, none.more["counts"], strict=True)) == {
+            "all overturned": 2,
+            "no overturning": 117,
+            "not increasing": 1,
+        }
+        assert say(none, "page") == (
+            "No level is known: no overturning (117 of 120), not increasing (1 of 120), all overturned (2 of 120)."
+        )
 
     def test_names_are_no_mathematics_in_figures(self, results):
         few = results.isel(block=[0, 1]).assign_coords(block=[r"$\frac{a}$", "$x$"]).assign_attrs(title="$5 and $6")
@@ -355,34 +356,48 @@ class TestManyBlocks:
         assert "the 10 of 120 blocks that fall first" in figure.get_suptitle()
 
     def test_answers_are_of_all(self, results):
-        first = str(results["block"].values[int(np.nanargmin(results["half_level"].isel(model=1).values))])
-        spread, which, *named = answer(results).sentences
-        known = np.sort(results["half_level"].isel(model=1).values)
-        known = known[~np.isnan(known)]
+        halves = results["half_level"].isel(model=1)
+        known = np.sort(halves.values[~np.isnan(halves.values)])
         few, half = np.quantile(np.where(np.isinf(known), 1e9, known), [0.1, 0.5])
         assert few < 4.0 < half  # (the highest level: what lies above it is not reached)
-        assert spread == (
-            f"Of 120 blocks a tenth overturns below {few / 9.80665:.3f} g; half do so at no level that was run "
-            f"(levels of the {known.size} that have one, of which {np.isinf(known).sum()} are not reached)."
-        )
-        assert which == "The 12 that fall first of 120; tables hold more, the results all."
-        assert first in named[0]
-        assert f"“{first}”" in plain_answer(results)[0]
+        first, *others = answer(results)
+        assert first.names == (f"“{results['block'].values[int(np.nanargmin(halves))]}”",)
+        (spread,) = (fact for fact in others if fact.what == "curve.spread")
+        assert (spread.value, spread.lower, spread.upper) == (np.inf, pytest.approx(few / 9.80665), np.inf)
+        assert (spread.more["pieces"], spread.more["beyond"]) == (known.size, np.isinf(known).sum())
 
     @pytest.mark.parametrize(
-        ("greatest", "said"),
+        ("greatest", "ends", "said"),
         [
-            (3.9, "a tenth overturns below 0.0428 g and half below 0.201 g, nine tenths below 0.358 g (levels of"),
-            (6.0, "a tenth overturns below 0.0658 g and half below 0.308 g; nine tenths do so at no level that was"),
-            (60.0, "fewer than a tenth overturns in half of the runs at any level that was run (levels of the 120"),
+            (
+                3.9,
+                (0.042752, 0.200502, 0.358252),
+                "a tenth of 120 pieces below 0.043 g, half of the pieces below 0.20 g and",
+            ),
+            (
+                6.0,
+                (0.065772, 0.308464, np.inf),
+                "overturn a tenth of 120 pieces below 0.066 g and half of the pieces below",
+            ),
+            (60.0, (np.inf,) * 3, "Half of the motions overturn fewer than a tenth of 120 pieces at any level. No"),
         ],
     )
-    def test_spread_of_medians_within_the_levels(self, results, greatest, said):
+    def test_spread_of_medians_within_the_levels(self, results, greatest, ends, said):
         """Medians k greatest/120: the quantile q lies at (1 + 119 q) greatest/120."""
         halves = results["half_level"].copy()
         halves[:, 1] = np.arange(1, 121) * greatest / 120.0
         halves = halves.where(halves <= float(results["level"].max()), np.inf)
-        assert said in answer(results.assign(half_level=halves)).sentences[0]
+        (spread,) = (fact for fact in answer(results.assign(half_level=halves)) if fact.what == "curve.spread")
+        assert (spread.lower, spread.value, spread.upper) == pytest.approx(ends, rel=1e-4)
+        assert said in say(spread, "page")
+
+    def test_chances_of_many_are_counted(self, results):
+        chance = xr.zeros_like(results["half_level"]) + np.where(np.arange(120) < 5, 0.6, 0.02)[:, None]
+        found = results.assign(rate=chance / 50.0, risk_probability=chance.where(chance["block"] != "b7"))
+        for end in ("lower", "upper"):
+            found[f"rate_{end}"], found[f"risk_probability_{end}"] = chance / 50.0, chance
+        (counts,) = (fact for fact in answer(found.assign_attrs(years=50.0)) if fact.what == "rate.counts")
+        assert (counts.value, counts.more["counts"]) == (119, [(0.5, 5), (0.1, 5), (0.01, 119)])
 
     def test_few_sentences_of_many_blocks(self):
         squat = [tp.Block(1.0, 1.0 + 0.01 * i, name=f"s{i}") for i in range(8)]
@@ -542,7 +557,7 @@ class TestProgressOfFits:
         display.finished()
         assert [one[1:3] for one in shown] == [(50, 160), (70, 150), (70, 73), (70, 70)]
         assert shown[0][3] == "kept from before"  # (and no time that nobody knows)
-        assert " left, " in shown[1][3]
+        assert shown[1][3].endswith(" left")
         assert " left" not in shown[3][3]
 
 

@@ -19,10 +19,10 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
+from toppling.studies.facts.building import details
 from toppling.studies.facts.fact import CARE
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.assessment import annual_rows, level_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
 
@@ -379,8 +379,9 @@ class TestDecisions:
         found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY), kind="performance")
         for persons, some in ([1.0, np.nan, 1.0], True), ([1.0, 0.0, 1.0], False):
             given = found.assign_coords(persons_exposed=("item", persons[: found.sizes["item"]]))
-            (sentence,) = (text for text in plain_answer(given) if "people would be injured" in text)
-            assert ("Lines that state no persons do not count." in sentence) == some
+            (injuries,) = (fact for fact in details(given) if fact.what == "consequence.injuries")
+            assert injuries.value == float(given["annual_injuries"][0, 0])
+            assert injuries.more["unstated"] == some
 
     def test_nothing_of_it_where_no_line_gives_it(self, monkeypatch):
         plain = shaken(monkeypatch, falls(20)[:1], Inventory(LAB.rows[2:], "EUR"))

@@ -474,7 +474,7 @@ def test_the_answer_says_how_much_falls_in_one_event(with_events):
     for fact, level, (low, _, high) in zip(events, (0.3, 0.5), one["fallen_quantile"].values, strict=True):
         assert (fact.level, fact.lower, fact.upper) == (pytest.approx(level), low, high)
         assert (fact.unit, fact.more["number"], fact.more["share"]) == ("g", 40, pytest.approx(0.9))
-        assert say(fact, "page") in verdict(results, True)
+        assert say(fact, "page") in verdict(results, True)[0]
     share, ends = about_percent(events[1].value), chances_between(low, high, about_percent)
     assert say(events[1], "page") == (
         f"An earthquake with a peak ground acceleration of 0.50 g overturns {share} of 40 pieces on average, "

@@ -243,7 +243,7 @@ def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
     results["rate_misfit"][0] = 0.3
     fact = facts_of(curves.answer, results)["rate.fitted_differs"]
     assert fact.value == float(results["fitted_risk_probability"][0, 0])
-    assert say(fact, "page") in verdict(results, True)
+    assert say(fact, "page") in verdict(results, True)[0]
     assert precision_rows(results).rows[0][-1] == "by +30 %"
 
 
@@ -556,7 +556,7 @@ def test_slips_that_missed_their_precision_are_named(study):
         assert check.more["missed"] == (6 if missed else 0)
         if missed:
             assert check.more["curves"] == 6
-            assert "6 of 6 curves missed the requested precision (" in " ".join(verdict(results, True))
+            assert "6 of 6 curves missed the requested precision (" in " ".join(verdict(results, True)[0])
             assert "the precision of 1 further slip was missed" in results.attrs["notes"]
             assert "the precision takes about" in said[0]
         else:

@@ -16,15 +16,14 @@ from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import required_force, static_capacity
 from toppling.motions import Building
 from toppling.studies.buildings.assessment import assess, distinct_runs
-from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.buildings.recommendations import Range
+from toppling.studies.facts.building import actions
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
 from toppling.studies.kits.savings import Shake, kit_savings, with_kit
 from toppling.studies.kits.sets import TARGETS, budget_kits, target_kits
 from toppling.studies.plan.design_shaking import DESIGN_RATE
-from toppling.studies.report.actions import purchases
 from toppling.studies.tables.kits import _share
 
 LAW = tp.HousnerImpact(geometry="linear")
@@ -380,21 +379,23 @@ class TestUnresolved:
             budget_gap=("model", [0.0]),
             **{f"budget_{name}": ("model", [value]) for name, value in kept.amounts.items()},
         ).assign_attrs(budget=1e4)
-        said = list(purchases(found, pieces_of(found)))
-        assert said[0] == "No kit that is shown to be worth its cost can be bought for 10,000 EUR."
+        said = {fact.what: fact for fact in actions(found)}
+        assert (said["kit.for_budget"].value, said["kit.for_budget"].more["budget"]) == (0.0, 1e4)
+        assert said["kit.for_budget"].more["pairs"] == ()
         helped = (found["kit_falls_saved"].isel(model=0) > 0.0).any("kit").values
-        named = ", ".join(f"“{one}”" for one in found["item"].values[helped])
-        assert said[1].startswith(f"No kit is proposed for {named}: ")
+        few = said["kit.too_few_motions"]
+        assert few.names == tuple(f"“{item}”" for item in found["item"].values[helped])
+        assert few.value == found.sizes["motion"]
         bought = found.copy(deep=True)
         item = str(found["item"].values[helped][0])
         saved = found["kit_falls_saved"].isel(model=0).sel(item=item)
-        fitting = [str(one) for one in found["kit"].values if float(saved.sel(kit=one)) > 0.0]
-        bought["budget_kit"].loc[{"item": item}] = fitting[0]
-        first = next(purchases(bought, pieces_of(bought)))
-        assert f"(for “{item}” it is not shown that the kit prevents any falls)" not in first  # (forward falls are)
+        fitting = next(str(kit) for kit in found["kit"].values if float(saved.sel(kit=kit)) > 0.0)
+        bought["budget_kit"].loc[{"item": item}] = fitting
+        more = next(fact.more for fact in actions(bought) if fact.what == "kit.for_budget")
+        assert (more["pairs"], more["unclear"]) == (((fitting, item),), ())  # (forward falls are prevented)
         bought["kit_front_falls_saved_lower"][:] = -1e-6
-        first = next(purchases(bought, pieces_of(bought)))
-        assert f"(for “{item}” it is not shown that the kit prevents any falls)" in first
+        more = next(fact.more for fact in actions(bought) if fact.what == "kit.for_budget")
+        assert more["unclear"] == (item,)
 
 
 class TestFits:

@@ -1,4 +1,4 @@
-"""What reports say first: answers in sentences, the part for the client, plain words."""
+"""What reports say first: the facts of the answer and of what to do, the part for the client, plain words."""
 
 import json
 import math
@@ -9,77 +9,77 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import check, facts_of
 from report_pages import INVENTORY, STUDIES, loaded, of_client
-from scipy.stats import norm
 from study_schema import made_schema
 
 import toppling as tp
-from toppling.core.wording import about_percent, three_digits, two_digits
+from toppling.core.wording import about_percent, two_digits
 from toppling.studies import StudyError
-from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN, Fact
+from toppling.studies.facts import building, curves
+from toppling.studies.facts.bars import MOST, bars_of
+from toppling.studies.facts.fact import INVALID
+from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.law_choice import choice_of_law
+from toppling.studies.facts.method import inputs_of
+from toppling.studies.facts.say import say
 from toppling.studies.report import page as module
-from toppling.studies.report.actions import next_steps
-from toppling.studies.report.answers import answer
-from toppling.studies.report.basis import basis
-from toppling.studies.report.law_choice import law_choice
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.client import client_rows
-from toppling.studies.text.glossary import TERMS
+from toppling.studies.text.glossary import TERMS, used
 from toppling.studies.text.words import reference_law
+
+G = 9.80665
+ENDS = ("", "_lower", "_upper")
+
+
+def of(fact):
+    return fact.value, fact.lower, fact.upper
 
 
 class TestAnswer:
     def test_reference_law_first(self, folder):
         results = loaded(folder)
         assert reference_law(results) == (1, True)
-        said = answer(results).sentences
-        one = results.isel(block=0, model=1)
-        g = 9.80665
-        interval = (
-            f"{three_digits(one['half_level_lower'].item() / g)}–{three_digits(one['half_level_upper'].item() / g)}"
-        )
-        assert said[0].startswith("“shelf” overturns with a probability of 50 % at a peak")
-        half = three_digits(one["half_level"].item() / g)
-        assert f"{half} g (95 % interval {interval}) under housner e=e_R, the ref" in said[0]
-        assert f"The other law gives {three_digits(results['half_level'].values[0, 0] / g)} g" in said[0]
-        assert "the mean return period is" in said[0]
+        facts, case = facts_of(curves.answer, results), results.isel(block=0, model=1)
+        half, chance = facts["curve.half_level"], facts["rate.chance"]
+        assert of(half) == pytest.approx([float(case[f"half_level{end}"]) / G for end in ENDS])
+        assert (half.unit, half.names, half.more["measure"]) == ("g", ("“shelf”",), "peak ground acceleration")
+        assert of(chance) == pytest.approx([float(case[f"risk_probability{end}"]) for end in ENDS])
+        assert (chance.more["rate"], chance.more["years"]) == (float(case["rate"]), 50.0)
+        assert next(iter(facts)) == "rate.chance"
+        assert choice_of_law(results).what == "law.use_reference"
         assert reference_law(results.isel(model=[0])) == (0, False)
-        assert "reference" not in answer(results.isel(model=[0])).sentences[0]
+        assert choice_of_law(results.isel(model=[0])) is None
 
-    def test_no_median_is_said(self, folder):
+    def test_without_a_median(self, folder):
         results = loaded(folder).copy(deep=True)
-        results["half_level"][:] = np.nan
-        results["rate"][:] = np.nan
-        results["status"] = results["status"].astype(object)
-        results["status"][:] = "no overturning"
-        said = answer(results).sentences[0]
-        assert (
-            "has no such level under housner e=e_R, the reference law: no overturning. No other law has such a" in said
-        )
-        assert "Without a curve there is no annual rate." in said
+        results["half_level"][:], results["rate"][:] = np.nan, np.nan
+        results["status"] = xr.full_like(results["status"].astype(object), "no overturning")
+        (fact,) = curves.answer(results)
+        assert (fact.what, fact.value, fact.names) == ("curve.unknown", 0, ("no overturning",))
+        assert fact.more["cases"] == 2
+        none = check(results, "hazard curve")
+        assert (none.what, none.word) == ("rate.none", INVALID)
 
-    def test_beyond_the_levels_is_said(self, folder):
+    @pytest.mark.parametrize(("half", "at", "end"), [(np.inf, -1, "strongest"), (0.0, 0, "weakest")])
+    def test_half_at_no_level(self, folder, half, at, end):
         results = loaded(folder).copy(deep=True)
-        results["half_level"][:, 1] = np.inf
-        said = answer(results).sentences[0]
-        assert "does not reach a probability of 50 % under" in said
-        assert "up to the highest shaking that was run (2.00 g)." in said
-        results["half_level"][:, 1] = 0.0
-        assert "in half of the runs or more at every level" in answer(results).sentences[0]
-
-    def test_of_an_inventory(self, folder):
-        results = loaded(folder, "performance")
-        said = answer(results).sentences
-        assert "of the 2 pieces that are not anchored overturn a year" in said[0]
-        assert "EUR" in said[0]
-        assert said[1].startswith("Anchoring “rack” (ground) saves the most of the ")
+        results["half_level"][:, 1] = half
+        facts, case = facts_of(curves.answer, results), results.isel(block=0, model=1, level=at)
+        assert "curve.half_level" not in facts
+        last = facts["curve.at_end"]
+        assert of(last) == pytest.approx([float(case[name]) for name in ("probability", "lower", "upper")])
+        assert (last.more["end"], last.unit, last.level) == (end, "g", pytest.approx(float(case["level"]) / G))
 
     def test_of_many_blocks_the_weakest(self, folder):
         results = loaded(folder)
         many = results.isel(block=np.arange(40) % 2).assign_coords(block=[f"b{i:02}" for i in range(40)])
-        said = answer(many).sentences
-        assert len([one for one in said if one.startswith("“b")]) == 12
-        assert all(int(one[2:4]) % 2 == 0 for one in said if one.startswith("“b"))  # shelves fall before racks
+        rank = facts_of(curves.answer, many)["curve.rank"]
+        assert (rank.value, rank.more["name"]) == (40, "“b00”")
+        bars = bars_of(many)
+        assert (len(bars.groups["all"]), bars.left_out) == (MOST, 40 - MOST)
+        assert bars.highest == bars.groups["all"][0].value == float(results["risk_probability"][0, 1])
+        assert all(int(bar.name[1:]) % 2 == 0 for bar in bars.groups["all"])  # (shelves fall before racks)
 
 
 class TestClientPart:
@@ -89,19 +89,18 @@ class TestClientPart:
     @pytest.mark.parametrize("name", STUDIES)
     def test_without_keys_parameters_and_toml(self, pages, name):
         text = re.sub(r"<[^>]+>", " ", of_client(pages[name]))
-        rules = text.partition("What this answer rests on")[0]
         assert not re.search(r"e=|δ=|\[\[?[a-z]|\]\]|_[a-z]+_|= \[|`|--[a-z]", text)
         tables = made_schema.study_schema()["$defs"].values()
         keys = {key for table in tables for key in table.get("properties", {}) if "_" in key}
         assert keys
         assert not [key for key in keys if re.search(rf"\b{key}\b", text)]
         if name != "sensitivity":
-            assert not re.search(r"[αδζ]", rules)
+            assert not re.search(r"[αδζ]", text)
 
     @pytest.mark.slow
     @pytest.mark.parametrize("name", [name for name in STUDIES if name != "sensitivity"])
     def test_numbers_have_two_digits(self, pages, name):
-        text = re.sub(r"<[^>]+>", " ", of_client(pages[name])).partition("What this answer rests on")[0]
+        text = re.sub(r"<[^>]+>", " ", of_client(pages[name]))
         numbers = re.findall(r"(?<![\d.,])\d+\.\d+", text)
         assert numbers
         assert [one for one in numbers if len(one.replace(".", "").lstrip("0")) > 2] == []
@@ -116,13 +115,14 @@ class TestClientPart:
     @pytest.mark.parametrize("name", STUDIES)
     def test_each_term_is_defined_once_where_it_is_used(self, pages, name):
         text = pages[name].read_text(encoding="utf-8")
-        defined = [unescape(one) for one in re.findall(r"<dt>([^<]+)</dt><dd>", text)]
-        assert len(set(defined)) == len(defined) >= 8
-        assert set(defined) <= {one.name for one in TERMS}
-        plain = unescape(re.sub(r"<dl.*?</dl>|<svg.*?</svg>|<style.*?</style>|<[^>]+>", " ", text, flags=re.DOTALL))
-        for one in ("hazard curve", "median", "fragility curve", "damping law", "uplift", "bootstrap", "payback"):
-            if re.search(rf"\b{one}s?\b", plain.partition("Provenance")[0]):
-                assert one in defined, one
+        terms = text.partition('<details id="terms">')[2].partition("</details>")[0]
+        defined = [unescape(one) for one in re.findall(r"<dt>([^<]+)</dt><dd>", terms)]
+        assert set(module.EXPLAINED) <= {term.name for term in TERMS}
+        before = text.partition('<details id="terms">')[0]
+        hidden = r'<style.*?</style>|<details id="figures">.*?</details>|<svg.*?</svg>|<[^>]+>'
+        plain = unescape(re.sub(hidden, " ", before, flags=re.DOTALL))
+        assert defined == [term.name for term in used([plain]) if term.name in module.EXPLAINED]
+        assert len(defined) >= 3
 
     @pytest.mark.slow
     def test_cover_changes_no_results(self, folder, tmp_path):
@@ -139,7 +139,7 @@ class TestClientPart:
         found = module.content(covered, source / "results.nc", "as written")
         assert found["cover"] == [("Client", "A <client>"), ("Site", "Here"), ("Author", "Me"), ("Date", "1 May")]
         page = module.html_page(covered, source / "results.nc", "as written")
-        assert "<dt>Client</dt><dd>A &lt;client&gt;</dd>" in page
+        assert "Client: A &lt;client&gt; · Site: Here" in page
         assert module.content(loaded(folder), source / "results.nc", "as written")["cover"] == []
 
     @pytest.mark.parametrize("cover", ["", 'client = " "', 'client = "a"\ntitle = "b"', "date = 2026-01-01"])
@@ -148,26 +148,27 @@ class TestClientPart:
         with pytest.raises(StudyError, match="report"):
             tp.Study.from_toml(tmp_path / "study.toml")
 
-    def test_basis_names_the_motions_that_were_run(self, folder):
-        said = basis(loaded(folder))[0]
-        assert said == "The pieces are shaken by 12 simulated ground motions, scaled to 8 levels of shaking."
-        assert any(
-            one.startswith("Ranges in brackets, apart from model ranges, are 95 %") for one in basis(loaded(folder))
-        )
-        read_from = json.loads(loaded(folder).attrs["study"]) | {"motions": {"records": ["simulated-01.AT2"]}}
-        said = basis(loaded(folder).assign_attrs(study=json.dumps(read_from)))[0]
-        assert said == "The pieces are shaken by 12 ground motions read from files, scaled to 8 levels of shaking."
-        stripes = basis(loaded(folder, "stripes"))[0]
-        assert "24 ground motions, from different earthquakes for each level of shaking" in stripes
+    def test_inputs_name_the_motions_that_were_run(self, folder):
         results = loaded(folder)
-        study = json.loads(results.attrs["study"]) | {"motion_sets": [{}, {}], "hazards": [{}]}
-        branched = results.assign_attrs(study=json.dumps(study))
-        assert "; 2 further sets of motions are weighted with it." in basis(branched)[0]
-        assert "How often the ground shakes, and how strongly, is taken from 2 weighted hazard curves." in basis(
-            branched
-        )
+        study = json.loads(results.attrs["study"])
+
+        def motions(results, **more):
+            with_more = results.assign_attrs(study=json.dumps(json.loads(results.attrs["study"]) | more))
+            return facts_of(inputs_of, with_more)["motion.given"]
+
+        given = motions(results)
+        assert (given.value, given.more["origin"], given.more["levels"]) == (12, "simulated", 8)
+        assert given.more["scaled"]
+        assert say(given, "method") == "12 simulated ground motions, scaled to 8 levels."
+        read = motions(results, motions={"records": ["simulated-01.AT2"]})
+        assert (read.value, read.more["origin"]) == (12, "records")
+        stripes = motions(loaded(folder, "stripes"))
+        assert (stripes.value, stripes.more["origin"]) == (24, "varied")
+        assert motions(results, motion_sets=[{}, {}]).more["sets"] == 2
+        weighted = results.assign_attrs(study=json.dumps(study | {"hazards": [{}]}))
+        assert facts_of(inputs_of, weighted)["hazard.given"].value == 2
         floors = xr.concat([results, results], "floor", data_vars="minimal").assign_coords(floor=["1", "2"])
-        assert "are shaken by 6 simulated" in basis(floors)[0]
+        assert motions(floors).value == 6
 
     def test_of_many_blocks_and_floors(self, folder):
         results = loaded(folder)
@@ -198,128 +199,141 @@ class TestClientPart:
         ]
 
 
-class TestPlainWords:
-    """The summary in plain words at the top of a report."""
-
-    def test_of_a_hundred_earthquakes(self, folder):
+class TestFacts:
+    def test_of_two_pieces(self, folder):
         results = loaded(folder)
-        one = results.isel(block=0, model=1)
-        seen = one["probability"].values
-        below = np.flatnonzero((seen > 0) & (seen < 0.5) & (one["level"].values < float(one["half_level"])))
-        at = below[np.abs(np.log(10.0 * seen[below])).argmin()]
-        g = 9.80665
-        first, second, third, modelled, laws = plain_answer(results)
-        assert "one factor, 0.68 to 1.5 (10 to 90 %" in modelled
-        assert laws.endswith(law_choice(results))  # (the laws agree: none of their results is given)
-        assert first == (
-            "By these motions “shelf” is the more vulnerable of the 2 pieces, but not with certainty: its interval "
-            "overlaps with that of “rack”."
+        case = results.isel(block=0, model=1)
+        facts = facts_of(curves.answer, results)
+        rank = facts["curve.rank"]
+        assert (rank.value, rank.more["name"], rank.names) == (2, "“shelf”", ("“rack”",))
+        assert (rank.more["all"], rank.more["single"]) == (False, False)
+        assert say(rank, "page") == (
+            "“shelf” is the more vulnerable of 2 pieces, but its interval overlaps with “rack”."
         )
-        strong = f"Of 100 earthquakes with a peak ground acceleration of {two_digits(float(one['level'][at]) / g)} g, "
-        few = [round(100 * float(one[end][at])) for end in ("probability", "lower", "upper")]
-        assert second.startswith(f"{strong}about {few[0]} ({few[1]} to {few[2]}; model range ")
-        off = [math.exp(1.28 * 0.3 * sign) for sign in (-1.0, 1.0)]
-        of_curve = [norm.cdf(np.log(one["level"][at] / one["median"] / factor) / one["dispersion"]) for factor in off]
-        assert f" model range {100 * of_curve[1]:.0f} to {100 * of_curve[0]:.0f}) would overturn “shelf”; at " in second
-        ends = [two_digits(float(one["half_level"]) * factor / g) for factor in off]
-        level, low, high = (two_digits(float(one[f"half_level{end}"]) / g) for end in ("", "_lower", "_upper"))
-        assert second.endswith(
-            f"; at {level} g ({low}–{high}; model range {ends[0]}–{ends[1]}) about half of them would. "
-            "The first ranges in brackets are 95 % intervals for the limited number of motions."
-        )
-        chance = float(one["risk_probability"])
-        assert f"overturns within 50 years is about {100 * chance:.2g}\u00a0%" in third
+        seen = case["probability"].values
+        below = np.flatnonzero((seen > 0) & (seen < 0.5) & (case["level"].values < float(case["half_level"])))
+        level = case.isel(level=below[np.abs(np.log(10.0 * seen[below])).argmin()])
+        assert of(facts["curve.rare"]) == tuple(float(level[name]) for name in ("probability", "lower", "upper"))
+        assert facts["curve.rare"].level == pytest.approx(float(level["level"]) / G)
+        assert not [what for what in facts if what.startswith("law.")]  # (the laws agree)
 
-    def test_without_what_it_needs(self, folder):
+    def test_footnotes(self, folder):
+        """The range of the headline's number: the stored chances, or half times exp(±1.28 β) by hand."""
+        results = loaded(folder)
+        notes = facts_of(footnotes, results)
+        assert notes["precision.interval_meaning"].value == 0.95
+        assert notes["precision.interval_meaning"].more["motions"] == 12
+        modelled, case = notes["rate.model_range"], results.isel(block=0, model=1)
+        off = [math.exp(1.28 * 0.3 * sign) for sign in (-1.0, 1.0)]
+        assert modelled.more["factors"] == pytest.approx(off, rel=1e-4)
+        assert (modelled.more["beta"], modelled.more["usual"], modelled.more["chance"]) == (0.3, True, True)
+        stored = [float(case[f"risk_probability_modelling_{end}"]) for end in ("lower", "upper")]
+        assert (modelled.lower, modelled.upper) == pytest.approx(stored)
+        bare = facts_of(footnotes, results.drop_vars([name for name in results if "rate" in name or "risk" in name]))
+        ends = [float(case["half_level"]) * factor / G for factor in off]
+        assert (bare["rate.model_range"].lower, bare["rate.model_range"].upper) == pytest.approx(ends, rel=1e-3)
+        assert "law.use_missing" not in facts_of(footnotes, loaded(folder, "sensitivity"))
+
+    def test_open_intervals(self, folder):
         results = loaded(folder).copy(deep=True)
         results["probability"][:] = 0.0
-        said = plain_answer(results)
-        assert "about 50 would overturn “shelf”" in said[1]
+        assert "curve.rare" not in facts_of(curves.answer, results)
         results["half_level_upper"][:] = np.inf
-        assert re.search(r" g \(above [\d.]+; model range [\d.–]+\), about 50 would", plain_answer(results)[1])
+        half = facts_of(curves.answer, results)["curve.half_level"]
+        assert f"{two_digits(half.value)} g (above {two_digits(half.lower)})." in say(half, "page")
         results["half_level_lower"][:] = 0.0
-        assert "(these motions do not show how precisely that level is known; model range" in plain_answer(results)[1]
-        results["half_level"][:] = np.nan
-        results["status"] = results["status"].astype(object)
-        results["status"][:] = "no overturning"
-        assert plain_answer(results) == ["The runs do not show how strong the shaking must be: no overturning."]
-        assert plain_answer(loaded(folder, "cloud"))[1].startswith("Of 100 earthquakes with a ")
+        assert say(facts_of(curves.answer, results)["curve.half_level"], "page").endswith("g (interval not known).")
+        results["risk_probability_lower"][:] = np.nan
+        assert "\u00a0% (interval not known) in 50" in say(facts_of(curves.answer, results)["rate.chance"], "page")
 
     def test_of_a_building(self, folder):
         results = loaded(folder, "performance")
-        one = results.sel(model="housner e=e_R", place="building")
-        rate = float(one["any_rate"])
-        said = plain_answer(results)
-        assert said[0].startswith(
-            f"At least one piece in this building overturns about once in {two_digits(1 / rate)} years ("
-        )
-        assert f", which is a probability of about {about_percent(1 - np.exp(-50 * rate))} (" in said[0]
-        assert said[0].endswith(" in 50 years.")
+        whole = results.sel(model="housner e=e_R", place="building")
+        facts = facts_of(building.answer, results)
+        fall = facts["building.any_fall"]
+        assert of(fall) == tuple(float(whole[f"any_rate{end}"]) for end in ENDS)
+        assert (fall.more["pieces"], fall.more["years"], fall.more["edges"]) == (2, 50.0, False)
         other = float(results["any_rate"].sel(model="energy-consistent e=e_R δ=0.05", place="building"))
-        assert said[1] == (
-            "The answer depends on the damping law that is assumed: under the other law of this study, this happens "
-            f"about once in {two_digits(1 / other)} years. {law_choice(results)}"
-        )
+        laws = facts["law.building_range"]
+        assert (laws.lower, laws.upper, laws.more["laws"], laws.more["yearly"]) == (other, other, 1, True)
         alike = results.copy(deep=True)
         alike["any_rate"][:] = alike["any_rate"].values[1]
-        assert plain_answer(alike) == [said[0], *said[2:]]
-        assert said[2].startswith(
-            f"The expected loss (the value of what falls) is about {two_digits(float(one['annual_loss']))} EUR a year ("
-        )
-        rate = float(one["consequence_rate"].sel(consequence="injury"))
-        assert said[3].startswith(
-            f"At least one piece that can injure people overturns about once in {two_digits(1 / rate)} years ("
-        )
-        assert "one factor, 0.68 to 1.5 (10 to 90 %" in said[4]
-        assert said[5].startswith("All other ranges here are 95 % intervals that reflect only the limited number of")
-        assert len(said) == 6
+        assert "law.building_range" not in facts_of(building.answer, alike)
+        details = facts_of(building.details, results)
+        assert of(details["consequence.loss"]) == tuple(float(whole[f"annual_loss{end}"]) for end in ENDS)
+        assert (details["consequence.loss"].more["unit"], details["consequence.loss"].more["repair"]) == ("EUR", False)
+        injury = details["consequence.rate"]
+        assert injury.value == float(whole["consequence_rate"].sel(consequence="injury"))
+        assert injury.more["word"] == "injury"
+        assert facts_of(footnotes, results)["rate.model_range"].more["factors"] == pytest.approx((0.68, 1.47), abs=0.01)
+        after = facts["anchoring.after"]
+        assert (after.names, after.more["number"], after.more["dangers"]) == (("rack",), 2, ("injury",))
+        assert after.value == 0.0  # (nothing else can fall)
+        assert building.rate_without(results, []) == pytest.approx(fall.value, rel=1e-9)
+        steps = facts_of(building.actions, results)
+        assert list(steps) == ["anchoring.lines", "code.not_checked"]
+        assert steps["anchoring.lines"].names == ("“rack” (ground)",)
         held = results.assign_coords(anchored=("item", [True]))
-        assert plain_answer(held)[4] == "2 of 2 pieces are anchored and assumed not to overturn: 2 × rack."
+        assert "anchoring.all_anchored" in facts_of(building.answer, held)
+        inspect = facts_of(building.actions, held)["anchoring.inspect"]
+        assert (inspect.value, inspect.names) == (2, ("“rack” (ground)",))
 
     def test_other_laws_where_they_disagree(self, folder):
         """Chances with a hazard, levels without; nothing where no law differs by a tenth."""
         results = loaded(folder).copy(deep=True)
         results["risk_probability"][0] = [0.03, 0.02]
-        assert "overturns within 50 years is 3.0\u00a0%." in plain_answer(results)[-1]
+        found = facts_of(curves.answer, results)["law.range"]
+        assert (found.lower, found.upper, found.more["laws"], found.more["yearly"]) == (0.03, 0.03, 1, True)
+        assert found.more["throughout"] == 0
+        viscous = results.assign_coords(law=("model", ["vassiliou", "housner"]))
+        assert facts_of(curves.answer, viscous)["law.range"].more["throughout"] == 0  # (more falls than impacts)
+        viscous["risk_probability"][0] = [0.01, 0.02]
+        assert say(facts_of(curves.answer, viscous)["law.range"], "page") == (
+            "Under 1 other law the first chance is 1.0\u00a0%. 1 law dissipates energy throughout the motion, more "
+            "than impacts do."
+        )
         results["risk_probability"][0] = [0.021, 0.02]
-        assert not [one for one in plain_answer(results) if "damping law that is assumed" in one]
+        assert "law.range" not in facts_of(curves.answer, results)
         bare = loaded(folder, "stripes").copy(deep=True)
         bare["half_level"][0] = [6.0, 4.0]
-        said = plain_answer(bare)[-1]
-        assert "about half of the earthquakes would overturn “shelf” at a peak ground acceleration of 0.61 g." in said
+        found = facts_of(curves.answer, bare)["law.range"]
+        assert (found.lower, found.upper, found.unit) == (pytest.approx(6.0 / G), pytest.approx(6.0 / G), "g")
+        assert not found.more["yearly"]
 
     def test_of_an_uncertain_piece(self, folder):
-        """The headline's range holds what is not known of the piece: nine tenths of its samples, by hand."""
+        """What is not known of the piece: nine tenths of its samples, by hand."""
         results = loaded(folder, "uncertainty").copy(deep=True)
-        g = 9.80665
-        results["sample_median"][0] = np.array([[0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0]] * 2) * g
-        first = next(one for one in plain_answer(results) if one.startswith("Of 100 earthquakes"))
-        assert "this level may lie between 0.25 and 2.0 g (90 % range)" in first
-        ends = [two_digits(float(results[f"half_level_{end}"][0, 1]) / g) for end in ("lower", "upper")]
-        assert first.endswith(f"The 95 % interval for the limited number of motions is {'–'.join(ends)} g.")
+        results["sample_median"][0] = np.array([[0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0]] * 2) * G
+        facts = facts_of(curves.answer, results)
+        spread, half = facts["uncertainty.half_level"], facts["curve.half_level"]
+        assert (spread.lower, spread.upper, spread.unit) == (pytest.approx(0.25), pytest.approx(2.0), "g")
+        assert of(half)[1:] == pytest.approx([float(results[f"half_level{end}"][0, 1]) / G for end in ENDS[1:]])
         rows = client_rows(results)
         assert dict(zip(rows.headings, rows.rows[0], strict=True))["90 % range over its uncertain properties, g"] == (
             "0.25–2.0"
         )
-        results["sample_median"][0, :, -1] = 2.1 * g  # (above the levels that were run: not reached)
-        assert any("may lie above 0.25 g (90 % range)" in one for one in plain_answer(results))
+        results["sample_median"][0, :, -1] = 2.1 * G  # (above the levels that were run: not reached)
+        above = facts_of(curves.answer, results)["uncertainty.half_level"]
+        assert (above.lower, above.upper) == (pytest.approx(0.25), np.inf)
+        assert say(above, "page") == "With its uncertain properties that level is above 0.25 g (90 %)."
         # the reference law is found among laws of which each sample names its own
         assert reference_law(results) == (1, True)
 
     @pytest.mark.parametrize(("half", "at", "which"), [(np.inf, -1, "strongest"), (0.0, 0, "weakest")])
     def test_of_an_uncertain_piece_of_which_half_fall_at_no_level(self, folder, half, at, which):
-        """The count at the outermost level, with the range over the samples in place of an interval."""
+        """The share at the outermost level, with the range over the samples in place of an interval."""
         results = loaded(folder, "uncertainty").copy(deep=True)
         results["half_level"][:] = half
         results["probability"][..., at] = 0.29
         results["sample_probability"][..., at] = np.linspace(0.2, 0.34, results.sizes["sample"])
-        said = " ".join(plain_answer(results))
-        assert f", the {which} shaking that was run, about 29 would overturn “" in said
-        assert "this number may lie between 20 and 34 (90 % range)." in said
+        found = facts_of(curves.answer, results)["curve.at_end"]
+        assert of(found) == pytest.approx((0.29, 0.2, 0.34))
+        assert (found.more["end"], found.more["sampled"]) == (which, True)
+        assert say(found, "page").endswith("; with its uncertain properties 20–34\u00a0% (90 %).")
 
     def test_names_of_the_catalogue_are_titles(self, folder):
         results = loaded(folder).assign_coords(block=["bookcase-5-shelf", "rack"])
-        assert plain_answer(results)[0].startswith("By these motions “Bookcase, 5 shelves” is the more vulnerable of")
+        assert facts_of(curves.answer, results)["curve.rank"].more["name"] == "“Bookcase, 5 shelves”"
         assert client_rows(results).rows[0][0] == "Bookcase, 5 shelves"
 
     def test_the_size_that_is_needed(self, folder):
@@ -329,14 +343,14 @@ class TestPlainWords:
         for end, values in {"": [0.5, 0.38], "_lower": [0.4, 0.37], "_upper": [0.6, 0.4]}.items():
             results[f"size_width{end}"] = ("model", values, {"units": "m"})
         results = results.assign_attrs(size_along="width", size_probability=0.01)
-        assert next_steps(results, []) == [
-            "For the chance that a piece like these overturns to meet the target of this study (no more than "
-            "1\u00a0% in 50 years), its width must be at least about 0.38 m (0.37–0.40; 0.50 m under the other law), "
-            "with its other dimensions unchanged.",
-            "“shelf” does not meet this target: where its width cannot be changed, anchor it.",
-        ]
-        said = "A width of 0.380 m (0.370–0.400) meets the target of 1 % in 50 years under housner e=e_R."
-        assert answer(results).sentences[-1] == said
+        (size,) = curves.actions(results)
+        assert (size.what, of(size), size.names) == ("size.target", (0.38, 0.37, 0.4), ("“shelf”",))
+        assert (size.more["others"], size.more["target"], size.more["only"]) == ((0.5, 0.5), 0.01, ())
+        assert say(size, "page") == (
+            "Make the width at least about 0.38 m (0.37–0.40) for a chance of at most 1.0\u00a0% in 50 years, with the "
+            "other dimensions unchanged; other laws give 0.50 m. “shelf” misses that: anchor it if the size cannot "
+            "change."
+        )
 
     def test_the_share_beyond_the_hazard_curve(self, folder):
         """The footnote gives the shares of the marked rows themselves."""
@@ -350,27 +364,14 @@ class TestPlainWords:
 
     def test_what_matters_most(self, folder):
         results = loaded(folder, "uncertainty")
-        one = results.isel(block=0)
-        share = one["capacity_share"] if "capacity_share" in one else one["flag_share"].isel(level=0)
+        case = results.isel(block=0)
+        share = case["capacity_share"] if "capacity_share" in case else case["flag_share"].isel(level=0)
         assert share.dims == ("component",)
-        said = next(line for line in plain_answer(results) if "contribution to that scatter" in line)
-        assert f" {about_percent(float(share.max()))}, comes from " in said
-        assert not re.search(r"[αδ$×]", said)
+        found = facts_of(curves.answer, results)["uncertainty.largest"]
+        largest = share.isel(component=int(np.argmax(share.values)))
+        assert (found.value, found.more["input"]) == (float(largest), str(largest["component"].item()))
+        assert not re.search(r"[αδ$×_]", say(found, "page"))
 
-    def test_next_steps_count_the_checks_that_are_not_good(self, folder):
-        results = loaded(folder, "cloud")
-        every = [Fact("rate.none", word=word) for word in (GOOD, CARE, UNKNOWN, CARE, INVALID)]
-        first, last = next_steps(results, every)
-        assert "If a hazard curve for the site is added to the study" in first
-        assert "the validity checks that are not rated “good” (4 of 5)" in last
-        assert "the validity check that is not rated “good” (1 of 2)" in next_steps(results, every[:2])[1]
-        assert next_steps(results, every[:1]) == [first]
-        sliding = Fact("sliding.share", word=CARE)
-        assert "with a second person steadying it and nobody where it could fall" in next_steps(results, [sliding])[1]
-        assert next_steps(results, [Fact("sliding.share", word=GOOD)]) == [first]
-        steps = next_steps(loaded(folder, "performance"), [])
-        assert steps == [
-            "Anchor first, for safety (injury): “rack” (ground).",
-            "Code requirements are not checked. Any piece that the law requires to be anchored must be anchored, "
-            "whatever these results say.",
-        ]
+    def test_without_a_hazard_one_is_wanted(self, folder):
+        assert [fact.what for fact in curves.actions(loaded(folder, "cloud"))] == ["hazard.wanted"]
+        assert next(curves.answer(loaded(folder, "cloud"))).what == "curve.half_level"

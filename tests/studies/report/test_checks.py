@@ -3,17 +3,15 @@
 import json
 
 import pytest
-from check_facts import check as check_of
+from check_facts import check as check_of, facts_of
 from report_pages import STUDIES, Page, loaded
 
 from toppling.core.doubts import KINDS
 from toppling.studies.command.verdict import verdict
+from toppling.studies.facts import curves
 from toppling.studies.facts.checks import badge, checks_of, worst_word
 from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN, Fact
 from toppling.studies.facts.say import remedy, say, value_of
-from toppling.studies.report.answers import answer
-from toppling.studies.report.law_choice import law_choice
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.client import client_rows
 
 
@@ -45,9 +43,7 @@ class TestChecks:
         results = loaded(folder).copy(deep=True)
         assert self.word(results.isel(model=[1]), "elastic zone") == GOOD
         rigid = results.assign_coords(rest=("model", ["rigid"] * results.sizes["model"]))
-        assert (
-            self.word(rigid.assign_coords(delta=results["delta"] * 4.0), "elastic zone") == GOOD
-        )
+        assert self.word(rigid.assign_coords(delta=results["delta"] * 4.0), "elastic zone") == GOOD
         results = results.isel(model=[0]).assign_coords(rest=("model", ["elastic"]))
         results["outside"].loc[{"reason": "elastic_mode"}] = 0.0
         assert self.word(results, "elastic zone") == GOOD
@@ -72,11 +68,6 @@ class TestChecks:
         assert self.word(both.assign_attrs(kind="sensitivity"), "elastic zone") == CARE
         weighted = both.assign_coords(branch_model=("branch", both["model"].values))
         assert self.word(weighted, "elastic zone") == CARE
-        both["risk_probability"][0] = [0.03, 0.02]
-        said = plain_answer(both)[-1]
-        assert said.startswith("The answer depends on the damping law that is assumed: under the other law of this")
-        assert "That law lets a standing piece vibrate elastically, so that it begins to rock in weaker shaking" in said
-        assert said.endswith(law_choice(both))
 
     def test_of_intervals_and_curves(self, folder):
         results = loaded(folder).copy(deep=True)
@@ -140,26 +131,22 @@ class TestChecks:
     @pytest.mark.slow
     def test_rates_say_where_they_stand_that_curves_are_extrapolated(self, folder):
         results = loaded(folder).copy(deep=True)
-        said = "comes from shaking stronger than any that was run, where the fitted curve is extrapolated."
         for name, values in (("above_levels", 0.3), ("below_levels", 0.0)):
             results[f"rate_share_{name}"][:] = values
         results["probability_at_highest_level"][:] = 0.5
         results["rate_above_highest_level"][:] = 0.5 * results["rate"].values
-        assert f"About 30\u00a0% of this chance {said}" in " ".join(plain_answer(results))
-        assert f"About 30\u00a0% of the rate under {results['model'].values[1]} {said}" in answer(results).sentences[0]
+        found = facts_of(curves.answer, results)["rate.part_extrapolated"]
+        assert (found.value, found.names, found.more["side"]) == (0.3, ("“shelf”",), "above")
+        said = "30\u00a0% of the chance of “shelf” comes from shaking stronger than any run."
+        assert said == say(found, "page")
         table = client_rows(results)
         assert "‡: 30\u00a0% of the rate comes from shaking at which nothing was run" in table.title
         assert all(row[2].endswith(" ‡") for row in table.rows)
-        plain = verdict(loaded(folder), True)
-        lines = verdict(results, True)
-        assert lines[0] == f"30\u00a0% of the annual rates of “shelf”, “rack” {said} {plain[0]}"
-        assert lines[0].endswith("which the other laws approximate.")
-        results["probability_at_highest_level"][:], results["rate_above_highest_level"][:] = (
-            0.97,
-            0.31 * results["rate"],
-        )
-        text = " ".join([*plain_answer(results), *answer(results).sentences, *verdict(results, True)])
-        assert said not in text
+        assert said in verdict(results, True)[0]
+        results["probability_at_highest_level"][:] = 0.97
+        results["rate_above_highest_level"][:] = 0.31 * results["rate"]
+        assert "rate.part_extrapolated" not in facts_of(curves.answer, results)
+        assert said not in verdict(results, True)[0]
         assert "‡" not in client_rows(results).title
 
     def test_the_worst_word_wins(self):
@@ -192,7 +179,7 @@ class TestChecks:
     def test_a_page_says_what_is_not_good_and_what_to_do(self, folder, pages, kind):
         results = loaded(folder, kind)
         text = " ".join("".join(Page(pages[kind]).text).split())
-        assert f"Validity of this study: {say(badge(checks_of(results)), 'checks')}" in text
+        assert f"Validity: {say(badge(checks_of(results)), 'checks')}" in text
         for check in checks_of(results):
             if check.word != GOOD:
                 assert say(check, "checks") in text

@@ -1,24 +1,20 @@
-"""Curves that cross: the answer names no first piece, and says between which levels which one is higher."""
+"""Curves that cross: the answer names no first piece, and has the levels between which each one is higher."""
 
 import json
 
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import facts_of
 from scipy.stats import binomtest
 
 import toppling as tp
 from toppling.studies.command.verdict import verdict
-from toppling.studies.report.crossed import (
-    FEWEST_APART,
-    crossed_pieces,
-    crossing,
-    crossings_of,
-    curves_at,
-    levels_of,
-)
-from toppling.studies.report.law_choice import law_choice
-from toppling.studies.report.summary import plain_answer
+from toppling.studies.facts import curves
+from toppling.studies.facts.crossed import FEWEST_APART, crossing, crossings_of, curves_at, levels_of
+from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.law_choice import choice_of_law
+from toppling.studies.facts.say import say
 
 STUDY = """
 title = "Two pieces"
@@ -105,16 +101,19 @@ class TestCrossing:
 class TestAnswer:
     def test_no_piece_is_the_first_where_curves_cross(self, results):
         found = with_curves(results, [[0.4, 0.4], [0.45, 0.45]], [[0.2, 0.2], [0.8, 0.8]])
-        said = plain_answer(found)
-        assert not any("vulnerable" in one for one in said)
-        assert said[0] == (
-            "Which piece is the most likely to overturn may depend on the level of shaking (peak ground acceleration), "
-            "because the curves cross: “shelf” overturns more often than “rack” from 0.4 to 1.6 g (by up to 24 in 100 "
-            "earthquakes), and less often from 0.1 to 0.2 g (by up to 16)."
+        facts = facts_of(curves.answer, found)
+        assert "curve.rank" not in facts
+        assert "curve.crossing_too" not in facts
+        fact = facts["curve.crossing"]
+        assert fact.names == ("“shelf”", "“rack”")
+        assert np.array(fact.more["higher"]) == pytest.approx(np.array([(0.4, 1.6)]))
+        assert np.array(fact.more["lower"]) == pytest.approx(np.array([(0.1, 0.2)]))
+        assert (fact.upper, fact.lower, fact.more["chance"]) == pytest.approx((0.236, 0.155, 6 / 12), abs=1e-3)
+        assert say(fact, "page") == (
+            "The order depends on the level: “shelf” overturns more often than “rack” from 0.40 to 1.6 g, and less "
+            "often from 0.10 to 0.20 g; with so few motions the difference may be chance."
         )
-        assert said[1] == "With 12 motions, differences of less than 50 in 100 earthquakes may be chance."
-        assert crossed_pieces(found) == said[:2]
-        assert said[0] in verdict(found, True)  # (and the rest in the report)
+        assert say(fact, "page") in verdict(found, True)[0]
 
     def test_the_fewest_motions_that_are_no_chance(self):
         """Of n motions that tell two equal pieces apart, all point one way with a probability of 2 · 2⁻ⁿ."""
@@ -126,77 +125,81 @@ class TestAnswer:
         """With 60 motions, differences of 10 and more in 100 earthquakes are no chance."""
         found = with_curves(results, [[0.4, 0.4], [0.45, 0.45]], [[0.2, 0.2], [0.8, 0.8]])
         screened = {**json.loads(found.attrs["screen"]), "fewest_motions": 60}
-        (said,) = crossed_pieces(found.assign_attrs(screen=json.dumps(screened)))
-        assert said.startswith("Which piece is the most likely to overturn depends on the level of shaking")
+        fact = facts_of(curves.answer, found.assign_attrs(screen=json.dumps(screened)))["curve.crossing"]
+        assert fact.more["chance"] == 0.1
+        assert "chance" not in say(fact, "page")
 
     def test_of_several_pairs(self, results):
-        """Three curves that all cross: a pair with the piece that falls first, and the others in a second sentence."""
+        """Three curves that all cross: a pair with the piece that falls first, and then the others."""
         found = with_curves(results, [[0.4, 0.4], [0.45, 0.45]], [[0.2, 0.2], [0.8, 0.8]])
         third = with_curves(results, [[0.5, 0.5], [0.5, 0.5]], [[1.5, 1.5], [1.5, 1.5]]).isel(block=[0])
         three = xr.concat([found, third.assign_coords(block=["chest"])], "block", data_vars="minimal")
-        first, _, second = crossed_pieces(three.assign_attrs(results.attrs))
-        assert "“shelf” overturns more often than" in first
-        assert second.startswith("Likewise, “")
-        assert second.count("more often than") == 2
-        assert second.endswith(").")
+        every = [fact for fact in curves.answer(three.assign_attrs(results.attrs)) if "crossing" in fact.what]
+        assert [fact.what for fact in every] == ["curve.crossing", "curve.crossing_too", "curve.crossing_too"]
+        assert every[0].names[0] == "“shelf”"
+        assert len({frozenset(fact.names) for fact in every}) == 3
+        assert say(every[1], "page").startswith("Likewise, “")
 
     def test_a_piece_is_the_first_where_they_do_not(self, results):
         found = with_curves(results, [[0.3, 0.3], [0.6, 0.6]], [[0.4, 0.4], [0.4, 0.4]])
-        assert plain_answer(found)[0] == "“shelf” is the more vulnerable of the 2 pieces."
-        assert crossed_pieces(found) == []
+        facts = facts_of(curves.answer, found)
+        assert (facts["curve.rank"].value, facts["curve.rank"].more["name"]) == (2, "“shelf”")
+        assert facts["curve.rank"].names == ()
+        assert "curve.crossing" not in facts
 
     def test_a_median_that_is_not_reached_has_a_curve(self, results):
         """The curve of a piece whose median lies above the levels is compared within them."""
         found = with_curves(results, [[0.8, 0.8], [1.8, 1.8]], [[0.1, 0.1], [1.5, 1.5]])
-        assert "less often from 0.1 to 0.4 g" in plain_answer(found)[0]
+        lower = facts_of(curves.answer, found)["curve.crossing"].more["lower"]
+        assert np.array(lower) == pytest.approx(np.array([(0.1, 0.4)]))
 
     def test_which_law_is_said_where_laws_agree(self, results):
         found = with_curves(results, [[0.4, 0.4], [0.9, 0.9]], [[0.2, 0.2], [0.2, 0.2]])
-        assert plain_answer(found)[-1] == law_choice(found) != ""
+        assert "law.range" not in facts_of(curves.answer, found)
+        assert facts_of(footnotes, found)["law.use_reference"].names == choice_of_law(found).names
 
     def test_laws_that_cross(self, results):
         found = with_curves(results, [[0.4, 0.4], [0.9, 0.9]], [[0.8, 0.2], [0.2, 0.2]])
-        said = next(one for one in plain_answer(found) if "under another law" in one)
+        fact = facts_of(curves.answer, found)["law.crossing"]
+        assert fact.names == ("Giannini–Masiani", "“shelf”")
         # (Phi(ln 2/0.8) = 0.807 against Phi(ln 2/0.2) = 1.000, and the same the other way)
-        assert (
-            "may depend on the level of shaking, because the curves cross: under Giannini–Masiani (more often" in said
+        assert (fact.lower, fact.upper) == pytest.approx((0.193, 0.193), abs=1e-3)
+        assert say(fact, "page") == (
+            "Under Giannini–Masiani, “shelf” overturns more often from 0.10 to 0.20 g, and less often from 0.80 to "
+            "1.6 g; with so few motions the difference may be chance."
         )
-        assert (
-            "from 0.1 to 0.2 g, by up to 19 in 100 earthquakes, and less often from 0.8 to 1.6 g, by up to 19)" in said
-        )
-        assert law_choice(found) in said
 
 
 class TestLawChoice:
     @staticmethod
     def of(*laws):
-        return law_choice(xr.Dataset(coords={"model": [*laws], "law": ("model", [*laws])}))
+        return choice_of_law(xr.Dataset(coords={"model": [*laws], "law": ("model", [*laws])}))
 
-    def test_the_reference_with_reason_and_source(self):
-        said = self.of("discrete", "housner")
-        assert said.startswith("Use the results under Housner’s impacts, for which this answer is given")
-        assert "(Housner 1963)" in said
-        assert "viscous" not in said
-
-    def test_of_results_that_are_not_valid_nothing_is_to_be_used(self):
-        said = law_choice(xr.Dataset(coords={"model": ["a", "b"], "law": ("model", ["discrete", "housner"])}), False)
-        assert said.startswith("Once results are valid, use those under Housner’s impacts")
+    def test_the_reference(self):
+        fact = self.of("discrete", "housner")
+        assert (fact.what, fact.names, fact.more["viscous"]) == ("law.use_reference", ("Housner’s impacts",), "")
+        assert say(fact, "page") == "Use Housner (reference), the rigid block with impacts."
 
     def test_three_viscous_laws_are_one_reference(self):
-        said = self.of("giannini-masiani", "makris-konstantinidis", "vassiliou", "housner")
-        assert "Giannini–Masiani, Makris–Konstantinidis and Vassiliou et al. are viscous approximations of one" in said
+        fact = self.of("giannini-masiani", "makris-konstantinidis", "vassiliou", "housner")
+        viscous = "Giannini–Masiani, Makris–Konstantinidis and Vassiliou et al."
+        assert (fact.what, fact.more["viscous"]) == ("law.use_reference", viscous)
+        said = f"{viscous} approximate the rigid block; their agreement confirms nothing."
+        assert said in say(fact, "page")
+        assert "confirms nothing" in say(self.of("giannini-masiani", "vassiliou"), "page")
 
     def test_without_the_reference(self):
-        first = self.of("energy-consistent", "discrete")
-        assert "Use the results under energy-consistent damping, for which this answer is given" in first
-        second = self.of("discrete", "energy-consistent")
-        assert "energy-consistent damping, not those under discrete damping, which are given here" in second
+        first, second = self.of("energy-consistent", "discrete"), self.of("discrete", "energy-consistent")
+        assert (first.what, first.names) == ("law.use_consistent", ("energy-consistent damping",))
+        assert (second.what, second.names) == ("law.use_consistent", ("discrete damping",))
+        assert [fact.more["consistent"] for fact in (first, second)] == [True, False]
+        assert "this page gives discrete damping" in say(second, "page")
         none = self.of("discrete", "vassiliou")
-        assert none.startswith("No law of this study is the rigid block with impacts (Housner 1963)")
+        assert (none.what, none.names) == ("law.use_missing", ("discrete damping",))
 
     def test_nothing_to_choose(self):
-        assert self.of("housner") == self.of("discrete", "discrete") == law_choice(xr.Dataset()) == ""
+        assert self.of("housner") is self.of("discrete", "discrete") is choice_of_law(xr.Dataset()) is None
         branches = xr.Dataset(
             {"branch_rate": ("branch", [1.0])}, {"model": ["a", "b"], "law": ("model", ["housner", "discrete"])}
         )
-        assert law_choice(branches) == ""
+        assert choice_of_law(branches) is None

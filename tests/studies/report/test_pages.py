@@ -4,7 +4,7 @@ import re
 
 import pytest
 import xarray as xr
-from report_pages import OVERFLOW, SECTIONS, STUDIES, WIDTHS, Page, accessible, outside
+from report_pages import DETAILS, OVERFLOW, SECTIONS, STUDIES, UNFOLDED, WIDTHS, Page, accessible, outside
 
 import toppling as tp
 from toppling.studies.command.cli import main
@@ -16,8 +16,8 @@ class TestPages:
     @pytest.mark.parametrize("name", STUDIES)
     def test_says_all_in_order(self, pages, name):
         page = Page(pages[name])
-        found = [one["id"] for one in page.every("section")]
-        assert found == SECTIONS.split()
+        assert [one["id"] for one in page.every("section")] == SECTIONS
+        assert [one["id"] for one in page.every("details") if one.get("id") not in (None, "further")] == DETAILS
         assert page.headings[0] == 1
         assert page.headings.count(1) == 1
         assert all(b <= a + 1 for a, b in zip(page.headings, page.headings[1:], strict=False))
@@ -90,7 +90,7 @@ def test_contrast(pages):
 
 
 SCROLLING = (
-    "[...document.querySelectorAll('.scroll:not(.picture)')].filter(one => !one.querySelector('.matrix')"
+    f"{UNFOLDED} [...document.querySelectorAll('.scroll:not(.picture)')].filter(one => !one.querySelector('.matrix')"
     " && one.scrollWidth > one.clientWidth + 1).map(one => one.innerText.slice(0, 60))"
 )
 FOCUS = "document.querySelector('.skip').focus(), document.activeElement.getAttribute('href')"
@@ -154,9 +154,11 @@ class TestBrowser:
         assert chromium.see(path, 768, script, dark=True, media="print").value == "rgb(255, 255, 255)"
 
     def test_nothing_is_folded_in_print(self, chromium, pages):
-        script = "[...document.querySelectorAll('details')].map(one => one.lastElementChild.checkVisibility())"
-        assert not any(chromium.see(pages["cloud"], 768, script).value)
-        assert all(chromium.see(pages["cloud"], 768, script, media="print").value)
+        shown = "[...document.querySelectorAll('details')].filter(one => one.lastElementChild.checkVisibility())"
+        ids = f"{shown}.map(one => one.id)"
+        assert chromium.see(pages["cloud"], 768, ids).value == ["results", "checks"]
+        folded = f"document.querySelectorAll('details').length - {shown}.length"
+        assert chromium.see(pages["cloud"], 768, folded, media="print").value == 0
 
     def test_keyboard(self, chromium, pages):
         script = f"({FOCUS})"
@@ -166,8 +168,8 @@ class TestBrowser:
     def test_text_in_figures_can_be_read_on_a_phone(self, chromium, pages):
         """Text drawn with 9 points has at least 9 pixels, and no figure is wider than the page."""
         ratio = "s.getBoundingClientRect().width / s.viewBox.baseVal.width"
-        script = f"[...document.querySelectorAll('.picture svg')].map(s => {ratio})"
-        wider = "[...document.querySelectorAll('.picture')].map(one => one.scrollWidth - one.clientWidth)"
+        script = f"{UNFOLDED} [...document.querySelectorAll('.picture svg')].map(s => {ratio})"
+        wider = f"{UNFOLDED} [...document.querySelectorAll('.picture')].map(one => one.scrollWidth - one.clientWidth)"
         for width, least in ((360, 8.6), (1300, 11.0)):
             found = [one for one in chromium.see(pages["fragility"], width, script).value if one > 0.0]
             assert len(found) == pages["fragility"].read_text(encoding="utf-8").count("<figure>")

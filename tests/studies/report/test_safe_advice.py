@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.studies.report.actions import next_steps
+from toppling.studies.facts import sensitivity
+from toppling.studies.facts.say import TEMPLATES, say
 
 BLOCK = tp.Block(0.4, 1.9, name="shelf")
 
@@ -35,7 +36,12 @@ def test_of_a_sensitivity_study(parameter):
         },
         {"kind": "sensitivity", "parameter": parameter, "friction": 1.0, "usual": "the usual ones"},
     )
-    said = " ".join(next_steps(results, []))
-    assert "by a factor of up to 4.0" in said
-    assert ("Do not tilt loaded furniture or racks" in said) == (parameter == "e")
-    assert not re.search(r"measure it on the piece|(?<!not )\btilt (it|the piece)|from a small tilt", said)
+    fact = next(sensitivity.actions(results))
+    assert (fact.what, fact.value) == (f"sensitivity.{parameter}_matters", 4.0)
+    assert ("measured on an unloaded sample" in say(fact, "page")) == (parameter == "e")
+
+
+def test_no_advice_is_to_tilt_or_to_push():
+    texts = [path.read_text(encoding="utf-8") for path in TEMPLATES.glob("*.j2")]
+    assert sum("unloaded sample" in text for text in texts) == 1
+    assert not [text for text in texts if re.search(r"measure it on the piece|\b[Tt]ilt|\b[Pp]ush (it|the)\b", text)]

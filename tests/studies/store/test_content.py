@@ -133,7 +133,7 @@ def test_edited_results(copied, capsys, edit):
         said = capsys.readouterr().err
         assert f"toppling: {copied}: was edited after it was written" in said
     page = re.sub(r"<[^>]*>|\s+", " ", copied.with_name("report.html").read_text(encoding="utf-8"))
-    assert "were edited after the study had written it" in page
+    assert "The results were edited after toppling wrote them." in page
     assert "edited after it was written" in page
     assert main(["status", str(copied.parent)]) == 0
     assert main(["status", str(copied.parent), "--verify"]) == 2

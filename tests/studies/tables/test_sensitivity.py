@@ -1,4 +1,4 @@
-"""Tables and sentences of sensitivity studies: what is not possible has a mark, and both are over the same values."""
+"""Tables and facts of sensitivity studies: what is not possible has a mark, and both are over the same values."""
 
 import math
 import warnings
@@ -9,6 +9,8 @@ import xarray as xr
 
 import toppling as tp
 from toppling.models.friction import friction_at_impact
+from toppling.studies.facts.say import say
+from toppling.studies.facts.sensitivity import answer
 from toppling.studies.tables.sensitivity import (
     ABOVE,
     SLIPS,
@@ -18,7 +20,6 @@ from toppling.studies.tables.sensitivity import (
     marks_of,
     median_rows,
     own_restitution,
-    sensitivity_sentences,
     swings_of,
 )
 
@@ -106,15 +107,20 @@ class TestTables:
         assert level_rows(found).rows[0][2:] == (SLIPS, "not reached", "–", f"0.10 {ABOVE}")
 
 
-class TestSentences:
+class TestAnswer:
     def test_over_the_whole_range_of_the_table(self):
         """Over δ all values count, also those that are not the usual ones; over e those that are possible."""
         assert swings_of(results_of("delta"), 0)[0] == ("slender", 0.001, 0.2, 4.0, 1.0)
         assert swings_of(results_of(), 0) == [("slender", 0.7, 1.0, 3.0, 1.0)]
-        first = next(sensitivity_sentences(results_of()))
-        assert "of all e from 0.7 to 1 that were run and are possible for it" in first
-        assert f"(its own e_R is {SLENDER.restitution:.3f})" in first
-        assert first.endswith("0.31 g with e = 0.7 and of 0.10 g with e = 1: a factor of 3.0.")
+        first = next(answer(results_of()))
+        assert (first.names, first.value) == (("“slender”",), pytest.approx(3.0))
+        assert (first.more["at"], first.more["over"], first.more["all"]) == ((0.7, 1.0), (0.7, 1.0), False)
+        assert (first.lower, first.upper) == pytest.approx((3.0 / 9.80665, 1.0 / 9.80665))
+        assert first.more["own"] == pytest.approx(SLENDER.restitution)
+        assert say(first, "page").endswith(
+            "of 0.31 g with e = 0.7 and 0.10 g with e = 1. That factor of 3.0 is the largest for possible e from 0.7 "
+            f"to 1 (its own e_R is {SLENDER.restitution:.3f})."
+        )
 
     def test_the_extremes_need_not_be_at_the_ends(self):
         found = results_of("delta", medians=[[2.0, 1.0, 5.0, 2.0], [3.0] * 4])
@@ -127,12 +133,8 @@ class TestSentences:
         assert laws_apart(found) == [("Housner’s impacts", pytest.approx(math.sqrt(2.0)))]
 
     def test_a_squat_block_is_said(self):
-        said = list(sensitivity_sentences(results_of()))
-        assert (
-            "“squat”: too squat to rock on after an impact at the edge (e_R is not positive), so no level is given."
-            in said
-        )
-        assert not any("squat" in one and "half of the motions" in one for one in said)
+        said = [(fact.what, fact.names) for fact in answer(results_of())]
+        assert said[:2] == [("sensitivity.swing", ("“slender”",)), ("sensitivity.squat", ("“squat”",))]
 
     @pytest.mark.parametrize("axis", ["level", "intensity"])
     def test_without_a_median_or_levels_nothing_warns(self, axis):
@@ -142,4 +144,4 @@ class TestSentences:
             assert swings_of(found, 0) == []
             assert laws_apart(found) == []
             assert level_rows(found).rows[0][3:5] == ("–", "–")
-            assert len(list(sensitivity_sentences(found))) == 1
+            assert [fact.what for fact in answer(found)] == ["sensitivity.squat"]

@@ -6,14 +6,14 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import facts_of
 from study_texts import IDA, motions
 
 import toppling as tp
 from toppling.fragility import annual_rate, fit_fragility
 from toppling.studies import StudyError
+from toppling.studies.facts import curves
 from toppling.studies.facts.checks import badge, checks_of
-from toppling.studies.report.answers import answer
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.fragility import hints
 from toppling.studies.tables.short import short_rows
 
@@ -96,18 +96,18 @@ class TestStudies:
         assert "curve.forced" not in {check.what for check in checks_of(found)}
 
     def test_without_a_median(self, tmp_path):
-        """A probability that never reaches 1/2 has no level of half, and the answer says so in words."""
+        """A probability that never reaches 1/2 has no level of half, and the answer has another."""
         low = IDA.replace("to = 12.0", "to = 3.2")
         fit = '[fit]\nstate = "front"\nreplicates = 100\n'
         found = study(tmp_path, SHELF.format("shelf", 0.3), LAW, motions(30), low, HAZARD, fit).run()
         assert np.isinf(found["half_level"].values).all()
         assert 0.0 < float(found["probability"].max()) < 0.5
-        said = plain_answer(found)
-        assert "the strongest shaking that was run, about" in said[0]
-        assert any("within 50 years is about" in one for one in said)
+        facts = facts_of(curves.answer, found)
+        assert facts["curve.at_end"].more["end"] == "strongest"
+        assert facts["curve.at_end"].value == float(found["probability"].values.ravel()[-1])
+        assert facts["rate.chance"].value == float(found["risk_probability"].squeeze())
+        assert "curve.half_level" not in facts
         assert short_rows(found).rows[0][1] == "not reached"
-        assert "does not reach a probability of 50 %" in answer(found).sentences[0]
-        assert not any("ok" in one.split() for one in (*said, *answer(found).sentences))
 
     def test_modelling_uncertainty_needs_a_lognormal_curve(self, tmp_path):
         fit = '[fit]\nstate = "front"\nmodelling_dispersion = 0.3\n'
@@ -123,14 +123,13 @@ class TestStudies:
         low = int(np.argmin(found["half_level"].values[:, 0]))
         for name in names:
             swapped[name][low] = 0.5 * swapped[name][1 - low]
-        first = str(found["block"].values[1 - low])
-        said = plain_answer(swapped)[0]
-        assert said.startswith(f"By these motions “{first}” is the more vulnerable of the 2 pieces")
-        other = str(found["block"].values[low])
-        assert said.endswith(f"but not with certainty: its interval overlaps with that of “{other}”.")
+        first, other = (f"“{found['block'].values[i]}”" for i in (1 - low, low))
+        rank = facts_of(curves.answer, swapped)["curve.rank"]
+        assert (rank.value, rank.more["name"], rank.names) == (2, first, (other,))
         for end in ("_lower", "_upper"):
             swapped[f"rate{end}"][:] = swapped["rate"]
-        assert plain_answer(swapped)[0] == f"“{first}” is the more vulnerable of the 2 pieces."
+        rank = facts_of(curves.answer, swapped)["curve.rank"]
+        assert (rank.value, rank.more["name"], rank.names) == (2, first, ())
 
 
 class TestAdvice:

@@ -5,12 +5,11 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
-from check_facts import check as check_of
+from check_facts import check as check_of, facts_of
 
 import toppling as tp
+from toppling.studies.facts import curves
 from toppling.studies.facts.fact import UNKNOWN
-from toppling.studies.report.answers import answer
-from toppling.studies.report.summary import plain_answer
 from toppling.studies.show import tables
 from toppling.studies.tables.client import client_rows
 from toppling.studies.tables.short import short_rows
@@ -122,21 +121,16 @@ class TestWhereItIsRead:
         assert "1.50" not in [str(cell) for table in tables(results) for cell in table.columns[1].cells]
         assert short_rows(within_levels(results)).rows[1][1] == "not reached"
 
-    def test_sentences(self, results):
-        chest = next(one for one in answer(results).sentences if "chest" in one)
-        assert "does not reach a probability of 50 %" in chest
-        assert "1.50" not in chest
-        assert not any("1.5 g" in one for one in plain_answer(results))
-
     def test_where_nothing_is_reached(self, results):
-        """The answer gives no level, and how many would fall at the strongest shaking."""
+        """The answer gives no level, and the share that falls at the strongest shaking."""
         chest = results.isel(block=[1])
-        first, second = plain_answer(chest)
-        assert first == (
-            "The runs do not show how strong the shaking must be: fewer than half of the runs do so at any level."
-        )
-        share = round(100.0 * float(chest["probability"][0, 0, -1]))
-        assert f"of 0.70 g, the strongest shaking that was run, about {share} (" in second
+        facts, last = facts_of(curves.answer, chest), chest.isel(block=0, model=0, level=-1)
+        assert (facts["curve.unknown"].value, facts["curve.unknown"].more["cases"]) == (1, 1)
+        end = facts["curve.at_end"]
+        assert (end.value, end.level, end.unit) == (float(last["probability"]), pytest.approx(0.7), "g")
+        assert (end.lower, end.upper, end.more["end"]) == (float(last["lower"]), float(last["upper"]), "strongest")
+        assert "curve.half_level" not in facts
+        assert facts_of(curves.answer, results)["curve.half_level"].names == ("“shelf”",)
 
     def test_widths_of_intervals(self, results):
         """What is not reached has no interval whose width could be judged."""

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from ...core.aliases import Array, Flags
 from ...fragility import curve_probability
-from ..facts.checks import fewest_motions
+from ..report.results_file import without_motions
 from ..text.words import axis_of, block_title, floor_name, reference_law
+from .checks import fewest_motions
 from .law_choice import names_of
-from .results_file import without_motions
 
 APART = 0.02
 """Difference of two probabilities from which one curve counts as the higher one (judgement: 2 of 100 earthquakes)."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 
-from ..facts.fact import Fact
+from ...core.aliases import Flags
 from ..tables.sensitivity import LAW_NAMES
 from ..text.words import REFERENCE_LAW, reference_law
+from .fact import Fact
 
 VISCOUS = ("giannini-masiani", "makris-konstantinidis", "vassiliou")
 """Laws that replace impacts by viscous damping."""
@@ -26,6 +28,14 @@ def choice_of_law(results: xr.Dataset) -> Fact | None:
     viscous = [name for name in VISCOUS if name in names]
     more = {"viscous": names_of(viscous) if len(viscous) > 1 else "", "consistent": given == LAW_NAMES[CONSISTENT]}
     return Fact(f"law.use_{what}", names=(given,), more=more)
+
+
+def damped_throughout(results: xr.Dataset, fewer: Flags) -> int:
+    """Return how many of the laws with `fewer` falls dissipate energy throughout the motion, as no impact does."""
+    law = results.coords.get("law")
+    if law is None or law.dims != ("model",):
+        return 0
+    return int(np.sum(fewer & np.isin(law.values.astype(str), (*VISCOUS, "viscous"))))
 
 
 def names_of(laws: list[str]) -> str:
