@@ -21,8 +21,6 @@ from ..text.words import by_place, display_unit, quantity_name, reference_law
 ENDS = ("", "_lower", "_upper")
 MOST_COLUMNS = 6
 """Most restraints in a table of breaks by level; the results hold all of them."""
-MOST_SAID = 3
-"""Most restraints that have a sentence."""
 HALF = 0.5
 
 

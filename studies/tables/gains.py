@@ -16,9 +16,6 @@ from ..plan.ratios import verdict_of
 from ..text.rows import Rows
 from ..text.words import floor_name
 
-MOST_SAID = 3
-"""Most blocks that have a sentence; the table has all of them."""
-
 
 class Gain(NamedTuple):
     """The chance of a block, that of another in the same place under the same law, and their ratio."""

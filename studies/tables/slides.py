@@ -33,8 +33,6 @@ from ..text.words import axis_of, by_place, display_unit, level_text, quantity_n
 
 MOST = 100
 """Most blocks in a table."""
-MOST_SAID = 3
-"""Most blocks that have a sentence."""
 NO_SIMULATION = "a criterion, not a simulation"
 """How trips are decided."""
 

@@ -486,10 +486,7 @@ def test_another_state_is_named(tmp_path):
         ((ALL,), "branches of motions must name 'motions', got 'other'"),
         ((OTHER, HIGH, branches("motions", motions=1)), "motion_sets 'other' is in no branch"),
         ((HIGH,), "hazards 'high' is in no branch"),
-        (
-            (branches("models", housner=0.5, discrete=0.4),),
-            "weights of the branches of models must sum to 1",
-        ),
+        ((branches("models", housner=0.5, discrete=0.4),), "weights of the branches of models must sum to 1"),
         ((branches("models", housner=0.5, viscous=0.5),), "branches of models must name one law each of .*'viscous'"),
         ((branches("models", housner=1), branches("models", discrete=1)), "branches hold one table for each kind"),
         (('[fit]\nmodelling = "fractiles"\n',), "fit: fit.modelling = 'fractiles' needs fit.modelling_dispersion > 0"),

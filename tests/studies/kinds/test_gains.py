@@ -142,8 +142,8 @@ def test_what_is_said(results):
     _, other, kit, _ = results["risk_probability"].values[:, 0]
     fact = gains(results)[1]
     assert (fact.names, fact.value, fact.more["other"]) == (("“kit”", "“at the wall”"), kit, other)
-    begins = f"“kit”: {about_percent(kit)} in 50 years, compared with "
-    assert say(fact, "page").startswith(f"{begins}{about_percent(other)} for “at the wall”: ")
+    begins = f"“kit”: {about_percent(kit)} in 50 years, compared with {about_percent(other)} for “at the wall” ("
+    assert say(fact, "page").startswith(begins)
     assert {say(fact, "page") for fact in gains(results)} <= {*verdict(results, True)[0]}
 
 
@@ -165,7 +165,7 @@ def test_the_verdict(results, values, said):
     changed = results.copy(deep=True)
     for end, value in zip(("", "_lower", "_upper"), values, strict=True):
         changed[f"chance_ratio{end}"][2, 0] = value
-    assert say(gains(changed)[1], "page").endswith(f": {said}.")
+    assert say(gains(changed)[1], "page").endswith(f" ({said}).")
 
 
 @pytest.mark.slow

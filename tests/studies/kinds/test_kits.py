@@ -19,14 +19,7 @@ from toppling.studies.facts import building
 from toppling.studies.facts.method import method_of
 from toppling.studies.facts.say import say
 from toppling.studies.tables import short
-from toppling.studies.tables.kits import (
-    kit_lines,
-    kit_rows,
-    kit_table,
-    level_break_rows,
-    short_kit_rows,
-    static_rows,
-)
+from toppling.studies.tables.kits import kit_lines, kit_rows, kit_table, level_break_rows, short_kit_rows, static_rows
 from toppling.studies.text.rows import plain_table
 from toppling.studies.text.terminal import fitted
 
@@ -108,11 +101,7 @@ class TestReading:
             ('kits = ["strap", "strap", "bracket"]\n', ("", ""), "performance.kits must be different"),
             ('kits = ["strap"]\n', ("", ""), "restraints.bracket holds nothing: name it in performance.kits"),
             (KITS, ("1.5,1,1,60", "1.5,1,1,"), "need mass_kg of every piece that they fit, 'desk shelf' has none"),
-            (
-                KITS,
-                ("EUR,,strap", "EUR,,rope"),
-                "must be yes or no or the name of a restraint of the study",
-            ),
+            (KITS, ("EUR,,strap", "EUR,,rope"), "must be yes or no or the name of a restraint of the study"),
             (KITS, ("100,0,,,50", ",0,,,50"), "'anchored': kit 'strap' needs the mass of the piece"),
             (KITS, (",20,,,400", ",-20,,,400"), "column 'wall_gap_mm'"),
             (KITS, ("-10,0.5", "-10,40"), "column 'lean_deg': lean must leave the block standing"),

@@ -8,6 +8,7 @@ import numpy as np
 import own_building
 import pytest
 import xarray as xr
+from check_facts import facts_of
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
@@ -19,6 +20,8 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.buildings.variables import Year
 from toppling.studies.command.cli import main
+from toppling.studies.facts.method import inputs_of, method_of
+from toppling.studies.facts.say import say
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import read_inventory
 
@@ -532,11 +535,10 @@ class TestStudies:
         path = study(tmp_path, 'floors_file = "f.csv"\nelastic = true', LEVELS_KEY)
         plan = tp.Study.from_toml(path)
         assert any("scaled in proportion to their ground motions, as if the building" in note for note in plan.notes)
-        assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
-        assert main(["report", str(tmp_path / "out/results.nc"), "--format", "md"]) == 0
-        text = (tmp_path / "out/report.md").read_text(encoding="utf-8")
-        assert "1 floor motion, calculated elsewhere, scaled to 2 levels of shaking" in text
-        assert "The floor motions of each earthquake are scaled in proportion to the level of shaking" in text
+        given = facts_of(inputs_of, plan.run())["motion.given"]
+        assert (given.value, given.more["levels"], given.more["scaled"], given.more["elastic"]) == (1, 2, True, True)
+        said = "1 floor motion from another program, scaled to 2 levels as if the building stayed elastic."
+        assert say(given, "method") == said
 
     @pytest.mark.slow
     def test_motions_are_shown(self, tmp_path, capsys):
@@ -579,15 +581,16 @@ class TestExample:
         out = tmp_path / f"report.{format_}"
         assert main(["report", str(finished / "out/results.nc"), "--format", format_, "--out", str(out)]) == 0
         text = out.read_text(encoding="utf-8")
-        assert "The pieces are shaken by 8 floor motions at each of 4 levels, calculated elsewhere." in text
-        assert "other motions at each level" in text
-        assert "used unscaled" in text
-        assert "Falls in the other direction are not included." in text
-        assert "taken as elastic" not in text
-        assert "responds elastically" not in text
-        assert "scaled to 4 levels" not in text
-        assert "idealised pulse" not in text
-        assert "direction of its width" in text
+        with xr.open_dataset(finished / "out/results.nc") as results:
+            facts = facts_of(inputs_of, results)
+            assert "building.elastic" not in facts_of(method_of, results)
+        given = facts["motion.given"].more
+        assert (given["levels"], given["own"], given["scaled"], given["elastic"]) == (4, True, False, False)
+        said = "8 floor motions from another program, unscaled, at 4 levels with other motions at each."
+        assert say(facts["motion.given"], "method") == said
+        assert facts["building.own_model"].more["direction"]
+        assert said in text
+        assert "falls across it are not included" in text
 
     def test_exports_and_comparison(self, finished, tmp_path):
         out = finished / "out/results.nc"

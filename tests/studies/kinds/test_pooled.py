@@ -176,8 +176,7 @@ def test_shares_of_rates_are_those_of_the_curves(finished):
     results, _ = finished
     hazard = tp.HazardCurve.power_law(1e-4, 2.0, "pga", "g")
     curves = xr.Dataset(
-        {"median": results["median"], "dispersion": results["dispersion"]},
-        attrs={"im": "pga", "form": "lognormal"},
+        {"median": results["median"], "dispersion": results["dispersion"]}, attrs={"im": "pga", "form": "lognormal"}
     )
     rates = tp.annual_rate(curves, hazard)
     for side in ("below", "above"):
@@ -341,10 +340,7 @@ def test_the_export_has_every_curve(finished, tmp_path):
         (("median = 0.25", "rate = 0.25"), "until.rate is for levels = 'adaptive'"),
         (("median = 0.25", "dispersion = 0.25"), "until.dispersion is for levels = 'adaptive'"),
         (("least = 32", "least = 8"), "until.motions.least: must be"),
-        (
-            ("least = 32", "most = 3000"),
-            "until.motions.most must be at most the 2,000 motions that there are",
-        ),
+        (("least = 32", "most = 3000"), "until.motions.most must be at most the 2,000 motions that there are"),
         (("median = 0.25", "median = 0.25\nseed = 3"), "give motions.seed, which levels follow, too"),
         (("median = 0.25", "median = 0.25\nruns_per_motion = 300"), "until.runs_per_motion: must be"),
         (("[until]", '[fit]\nform = "lognormal"\n[until]'), "levels = 'pooled' has no fit"),

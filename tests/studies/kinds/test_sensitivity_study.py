@@ -12,13 +12,7 @@ import toppling as tp
 from toppling.fragility.fitting.bootstrap import draw_motions
 from toppling.models.friction import friction_at_impact
 from toppling.studies import SensitivityStudy, StudyError, show
-from toppling.studies.plots.sensitivity import (
-    QUANTITIES,
-    figures,
-    sensitivity,
-    sobol_panel,
-    tornado_panel,
-)
+from toppling.studies.plots.sensitivity import QUANTITIES, figures, sensitivity, sobol_panel, tornado_panel
 from toppling.studies.sensitivity.findings import Curves, excess, flipped, swing, trend
 
 DELTA = """

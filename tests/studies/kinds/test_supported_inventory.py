@@ -214,10 +214,7 @@ def test_in_python_a_platform_that_yields_is_not_scaled():
         ),
         (
             [FLOOR],
-            (
-                table("bench"),
-                "[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[cloud]\n",
-            ),
+            (table("bench"), "[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[cloud]\n"),
             "supports are for the lines of an inventory",
         ),
         (

@@ -82,10 +82,7 @@ def test_numbers_of_another_unit_are_questioned(tmp_path, parts, words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("table", "support"),
-    [(BENCH, Support(9.0)), (LINEAR, Isolator.linear(2.0, 0.15))],
-)
+@pytest.mark.parametrize(("table", "support"), [(BENCH, Support(9.0)), (LINEAR, Isolator.linear(2.0, 0.15))])
 def test_what_is_elastic_scales_with_the_ground(tmp_path, table, support):
     result = study(tmp_path, table, IDA).run()
     runs = tp.ida(BLOCK, LAW, support.motions(ground()), [2.0, 6.0], "pga", ground=ground())
@@ -100,8 +97,7 @@ def test_what_is_elastic_scales_with_the_ground(tmp_path, table, support):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("table", "support"),
-    [(BILINEAR, Isolator.bilinear(2.5, 0.05)), (PENDULUM, Isolator.pendulum(1.5, 0.05))],
+    ("table", "support"), [(BILINEAR, Isolator.bilinear(2.5, 0.05)), (PENDULUM, Isolator.pendulum(1.5, 0.05))]
 )
 def test_what_yields_answers_each_level(tmp_path, table, support):
     result = study(tmp_path, table, STRIPES).run()
