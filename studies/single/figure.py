@@ -20,6 +20,7 @@ AFTER = 1.0
 INK, DASHED, DOTTED = "0.35", (0, (4, 3)), (0, (1, 2))
 
 
+@axes.style()
 def history_figure(
     response: xr.Dataset, title: str, text: str, *, lifts: tuple[float, float], ends: float, walls: Sequence[float] = ()
 ) -> Figure:
@@ -56,7 +57,7 @@ def history_figure(
             low, high = panels[name].get_xlim()
             panels[name].set_xlim(max(low, -HIGHEST), min(high, HIGHEST))
             _fit_to_seen(panels[name])
-    axes.heading(figure, title, text)
+    axes.heading(figure, f"{title}\n{text}")
     return figure
 
 
@@ -69,7 +70,7 @@ def _shaking(response: xr.Dataset, ax: Axes, lifts: tuple[float, float]) -> None
     ax.axhline(back, color=axes.COLOURS[1], lw=0.9, ls=DASHED, label=f"lifts a rigid block: {limits}")
     ax.axhline(-front, color=axes.COLOURS[1], lw=0.9, ls=DASHED)
     ax.set_ylabel("floor\nacceleration (g)")
-    axes.grid(ax)
+    axes.label(ax)
 
 
 def _rotation(response: xr.Dataset, ax: Axes, walls: Sequence[float]) -> None:
