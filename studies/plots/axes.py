@@ -330,7 +330,9 @@ def plain_log(ax: Axes) -> None:
 
 def plain_number(value: float) -> str:
     """Return the number of a tick; small ones are written with powers of ten, which do not overlap."""
-    return f"{value:,g}" if value >= 1e-3 else str(LogFormatterSciNotation()(value))
+    if value < 1e-3:
+        return str(LogFormatterSciNotation()(value))
+    return f"{value:,.0f}" if value >= 1e3 else f"{value:g}"
 
 
 def plain_log_y(ax: Axes) -> None:

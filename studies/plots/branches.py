@@ -9,7 +9,7 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator
 
 from ..text.curve_notes import state_in
 from ..text.spread import SOURCES
-from ..text.words import by_place
+from ..text.words import block_title, by_place
 from . import axes
 
 MOST_ROWS = 16
@@ -17,8 +17,8 @@ MOST_ROWS = 16
 THIN, THICK = (0.05, 0.95), (0.16, 0.84)
 TOGETHER = "together"
 """The source that is the interaction of the others."""
-NAMED = 0.15
-"""Share of a variance from which its source is named in the bar."""
+SEEN, NAMED = 0.005, 0.15
+"""Shares of a variance from which its source is drawn, and named in the bar."""
 
 
 @axes.style()
@@ -28,7 +28,7 @@ def spread_figure(results: xr.Dataset) -> Figure:
     flat = results[["epistemic_rate", "epistemic_rate_fractile", "epistemic_spread", "branch_rate"]]
     flat = flat.stack(row=dims, create_index=False) if len(dims) > 1 else flat.rename({dims[0]: "row"})
     flat = flat.isel(row=slice(MOST_ROWS))
-    names = [name for name, _ in by_place(results, dims)][:MOST_ROWS]
+    names = [block_title(name) for name, _ in by_place(results, dims)][:MOST_ROWS]
     figure, (ranges, shares), _ = axes.panel_grid(2, 1.3 + 0.45 * len(names), 0.4)
     y = np.arange(len(names))
     fractiles = flat["epistemic_rate_fractile"].transpose("row", "epistemic_fractile")
@@ -50,7 +50,7 @@ def spread_figure(results: xr.Dataset) -> Figure:
     before = np.zeros(len(names))
     for k, source in enumerate(results["epistemic_source"].values.astype(str)):
         part = np.nan_to_num(flat["epistemic_spread"].sel(epistemic_source=source).values)
-        if part.max() > 0.0:
+        if part.max() > SEEN:
             hatch = "////" if k >= len(axes.COLOURS) and source != TOGETHER else None
             colour = axes.GREY if source == TOGETHER else axes.colour(k)
             name = "interactions" if source == TOGETHER else SOURCES[source][0]

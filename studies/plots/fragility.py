@@ -253,21 +253,21 @@ def _curves(here: xr.Dataset, x: Array) -> Array:
 @axes.style()
 def fragility_figure(results: xr.Dataset) -> Figure:
     """Return the figure of curves under the reference law: one panel of few blocks and floors, else one a block."""
-    floors = selection.floors(results)
-    every = [(str(block), floor) for block in results["block"].values for floor in floors]
-    if len(every) > MOST_TOGETHER * MOST_PANELS:
-        every = [every[i] for i in np.argsort(places(results).values.ravel())]
-    together = len(floors) if floors != [None] else 1
-    together = MOST_TOGETHER if len(every) <= MOST_TOGETHER else together
-    groups = [every[i : i + together] for i in range(0, len(every), together)][:MOST_PANELS]
+    floors, blocks = selection.floors(results), results["block"].values.astype(str).tolist()
+    if len(blocks) > MOST_PANELS:
+        first = places(results).values.reshape(len(blocks), -1).min(axis=1)
+        blocks = [blocks[i] for i in np.argsort(first)]
+    groups: list[list[Case]] = [[(block, floor) for floor in floors] for block in blocks]
+    every = len(floors) * len(blocks)
+    groups = [[case for group in groups for case in group]] if every <= MOST_TOGETHER else groups[:MOST_PANELS]
     figure, panels, columns = axes.panel_grid(len(groups), 3.4 if len(groups) == 1 else 2.3, 0.5)
     shown = _drawn(results)
     frame, at = Frame.of(shown), reference_law(results)[0]
     for i, (ax, group) in enumerate(zip(panels, groups, strict=True)):
-        _panel(shown, frame, at, ax, group, named=i % columns == 0)
+        _panel(shown, frame, at, ax, group, named=i % columns == 0 and axes.has_room())
         axes.outer_labels(ax, i, columns, len(groups))
     title = f"Probability of {results.attrs.get('state', 'overturning')}"
-    axes.heading(figure, title, *_reading_notes(results, len(floors), sum(map(len, groups)), len(every), at))
+    axes.heading(figure, title, *_reading_notes(results, len(floors), sum(map(len, groups)), every, at))
     return figure
 
 
@@ -311,8 +311,9 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
     bottom, top = ax.get_ylim()
     each = RAIL * (top - bottom) / max(1.0, axes.height_of(ax) - 0.4 - RAIL * len(rows))
     low, high = ax.get_xlim()
-    middle = math.sqrt(low * high) if low > 0.0 else 0.5 * high
     ax.axhline(bottom, color="0.4", lw=0.8)
+    names, short = ([law.label.partition(mark)[0] for law in laws] for mark in ("\n", ","))
+    names = short if not axes.has_room() and len(set(short)) == len(laws) else names
     for i, (law, medians) in enumerate(zip(laws, rows, strict=True)):
         y = bottom - each * (i + 0.7)
         inside = medians[(medians >= low) & (medians <= high)]
@@ -321,16 +322,22 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
         ax.plot(inside, np.full(inside.size, y), "|", color=law.colour, ms=6.0, mew=1.2)
         if medians.size and medians[at] in inside:
             ax.plot(medians[at], y, law.marker, color=law.colour, ms=6.0, mew=0.0)
-        left = ends[0] > middle or (low > 0.0 and ends[0] * ends[1] > middle**2) or sum(ends) > 2.0 * middle
+        sides = (ax.transScale + ax.transLimits).transform([(end, 0.0) for end in ends])[:, 0]
+        left = bool(sides.sum() > 1.0)  # (there is more room at the left)
         place = {"xytext": (-6 if left else 6, 0), "ha": "right" if left else "left", "va": "center"}
-        text = law.label if len(rows) > 1 else ""
-        ax.annotate(text, (ends[0 if left else 1], y), textcoords="offset points", color=law.colour, **place)
+        ax.annotate(
+            names[i] if len(rows) > 1 else "",
+            (ends[0 if left else 1], y),
+            textcoords="offset points",
+            color=law.colour,
+            **place,
+        )
     ax.set_ylim(bottom - each * (len(rows) + 0.4), top)
-    text = "Medians\nby law" if len(rows) > 1 and rows[0].size > 1 else "Medians"
-    text = text if named else ""
-    middle = bottom - each * (0.5 * len(rows) + 0.2)
-    ax.annotate(text, (0.0, middle), (-4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
-                ha="right", va="center", color="0.4")  # fmt: skip
+    if named:
+        text = "Medians\nby law" if len(rows) > 1 and rows[0].size > 1 else "Medians"
+        y = bottom - each * (0.5 * len(rows) + 0.2)
+        place = {"textcoords": "offset points", "ha": "right", "va": "center"}
+        ax.annotate(text, (0.0, y), (-4, 0), xycoords=("axes fraction", "data"), color="0.4", **place)
 
 
 def _reading_notes(results: xr.Dataset, floors: int, cases: int, every: int, at: int) -> list[str]:
@@ -384,12 +391,13 @@ def laws_figure(results: xr.Dataset) -> Figure:
             ax.annotate(text, (1.02, y), xycoords=("axes fraction", "data"), va="center", color="0.3")
         ax.axvline(1.0, color="0.5", lw=0.9, zorder=0)
         axes.name(ax, selection.place(block, floor))
-        axes.named_rows(ax, [laws[k].label for k in order], 0.9)
+        axes.named_rows(ax, [laws[k].label for k in order], 1.2)
         axes.label(ax, along="x").tick_params(labelleft=i % columns == 0, labelbottom=i + columns >= len(cases))
     panels[0].set_xscale("log")
     axes.plain_log(panels[0])
     figure.supxlabel(f"Median relative to {laws[at].label} (numbers: median{f', {unit}' if unit else ''})", fontsize=9)
     confidence = percent(float(results.attrs.get("confidence", 0.95)))
     note = f"bars: {confidence} intervals; left of 1: the state is reached in weaker shaking"
-    axes.heading(figure, "Medians by damping law", selection.motions(results), note)
+    motions = selection.motions(results, len(selection.floors(results)))
+    axes.heading(figure, "Medians by damping law", motions, note)
     return figure

@@ -58,7 +58,7 @@ def law_names(labels: Sequence[str]) -> list[str]:
             alike = [other for name, other in split if name == key]
             short = LAW_NAMES[key].removesuffix(" damping").removesuffix("’s impacts")
             own = (part for part in rest if not all(part in other for other in alike))
-            label = axes.sentence(" ".join((short, *own)))  # noqa: PLW2901
+            label = axes.sentence(" ".join((short, *own))).replace("rest=rigid", "(rigid at rest)")  # noqa: PLW2901
         texts.append(axes.model_name(label))
     return texts
 

@@ -193,7 +193,7 @@ class TestFragility:
         both = xr.concat([cases.curves(tuple("abc"))] * 2, "floor").assign_coords(floor=[0, 3])
         figure = fragility_figure(both.transpose("block", "floor", ...))
         assert [ax.get_title("left") for ax in figure.axes] == list("abc")
-        assert [text.get_text() for text in figure.axes[1].texts] == ["ground", "floor 3", ""]
+        assert [text.get_text() for text in figure.axes[1].texts] == ["ground", "floor 3"]
 
     def test_medians_by_law_are_relative_to_the_reference(self):
         results = cases.curves().isel(model=[1, 0, 2])
