@@ -17,7 +17,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator
 
-# Contrast of at least 5:1 on white; different for readers with any colour vision, and never without a marker.
+# The blue of Okabe and Ito (2008) and three dark colours: contrast of 5:1 on white, different with any colour vision.
 COLOURS = ("#0072B2", "#C04A00", "#007A5A", "#222222")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 LINES = ("solid", "dotted", "dashdot")

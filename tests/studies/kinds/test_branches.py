@@ -126,7 +126,7 @@ class TestBranches:
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")
         assert "over 8 weighted branches, and where their range comes from" in text
-        assert text.count("<figure>") == 3
+        assert text.count("<figure>") == 4
         (row,) = client_rows(found).rows
         ends = [found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
         chances = [100.0 * -math.expm1(-50.0 * rate) for rate in (found["epistemic_rate"].item(), *ends)]
