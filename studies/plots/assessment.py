@@ -186,12 +186,12 @@ def _exceedance(
     axes.label(ax, _with_unit(results, quantity), f"annual rate of {verb} a {what}")
     if len(laws) == 1:
         expected = float(laws[0].results[f"annual_{quantity}"].sel(place=place or BUILDING))
-        amount = {
+        text = {
             "number": f"{expected:.3g} pieces",
             "loss": f"{short_digits(expected)} {currency_of(results)}".strip(),
             "downtime": f"{expected:.2g} days",
         }[quantity]
-        axes.name(ax, f"Expected: {amount} per year")
+        axes.name(ax, f"Expected: {text} per year")
 
 
 def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[Array, ...]:

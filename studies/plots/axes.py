@@ -33,7 +33,7 @@ LETTERS = 13.0
 """Letters of 10 points that fit into one inch."""
 LONG_NUMBER = 1.2
 """Width that a small number on an axis needs as a multiple of a power of ten, with the space beside it, inches."""
-LOOK = {
+LOOK: dict[Any, Any] = {
     "axes.titlelocation": "left",
     "axes.titlesize": "medium",
     "figure.titleweight": "bold",
@@ -168,7 +168,7 @@ def heading(figure: Figure, title: str, *notes: str, legend: Sequence[Axes] = ()
     figure.suptitle(wrapped(sentence(title), 0.94 * figure.get_figwidth()), x=0.01, ha="left")
     figure.set_label(" ".join(f"{sentence(note)}." for note in notes if note))
     entries = [ax.get_legend_handles_labels() for ax in legend]
-    handles, labels = ([entry for both in entries for entry in both[i]] for i in (0, 1))
+    handles, labels = [item for entry in entries for item in entry[0]], [item for entry in entries for item in entry[1]]
     if len(labels) > 1:
         entry = max(len(label.replace("$", "")) for label in labels) / LETTERS * 0.9 + 0.55
         columns = max(1, min(len(labels), int(0.96 * figure.get_figwidth() / entry)))

@@ -33,8 +33,8 @@ def spread_figure(results: xr.Dataset) -> Figure:
     y = np.arange(len(names))
     fractiles = flat["epistemic_rate_fractile"].transpose("row", "epistemic_fractile")
     for (low, high), width in ((THIN, 1.4), (THICK, 5.0)):
-        ends = [fractiles.sel(epistemic_fractile=end).values for end in (low, high)]
-        ranges.hlines(y, *ends, color=axes.colour(0), lw=width, zorder=2)
+        left, right = (fractiles.sel(epistemic_fractile=end).values for end in (low, high))
+        ranges.hlines(y, left, right, color=axes.colour(0), lw=width, zorder=2)
     rates = flat["branch_rate"].transpose("row", "branch").values
     sizes = np.broadcast_to(90.0 * results["branch_weight"].values + 4.0, rates.shape)
     ranges.scatter(rates, np.broadcast_to(y[:, None] + 0.28, rates.shape), sizes, color="0.55", lw=0.0, zorder=1)
@@ -56,9 +56,9 @@ def spread_figure(results: xr.Dataset) -> Figure:
             name = "interactions" if source == TOGETHER else SOURCES[source][0]
             shares.barh(y, part, 0.6, before, color=colour, edgecolor="white", lw=0.8, hatch=hatch, label=name)
             ink = "black" if source == TOGETHER or hatch else "white"
-            for at, (left, wide) in enumerate(zip(before, part, strict=True)):
+            for at, (first, wide) in enumerate(zip(before, part, strict=True)):
                 if wide > max(NAMED, len(name) / axes.LETTERS / axes.width_of(shares)):
-                    shares.annotate(name, (left + 0.5 * wide, at), ha="center", va="center", color=ink)
+                    shares.annotate(name, (first + 0.5 * wide, at), ha="center", va="center", color=ink)
             before += part
     axes.named_rows(shares, names)
     shares.tick_params(labelleft=not axes.has_room())

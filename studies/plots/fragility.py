@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -285,7 +285,8 @@ def _drawn(results: xr.Dataset) -> xr.Dataset:
 
 def _panel(results: xr.Dataset, frame: Frame, at: int, ax: Axes, group: list[Case], *, named: bool) -> None:
     """Draw a group of blocks and floors under the law `at`, and the medians of each under all laws below them."""
-    laws, rows = [], []
+    laws: list[selection.DrawnLaw] = []
+    rows: list[Array] = []
     several = len({block for block, _ in group}) > 1
     for i, (block, floor) in enumerate(group):
         here = selection.one(results, block=block, floor=floor)
@@ -324,7 +325,7 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
             ax.plot(medians[at], y, law.marker, color=law.colour, ms=6.0, mew=0.0)
         sides = (ax.transScale + ax.transLimits).transform([(end, 0.0) for end in ends])[:, 0]
         left = bool(sides.sum() > 1.0)  # (there is more room at the left)
-        place = {"xytext": (-6 if left else 6, 0), "ha": "right" if left else "left", "va": "center"}
+        place: dict[str, Any] = {"xytext": (-6 if left else 6, 0), "ha": "right" if left else "left", "va": "center"}
         ax.annotate(
             names[i] if len(rows) > 1 else "",
             (ends[0 if left else 1], y),
@@ -336,8 +337,8 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
     if named:
         text = "Medians\nby law" if len(rows) > 1 and rows[0].size > 1 else "Medians"
         y = bottom - each * (0.5 * len(rows) + 0.2)
-        place = {"textcoords": "offset points", "ha": "right", "va": "center"}
-        ax.annotate(text, (0.0, y), (-4, 0), xycoords=("axes fraction", "data"), color="0.4", **place)
+        at_left: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "center"}
+        ax.annotate(text, (0.0, y), (-4, 0), xycoords=("axes fraction", "data"), color="0.4", **at_left)
 
 
 def _reading_notes(results: xr.Dataset, floors: int, cases: int, every: int, at: int) -> list[str]:

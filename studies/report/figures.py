@@ -94,7 +94,7 @@ def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Pict
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
         caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
-        caption = f"{caption.rstrip('.')}. {_plain(figure.get_label())}".strip()
+        caption = f"{caption.rstrip('.')}. {_plain(str(figure.get_label()))}".strip()
         yield Picture(name, caption, described, svg, phone, content)
 
 
