@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 from pathlib import Path
@@ -70,10 +71,8 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         return
     first = shown(plain, most=MOST_DRAWN)
     for name, figure in _FIGURES[kind](within_levels(first) if kind == SENSITIVITY else first):
-        heading = figure.get_suptitle()
-        for text in figure.texts if chosen_of(first) else ():
-            if text.get_text() == heading:
-                text.set_text(f"{heading}\n{chosen_of(first)}")
+        chosen = chosen_of(first)
+        figure.set_label(f"{figure.get_label()} {chosen[:1].upper()}{chosen[1:]}.".removesuffix(" ."))
         yield name, figure
 
 
@@ -130,13 +129,16 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plan.estimates import ranking_of_measures  # noqa: PLC0415
     from .plots.branches import spread_figure  # noqa: PLC0415
     from .plots.efficiency import ranking_figure  # noqa: PLC0415
-    from .plots.fragility import fragility_figure  # noqa: PLC0415
+    from .plots.fragility import fragility_figure, laws_figure  # noqa: PLC0415
     from .plots.region import event_figure, maps  # noqa: PLC0415
     from .plots.risk import risk_figure  # noqa: PLC0415
     from .region.rows import examples, is_pooled  # noqa: PLC0415
+    from .text.words import reference_law  # noqa: PLC0415
 
     first = examples(results) if is_pooled(results) else shown(results)
     yield FRAGILITY, fragility_figure(first)
+    if first.sizes["model"] > 1 and bool((first["half_level"].isel(model=reference_law(first)[0]) < math.inf).any()):
+        yield "laws", laws_figure(first)
     if is_pooled(results):
         yield from maps(results)
     if "fallen_share" in results:

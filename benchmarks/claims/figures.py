@@ -10,13 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...studies.plots import axes, selection
-from ...studies.plots.sensitivity import ROOM, TEXT, column, line_style, shade_friction, x_axis
+from ...studies.plots.sensitivity import ROOM, column, line_style, shade_friction, x_axis
 from .evidence import RELEASE
 
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of `evidence` with their names."""
-    yield "decay_error", column(results, decay_panel, f"released at {RELEASE:g} α, mean of ten half cycles")
+    yield (
+        "decay_error",
+        column(results, decay_panel, "Peaks of free rocking", f"released at {RELEASE:g} α, mean of ten half cycles"),
+    )
 
 
 def decay_panel(results: xr.Dataset, ax: Axes, *, block: str | None = None) -> Axes:
@@ -33,6 +36,5 @@ def decay_panel(results: xr.Dataset, ax: Axes, *, block: str | None = None) -> A
     ax.set_ylim(min(1.0, np.nanmin(ratios)) / ROOM, max(1.0, np.nanmax(ratios)) * ROOM)
     ax.set_yscale("log")
     axes.plain_log_y(ax)
-    ax.set_ylabel("peaks of free rocking\nover the rigid block's")
-    ax.set_title(str(here["block"].item()), fontsize=TEXT)
-    return ax
+    axes.name(ax, str(here["block"].item()))
+    return axes.label(ax, y="peaks of free rocking over the rigid block's")

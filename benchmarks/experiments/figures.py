@@ -16,6 +16,7 @@ MOST = 9.0
 """Largest marker, points."""
 
 
+@axes.style()
 def calibration_figure(rows: list[Compared]) -> Figure | None:
     """Return the figure of all rows with a probability and a count, None without any.
 
@@ -24,8 +25,8 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
     own = [row for row in rows if row.counted]
     if not own:
         return None
-    figure = axes.figure(6.4, 5.8)
-    ax = figure.add_subplot()
+    figure = axes.figure(5.8)
+    ax = axes.panel(figure)
     ax.plot([0, 1], [0, 1], color="0.6", linewidth=1.0, label="predicted = observed")
     for i, piece in enumerate(dict.fromkeys(row.row.test.piece for row in own)):
         colour, marker, _ = axes.look(i)
@@ -37,14 +38,13 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
     ax.set_ylabel("observed share overturned")
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_formatter(PercentFormatter(1.0))
-    axes.grid(ax)
-    handles, labels = ax.get_legend_handles_labels()
-    axes.legend_below(figure, handles, labels)
+    axes.label(ax)
     axes.heading(
         figure,
         "Predicted beside observed",
         "filled: predicted blindly; open: with measured inputs, or inputs fitted on other records; bars: 95 % "
         "intervals; large markers: many trials",
+        legend=[ax],
     )
     return figure
 

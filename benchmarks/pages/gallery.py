@@ -15,7 +15,7 @@ from ...core.units import STANDARD_GRAVITY
 from ...motions.arrays import records
 from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
-from ...studies.plots.axes import COLOURS
+from ...studies.plots.axes import colour
 from ...studies.single.motions import draw_spectra
 from .page import ROOT, folder
 
@@ -51,12 +51,12 @@ def draw(shaking: xr.DataArray) -> Figure:
         step = 1.6 * max(float(np.abs(history).max()) for history in values) if several else 0.0
         for i, (record, history) in enumerate(zip(shown, values, strict=True)):
             time = np.arange(history.size) * record.dt
-            ax.plot(time, history - i * step, lw=0.6 if several else 1.6, color=COLOURS[i])
+            ax.plot(time, history - i * step, lw=0.6 if several else 1.6, color=colour(i))
             if several:
                 ax.axhline(-i * step, lw=0.4, color="0.5", zorder=0)
             if several and record.floor and ax is above:
                 text = "ground" if record.floor == "0" else f"floor {record.floor}"
-                ax.text(end, -i * step + 0.3 * step, text, ha="right", fontsize=9, color=COLOURS[i])
+                ax.text(end, -i * step + 0.3 * step, text, ha="right", fontsize=9, color=colour(i))
         if several:  # one under the other: a bar says how large
             size = _round(step)
             ax.set_yticks([0.0, size], ["0", f"{size:g}"])

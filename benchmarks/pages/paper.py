@@ -64,7 +64,7 @@ RIVALS = (
     Rival("vassiliou", "b", "Vassiliou", COLOURS[3], lambda e, delta: tp.Vassiliou(delta=delta, lever="R")),
     Rival("mk", "c", "Makris–Konstantinidis", COLOURS[2], _lever(tp.MakrisKonstantinidis)),
     Rival("gm", "d", "Giannini–Masiani", COLOURS[1], _lever(tp.GianniniMasiani)),
-    Rival("consistent", "e", "energy-consistent (ours)", COLOURS[5], _lever(tp.EnergyConsistent)),
+    Rival("consistent", "e", "energy-consistent (ours)", COLOURS[0], _lever(tp.EnergyConsistent)),
 )
 """In the order of the paper's panels; the fifth is not the paper's."""
 LAWS = [rival.name for rival in RIVALS]

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from ...core.aliases import Array
 from ...fragility.curves.curve import LEAST, curve_arrays, has_replicates
@@ -48,11 +47,12 @@ def of_pieces(found: Found, titles: tuple[str, str], confidence: str) -> Iterato
             yield "chances", _dots(own, quantity, titles, confidence)
 
 
+@axes.style()
 def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str], confidence: str) -> Figure:
     """Return the figure of the curves: a panel for each block, floor and law, A and B with bands over motions."""
     chosen = furthest(medians, MOST_PANELS)
     places = [both.places[medians.index(line)] for line in chosen]
-    figure, panels, columns = axes.panel_grid(len(chosen), (2.9, 2.9), (0.0, 1.5), 6.0, shared=True)
+    figure, panels, columns = axes.panel_grid(len(chosen), 2.3, 1.0, shared=True)
     low, high, log = _span((both.a.side, both.b.side), chosen)
     x = np.geomspace(low, high, POINTS) if log else np.linspace(high / POINTS, high, POINTS)
     axis = axis_of(both.a.side.results)
@@ -61,19 +61,16 @@ def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str],
         for curves, where in zip((both.a, both.b), at, strict=True):
             _curve(curves, where, ax, x, scale)
         axes.level_axis(ax, low, high, log, axis_name(axis))
-        ax.set_ylim(-0.02, 1.02)
-        ax.yaxis.set_major_formatter(PercentFormatter(1.0))
-        ax.set_ylabel(f"probability of {both.a.side.results.attrs.get('state', 'overturning')}")
-        axes.grid(ax)
+        axes.probabilities(ax, str(both.a.side.results.attrs.get("state", "overturning")))
         of_laws = len({one.laws for one in medians}) > 1
         text = ", ".join(filter(None, (short_name(line.name), line.place)))
         text += f"\n{axes.model_name(law_text(line.laws))}" if of_laws else ""
-        ax.set_title(axes.wrapped(text, axes.width_of(ax) + 0.5, 9.0), fontsize=9)
+        axes.name(ax, text)
         axes.outer_labels(ax, i, columns, len(chosen))
-    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
     first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
-    title = _title(titles, medians)
-    axes.heading(figure, title, f"bands: {confidence} intervals{first}")
+    state = both.a.side.results.attrs.get("state", "overturning")
+    notes = *_titles(titles, medians), f"bands: {confidence} intervals{first}"
+    axes.heading(figure, f"Probability of {state}", *notes, legend=panels[:1])
     return figure
 
 
@@ -110,12 +107,12 @@ def _span(sides: tuple[Side, Side], chosen: list[Line]) -> tuple[float, float, b
     return 0.0, min(3.0 * high, max(float(axis.max()) for axis in found)) / scale, False
 
 
+@axes.style()
 def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confidence: str) -> Figure:
     """Return the figure of the chances of both sides: a row for each block or piece, dots with intervals."""
     chosen = furthest(lines, MOST_DOTS)
-    figure = axes.figure(7.6, 0.42 * len(chosen) + 2.3)
-    ax = figure.add_subplot()
-    name_width = 3.2 if axes.has_room() else 1.35
+    figure = axes.figure(0.42 * len(chosen) + 1.6)
+    ax = axes.panel(figure)
     ends: list[float] = []
     for i, line in enumerate(chosen):
         for name, value, shift in (("A", line.a, -0.14), ("B", line.b, 0.14)):
@@ -134,25 +131,25 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
         for name, said, shift in (("A", line.said_a, -0.14), ("B", line.said_b, 0.14)):
             if said:
                 at, text = ax.get_xlim()[0], f" {name}: {said}"
-                ax.annotate(text, (at, i + shift), fontsize=8, color=LOOKS[name][0], va="center")
+                ax.annotate(text, (at, i + shift), color=LOOKS[name][0], va="center")
     for name, (colour, marker, _) in LOOKS.items():
         ax.plot([], [], marker, color=colour, ms=5.5, mew=0.0, label=name)
     laws = len({line.laws for line in lines}) > 1
     parts = [(short_name(line.name), line.place, law_text(line.laws) if laws else "") for line in chosen]
     names = [", ".join(filter(None, one)) for one in parts]
-    axes.named_rows(ax, [axes.model_name(axes.wrapped(name, name_width, 9.0)) for name in names], fontsize=9)
+    axes.named_rows(ax, [axes.model_name(name) for name in names])
     axes.plain_log(ax)
-    ax.set_xlabel(axes.wrapped(f"{quantity.title} (%)", axes.width_of(ax) - name_width))
-    axes.legend_below(figure, *ax.get_legend_handles_labels())
+    axes.label(ax, f"{quantity.title} (%)", along="x")
     first = f"; the {len(chosen)} of {len(lines):,} that differ most" if len(chosen) < len(lines) else ""
-    axes.heading(figure, _title(titles, lines), f"lines: {confidence} intervals{first}")
+    note = f"lines: {confidence} intervals{first}"
+    axes.heading(figure, "Chances of both studies", *_titles(titles, lines), note, legend=[ax])
     return figure
 
 
-def _title(titles: tuple[str, str], lines: list[Line]) -> str:
+def _titles(titles: tuple[str, str], lines: list[Line]) -> list[str]:
     """Return the titles of both studies, with their laws where these differ and there is one pair."""
     laws = {line.laws for line in lines}
     said = next(iter(laws)) if len(laws) == 1 else ("", "")
     said = said if said[0] != said[1] else ("", "")
-    each = [", ".join(filter(None, (short_name(one), law))) for one, law in zip(titles, said, strict=True)]
-    return f"A: {axes.model_name(each[0])}\nB: {axes.model_name(each[1])}"
+    parts = zip("AB", map(short_name, titles), map(axes.model_name, said), strict=True)
+    return [f"{name}: {', '.join(filter(None, (title, law)))}" for name, title, law in parts]

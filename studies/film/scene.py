@@ -239,7 +239,7 @@ class Scene:
         ax.set_ylabel("rotation θ/α", fontsize=10.0, labelpad=1.0)
         ax.tick_params(labelsize=9.0)
         ax.locator_params(axis="y", nbins=5)
-        axes.grid(ax)
+        axes.label(ax)
 
     def _add_moving(self, ax: Any, artist: Any) -> Any:
         artist.set_animated(True)

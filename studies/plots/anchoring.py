@@ -17,11 +17,10 @@ from . import axes, selection
 MOST_BARS = 20
 PLACE = "advised_place"
 """Coordinate of a study's ranking with the place of each item among the recommendations."""
-REFERENCE_BAR = "0.6"
 
 
 def ranking_in(results: xr.Dataset) -> xr.Dataset:
-    """Return a ranking of anchoring as it is, or the ranking that a performance study's results hold."""
+    """Return a ranking of anchoring as it is, or the ranking that a performance study's results contain."""
     if "saving" in results:
         return results
     if "ranking" in results.attrs and "place" in results.dims:
@@ -43,57 +42,56 @@ def order_of(ranking: xr.Dataset) -> list[int]:
     return [int(i) for i in np.argsort(place, kind="stable")[:MOST_BARS]]
 
 
-def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
-    """Draw what anchoring each item saves: the best item on top, a bar for each law, with intervals."""
-    order = order_of(ranking)
-    y = np.arange(len(order))
+def _objective(ranking: xr.Dataset) -> tuple[float, str, str]:
+    """Return the factor to the unit of the objective, its name, and its unit in brackets."""
     scale, unit = objective_unit(ranking)
+    unit = unit.replace(" a year", " per year")
+    return scale, str(ranking.attrs["objective_text"]), f" ({unit})" if unit else ""
+
+
+def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
+    """Draw the savings from anchoring each item: the first item on top, a bar for each law, with intervals."""
+    order = order_of(ranking)
+    scale, objective, unit = _objective(ranking)
     high = 0.78 / len(laws)
-    sure = percent(float(ranking.attrs["confidence"]))
     for i, law in enumerate(laws):
-        one = law.results.isel(item=order)
-        saving, lower, upper = (one[f"saving{end}"].values * scale for end in ("", "_lower", "_upper"))
-        at = y + high * (i - 0.5 * (len(laws) - 1))
-        label = f"saved by anchoring it alone, with {sure} interval" if len(laws) == 1 else law.label
+        here = law.results.isel(item=order)
+        saving, lower, upper = (here[f"saving{end}"].values * scale for end in ("", "_lower", "_upper"))
+        y = np.arange(len(order)) + high * (i - 0.5 * (len(laws) - 1))
         # (a black interval could not be seen on a black bar)
-        colour = REFERENCE_BAR if law.colour == axes.REFERENCE[0] else law.colour
-        ax.barh(at, saving, color=colour, alpha=0.85, height=0.9 * high, label=label)
-        alone = one["alone"].values * scale
+        colour = axes.GREY if law.colour == axes.REFERENCE[0] else law.colour
+        label = "anchored alone" if len(laws) == 1 else law.label
+        ax.barh(y, saving, color=colour, height=0.9 * high, label=label)
+        alone = here["alone"].values * scale
         if len(laws) == 1 and not np.allclose(alone, saving, rtol=1e-6, atol=0.0):
-            text = "caused by it, were all else anchored"
-            ax.barh(at, alone, fc="none", ec="0.45", lw=0.9, height=0.9 * high, label=text, zorder=0)
-        known = np.isfinite(lower) & np.isfinite(upper)
-        errors = np.maximum(np.stack([saving - lower, upper - saving])[:, known], 0.0)
-        ax.errorbar(saving[known], at[known], xerr=errors, fmt="none", color="0.1", lw=1.0)
-    where = [place_name(f"floor {ranking['floor'].values[i]}").replace(" ", "\u00a0") for i in order]
+            ax.barh(y, alone, fc="none", ec="0.45", height=0.9 * high, label="anchored last", zorder=0)
+        errors = np.nan_to_num(np.maximum(np.stack([saving - lower, upper - saving]), 0.0))
+        ax.errorbar(saving, y, xerr=errors, fmt=law.marker, ms=3.5, color="0.1", lw=1.0)
     doubtful = doubtful_items(ranking)
+    places = [place_name(f"floor {ranking['floor'].values[i]}").replace(" ", "\u00a0") for i in order]
     names = [
         f"{ranking['item'].values[i]} ({place}){MARK if doubtful[i] else ''}"
-        for i, place in zip(order, where, strict=True)
+        for i, place in zip(order, places, strict=True)
     ]
-    axes.named_rows(ax, [axes.wrapped(name, 0.55 * axes.width_of(ax), 9.0) for name in names], fontsize=9)
+    axes.named_rows(ax, names, 0.55)
     ax.set_xlim(left=0.0)
-    text = f"saved of the {ranking.attrs['objective_text']}{f' ({unit})' if unit else ''}"
-    ax.set_xlabel(axes.wrapped(text, 0.6 * axes.width_of(ax)))
     ax.xaxis.set_major_locator(axes.round_ticks(5))
-    return ax
+    return axes.label(ax, f"reduction of the {objective}{unit}", along="x")
 
 
 def remainder(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
-    """Draw what is left as items are anchored one by one, with intervals; against the cost if ranked by it."""
-    scale, unit = objective_unit(ranking)
+    """Draw the remainder as items are anchored one by one, with intervals; against the cost if ranked by it."""
+    scale, objective, unit = _objective(ranking)
     paid = bool(ranking.attrs["per_cost"])
     last = 0.0
     for law in laws:
-        one = law.results
-        amount = one["left"].values * scale
-        step = one["total_cost"].values if paid else ranking["step"].values
+        here = law.results
+        step = here["total_cost"].values if paid else ranking["step"].values
         last = max(last, float(step[-1]))
-        ends = np.stack([one["left_lower"].values, one["left_upper"].values]) * scale
-        ends = np.where(np.isfinite(ends), ends, amount)
-        ax.fill_between(step, ends[0], ends[1], color=law.colour, alpha=0.15, lw=0.0)
-        style = {"color": law.colour, "marker": law.marker, "ls": law.line}
-        ax.plot(step, amount, ms=3.5, lw=1.5, label=law.label or None, **style)
+        amount, *ends = (here[f"left{end}"].values * scale for end in ("", "_lower", "_upper"))
+        low, high = (np.where(np.isfinite(end), end, amount) for end in ends)
+        ax.fill_between(step, low, high, color=law.colour, alpha=0.15, lw=0.0)
+        ax.plot(step, amount, ms=3.5, lw=1.5, label=law.label or None, color=law.colour, marker=law.marker, ls=law.line)
     ax.set_ylim(bottom=0.0)
     ax.set_xlim(-0.02 * last, 1.02 * last if last > 0.0 else 1.0)
     ax.xaxis.set_major_locator(axes.round_ticks(4 if paid else 7, whole=not paid))
@@ -101,43 +99,25 @@ def remainder(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> 
         ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
     ax.yaxis.set_major_locator(axes.round_ticks(5))
     money = currency_of(ranking)
-    spent = f"spent on anchoring, most saved first{f' ({money})' if money else ''}"
-    across = spent if paid else "items anchored one after the other, most saved first"
-    ax.set_xlabel(axes.wrapped(across, 0.7 * axes.width_of(ax)))
-    left = f"left of the {ranking.attrs['objective_text']}{f' ({unit})' if unit else ''}"
-    figure = ax.get_figure(root=True)
-    ax.set_ylabel(axes.wrapped(left, 0.4 * (4.0 if figure is None else float(figure.get_figheight()))))
-    axes.grid(ax)
-    return ax
+    across = f"cost of anchoring{f' ({money})' if money else ''}" if paid else "anchored items, largest saving first"
+    return axes.label(ax, across, f"remaining {objective.replace('expected annual', 'expected')}{unit}")
 
 
+@axes.style()
 def anchoring_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of the savings from anchoring each item under every law, and of what is left as items are."""
+    """Return the figure of the savings from anchoring each item under every law."""
     ranking = ranking_in(results)
-    laws = selection.laws(ranking)
-    n = len(order_of(ranking))
-    each = max(0.3, 0.14 * len(laws))
-    height = max(3.8, each * n + 1.9)
-    if axes.has_room():
-        figure = axes.figure(8.4, height)
-        left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-    else:
-        figure = axes.figure(8.4, height + 2.6)
-        left, right = figure.subplots(2, 1, height_ratios=(height, 2.6))
-    bars(ranking, laws, left)
-    remainder(ranking, laws, right)
-    handles, labels = left.get_legend_handles_labels()
-    axes.legend_below(figure, handles, labels)
-    text = f"what anchoring saves of the {ranking.attrs['objective_text']}"
+    laws, order = selection.laws(ranking), order_of(ranking)
+    height = max(2.2, max(0.3 if axes.has_room() else 0.5, 0.14 * len(laws)) * len(order) + 1.2)
+    ax = bars(ranking, laws, axes.new(height))
     by = "saving over cost" if ranking.attrs["per_cost"] else ""
     by = "recommendation" if PLACE in ranking.coords else by
-    text += f", ranked by {by}" if by else ""
-    if n < ranking.sizes["item"]:
-        text += f"; the first {n} of {ranking.sizes['item']} items"
-    of = f"; {laws[0].label}" if len(laws) == 1 and laws[0].label else ""
-    sure = percent(float(ranking.attrs["confidence"]))
-    text += f"; {sure} intervals{of}"
-    if doubtful_items(ranking)[order_of(ranking)].any():
-        text += f"; {MARKED}"
-    axes.heading(figure, str(results.attrs.get("title", "Anchoring")), text)
-    return figure
+    return axes.alone(
+        ax,
+        "Savings from anchoring",
+        f"ranked by {by}" if by else "",
+        f"the first {len(order)} of {ranking.sizes['item']} items" if len(order) < ranking.sizes["item"] else "",
+        f"bars: the item anchored alone, with {percent(float(ranking.attrs['confidence']))} intervals"
+        + (f", {laws[0].label}" if len(laws) == 1 and laws[0].label else ""),
+        MARKED if doubtful_items(ranking)[order].any() else "",
+    )

@@ -1,4 +1,4 @@
-"""Figures of a performance assessment: overturned pieces and their value, by floor and level, and annual rates."""
+"""Figures of a performance assessment: overturned pieces and their value by level, and annual rates."""
 
 from __future__ import annotations
 
@@ -9,19 +9,16 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter
 
 from ...core import checks
 from ...core.aliases import Array
 from ...core.wording import counted, currency_of, percent, short_digits
-from ...fragility.runs.provenance import number_of_motions
-from ...motions.arrays import POLARITY
 from ..tables.assessment import fallen_word, pieces_at, place_name
 from ..text.words import display_unit, level_name
 from . import axes, selection
 from .anchoring import bars, ranking_in, remainder
 
-ALONE = "#000000"
 BUILDING = "building"
 QUANTITIES = ("number", "loss", "downtime")
 VIEWS = ("levels", "exceedance", "anchoring", "left")
@@ -29,8 +26,11 @@ NEVER = 1e-12
 """A rate below every logarithmic axis, and a loss to the left of it."""
 MOST_BANDS = 3
 """Number of laws up to which one panel shows their spread over motions."""
+MARKED_YEARS = (100, 500, 1000)
+"""Return periods whose losses are marked on the curve of the building, years."""
 
 
+@axes.drawing
 def inventory(
     results: xr.Dataset,
     ax: Axes | None = None,
@@ -41,47 +41,31 @@ def inventory(
     model: str | None = None,
     color: str | None = None,
 ) -> Axes:
-    """Draw the overturning of an inventory: by level, by annual rate, or by what anchoring saves.
+    """Draw the overturning of an inventory by level or annual rate, or the effect of anchoring.
+
+    The exceedance curve is a step function.  Between two thresholds of value it has the rate of the lower threshold,
+    which is not less than the true rate.
 
     Parameters
     ----------
     results : xarray.Dataset
-        A performance study's results, or the dataset that `toppling.studies.assess` returns; for the last two views
-        also the dataset that `toppling.studies.anchoring` returns.
+        A performance study's results, or what `toppling.studies.assess` or `toppling.studies.anchoring` returns.
     view : {"levels", "exceedance", "anchoring", "left"}
-        Mean and quantiles against the level; annual rates of exceedance; what anchoring each item saves; what is left
-        as the items are anchored one by one.
+        Mean and quantiles by level; annual rates of exceedance; savings from anchoring each item; the remainder as the
+        items are anchored one by one.
     quantity : {"number", "loss", "downtime"}, optional
-        Pieces, value (or cost) or the longest downtime, for the first two views; by default pieces against the level,
-        and value (where there is any) for annual rates.
+        Pieces, value (or cost) or the longest downtime, for the first two views; by default pieces by level, and value
+        (if there is any) for annual rates.
     place : str, optional
-        ``building``, or a floor as the results call it (``floor 2``).  By default the building; for exceedance under
-        one law the building and every floor.
-    ax, model, color : optional
-        As for `fragility`.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    ValueError
-        The results do not hold what the view shows (no levels, a loss where nothing has a value, no hazard curve, no
-        ranking), or there is no such view, quantity, place or law.
-
-    Notes
-    -----
-    The exceedance curve is drawn as a step function.  Between two thresholds of value the rate is at most the rate at
-    the lower threshold, which is drawn.  The curve begins with the rate at which anything overturns, and falls to the
-    axis at the greatest value (or number) that any motion overturns.
+        ``building``, or a floor as in the results (``floor 2``).  By default the building; for exceedance under one law
+        the building and every floor.
     """
     checks.choice("view", view, VIEWS)
     alone = ax is None
     if view in ("anchoring", "left"):
         ranking = ranking_in(results)
         laws = selection.laws(ranking, model, color)
-        ax = ax or axes.new(6.4, max(3.0, 0.3 * ranking.sizes["item"] + 1.4) if view == "anchoring" else 4.0)
+        ax = ax or axes.new(max(3.0, 0.3 * ranking.sizes["item"] + 1.4) if view == "anchoring" else 4.0)
         (bars if view == "anchoring" else remainder)(ranking, laws, ax)
         if alone:  # (bars become shorter downwards and leave room for a legend)
             axes.own_legend(ax, "lower right" if view == "anchoring" else "best")
@@ -91,74 +75,56 @@ def inventory(
         raise ValueError("a figure of an inventory needs an assessment: a performance study, or what assess returns")
     usual = "loss" if view == "exceedance" and "loss" in have else "number"
     chosen = checks.choice("quantity", quantity or usual, have)
-    places = [str(one) for one in results["place"].values]
     if place is not None:
-        checks.choice("place", place, places)
+        checks.choice("place", place, [str(text) for text in results["place"].values])
     laws = selection.laws(results, model, color)
-    ax = ax or axes.new(6.4, 4.4)
-    if view == "levels":
-        _levels(results, laws, chosen, place or BUILDING, ax)
-    else:
-        _exceedance(results, laws, chosen, place, ax)
+    ax = ax or axes.new()
+    (_levels if view == "levels" else _exceedance)(results, laws, chosen, place, ax)
     if alone:
         axes.own_legend(ax)
     return ax
 
 
-def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, place: str, ax: Axes) -> None:
+def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, place: str | None, ax: Axes) -> None:
     """Draw the means of one place with their intervals, and the spread over motions."""
     if results.sizes["level"] < 2:
         raise ValueError("a figure by level needs several levels, got one")
+    place = place or BUILDING
     scale, unit = display_unit(results["level"])
     x = results["level"].values / scale
     shares = results["quantile"].values
-    sure = percent(float(results.attrs["confidence"]))
-    single = selection.labels(results, "model") == [laws[0].label] or results.sizes.get("model", 1) == 1
+    single = len(laws) == 1
     for law in laws:
-        one = law.results.sel(place=place)
-        colour = ALONE if single else law.colour
+        here = law.results.sel(place=place)
         band = axes.COLOURS[0] if single else law.colour
-        quantile = one[f"{quantity}_quantile"].values
+        quantile = here[f"{quantity}_quantile"].values
         if shares.size > 1 and len(laws) <= MOST_BANDS:
-            ends = f"{100 * shares[0]:g}–{100 * shares[-1]:g} % of motions"
-            low, high = quantile[:, 0], quantile[:, -1]
-            text = ends if single else None
-            ax.fill_between(x, low, high, color=band, alpha=0.18 if len(laws) == 1 else 0.08, lw=0.0, label=text)
-            if len(laws) > 1:
-                for end in (low, high):
-                    ax.plot(x, end, color=band, lw=0.7, ls=law.line)
-        for i in np.flatnonzero(np.isclose(shares, 0.5)) if len(laws) == 1 else ():
-            ax.plot(x, quantile[:, i], color=band, lw=1.4, ls=(0, (4, 2)), label="median")
-        mean, lower, upper = (one[f"{quantity}_mean{end}"].values for end in ("", "_lower", "_upper"))
+            text = f"{100 * shares[0]:g}–{100 * shares[-1]:g}\u00a0% of motions" if single else None
+            alpha = 0.18 if single else 0.08
+            ax.fill_between(x, quantile[:, 0], quantile[:, -1], color=band, alpha=alpha, lw=0.0, label=text)
+            if not single:
+                ax.plot(x, quantile[:, [0, -1]], color=band, lw=0.7, ls=law.line)
+        mean, lower, upper = (here[f"{quantity}_mean{end}"].values for end in ("", "_lower", "_upper"))
         errors = np.nan_to_num(np.maximum(np.stack([mean - lower, upper - mean]), 0.0))
-        label = f"mean, with its {sure} interval" if single else law.label
-        line = "solid" if single else law.line
-        style: dict[str, Any] = {"ms": 3.5, "lw": 1.5, "elinewidth": 0.9, "ls": line, "color": colour}
-        ax.errorbar(x, mean, yerr=errors, marker=law.marker, label=label, **style)
+        style: dict[str, Any] = {"ms": 3.5, "lw": 1.5, "elinewidth": 0.9, "ls": "solid" if single else law.line}
+        text = "mean" if single else law.label
+        ax.errorbar(x, mean, yerr=errors, marker=law.marker, label=text, color=law.colour, **style)
     pieces = pieces_at(results, place)
-    free = f"{pieces} piece{'s' if pieces != 1 else ''}"
-    top = float(pieces)
-    if quantity == "number":
-        ax.set_ylabel(f"pieces {fallen_word(results)}")
-        ax.yaxis.set_major_locator(axes.round_ticks(5, whole=True))
-    else:
-        ax.set_ylabel(_with_unit(results, quantity))
-        ax.yaxis.set_major_locator(axes.round_ticks(5))
+    free, top = counted(pieces, "piece"), float(pieces)
+    ax.yaxis.set_major_locator(axes.round_ticks(5, whole=quantity == "number"))
+    if quantity != "number":
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
         if quantity == "loss":
             top = _value(results, place)
             free = f"{short_digits(top)}\u00a0{currency_of(results)}".strip()
         if _is_drawn(results, quantity):  # (without a greatest value)
-            shown = results[f"{quantity}_quantile"], results[f"{quantity}_mean_upper"]
-            top = max(0.0, *(float(one.sel(place=place).max()) for one in shown))
+            ends = results[f"{quantity}_quantile"], results[f"{quantity}_mean_upper"]
+            top = max(0.0, *(float(end.sel(place=place).max()) for end in ends))
     ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)
-    log = axes.log_spaced(x)
     name = f"{level_name(results)}{f' ({unit})' if unit else ''}"
-    axes.level_axis(ax, float(x[0]) / 1.06, float(x[-1]) * 1.06, log, name)
-    # (a title may extend over the numbers beside the axis, but those of a loss are so long that the axis is short)
-    room = axes.width_of(ax) + (0.0 if quantity == "loss" else 0.5)
-    ax.set_title(axes.wrapped(f"{place_name(place)}: {free} not anchored", room), fontsize=10)
-    axes.grid(ax)
+    axes.level_axis(ax, float(x[0]) / 1.06, float(x[-1]) * 1.06, axes.log_spaced(x), name)
+    axes.label(ax, y=_with_unit(results, quantity))
+    axes.name(ax, axes.sentence(f"{place_name(place)}: {free} not anchored"))
 
 
 def _exceedance(
@@ -167,63 +133,65 @@ def _exceedance(
     """Draw annual rates of exceedance: under one law for several places, or of one place under several laws."""
     if f"{quantity}_rate" not in results:
         raise ValueError("a curve of annual rates needs an assessment with a hazard curve, got one without")
-    places = [str(one) for one in results["place"].values]
     if len(laws) > 1 or place is not None:
-        lines = [(place or BUILDING, law.label, law.results, law.colour, law.line, True) for law in laws]
-    else:
-        here = laws[0].results
-        # (a single floor is the same as the building)
-        lines = [(BUILDING, BUILDING, here, ALONE, "solid", True)]
-        for i, floor in enumerate(places[1:] if len(places) > 2 else []):
-            colour, _, line = axes.look(i)
-            lines.append((floor, place_name(floor), here, colour, line, False))
+        lines = [(place or BUILDING, law.label, law.results, law.colour, law.line) for law in laws]
+    else:  # (a single floor is the same as the building)
+        floors = [str(floor) for floor in results["place"].values[1:]]
+        here, (black, _, _) = laws[0].results, axes.REFERENCE
+        lines = [(BUILDING, BUILDING, here, black, "solid")]
+        looks = [axes.look(i + i // 3) for i in range(len(floors))]  # (without the building's black)
+        lines += [
+            (floor, place_name(floor), here, colour, line)
+            for floor, (colour, _, line) in zip(floors if len(floors) > 1 else [], looks, strict=False)
+        ]
     x = results[f"{quantity}_threshold"].values
-    sure = percent(float(results.attrs["confidence"]))
     ends: list[float] = []
     edges: list[float] = []
-    for where, label, here, colour, line, band in lines:
-        one = here.sel(place=where)
-        rate, low, high = (one[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
+    for k, (where, label, drawn, colour, line) in enumerate(lines):
+        here = drawn.sel(place=where)
+        rate, low, high = (here[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
         if not (rate > 0.0).any():
             continue
         most = _value(here, where) if quantity == "loss" else float(pieces_at(here, where))
         if _is_drawn(results, quantity):
             most = 1.05 * float(x[-1])
         at, rate, low, high = _step_points(x, quantity, most, rate, low, high)
-        shown = rate[:-1]
-        ends += [float(shown.min()), float(np.fmax(shown, high[:-1]).max())]
+        ends += [float(rate[:-1].min()), float(np.fmax(rate[:-1], high[:-1]).max())]
         edges += [*x[x > 0.0][:1], float(at[-1])]
-        if band:
-            # a lower end of zero lies below every logarithmic axis
+        band = where == lines[0][0]
+        if band:  # (a lower end of zero lies below every logarithmic axis)
             bottom = np.where(low > 0.0, low, NEVER)
-            text = f"{sure} interval" if band and colour == ALONE else None
-            ax.fill_between(at[:-1], bottom[:-1], high[:-1], color=colour, alpha=0.18, lw=0.0, label=text)
+            ax.fill_between(at[:-1], bottom[:-1], high[:-1], color=colour, alpha=0.18, lw=0.0)
         ax.plot(at, rate, label=label, color=colour, ls=line, lw=2.0 if band else 1.3)
+        for years in MARKED_YEARS if k == 0 and quantity != "number" else ():
+            if rate[:-1].min() < 1.0 / years < rate[0]:
+                amount = float(at[np.flatnonzero(rate >= 1.0 / years)[-1]])
+                ax.plot(amount, 1.0 / years, "o", color=colour, ms=5.0)
+                text = f"{short_digits(amount)}"
+                ax.annotate(text, (amount, 1.0 / years), (5, 3), textcoords="offset points")
     ax.set_yscale("log")
     if ends:  # whole decades, since few curves span more than two
         ax.set_ylim(10.0 ** math.floor(math.log10(0.9 * min(ends))), 10.0 ** math.ceil(math.log10(1.1 * max(ends))))
     else:
-        ax.annotate("nothing overturns", (0.5, 0.5), xycoords="axes fraction", ha="center", fontsize=9, color="0.4")
+        ax.annotate("nothing overturns", (0.5, 0.5), xycoords="axes fraction", ha="center", color="0.4")
     if quantity != "number":
         ax.set_xscale("log")
         axes.plain_log(ax)
         if edges:
             ax.set_xlim(0.7 * min(edges), 1.4 * max(edges))
-        ax.set_xlabel(axes.wrapped(_with_unit(results, quantity, ", more than"), axes.width_of(ax)))
     else:
         ax.xaxis.set_major_locator(axes.round_ticks(8, whole=True))
-        ax.set_xlabel(axes.wrapped(f"pieces {fallen_word(results)}, at least", axes.width_of(ax)))
-    ax.set_ylabel("annual rate (1/year)")
-    axes.grid(ax)
+    what = {"number": "number of pieces", "loss": "loss", "downtime": "downtime"}[quantity]
+    verb = "reaching" if quantity == "number" else "exceeding"
+    axes.label(ax, _with_unit(results, quantity), f"annual rate of {verb} a {what}")
     if len(laws) == 1:
         expected = float(laws[0].results[f"annual_{quantity}"].sel(place=place or BUILDING))
-        amount = {
+        text = {
             "number": f"{expected:.3g} pieces",
             "loss": f"{short_digits(expected)} {currency_of(results)}".strip(),
             "downtime": f"{expected:.2g} days",
         }[quantity]
-        of = f"{laws[0].label}\n" if results.sizes.get("model", 1) > 1 else ""
-        ax.set_title(axes.wrapped(f"{of}{amount} a year expected", axes.width_of(ax)), fontsize=10)
+        axes.name(ax, f"Expected: {text} per year")
 
 
 def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[Array, ...]:
@@ -239,66 +207,34 @@ def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[
     return at, *(np.append(np.repeat(one[:last], 2), NEVER) for one in values)
 
 
+@axes.style()
 def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
-    """Return the figure of what overturns against the level: a panel for the building and each floor, all laws."""
-    places = [str(place) for place in results["place"].values]
-    if len(places) == 2:  # a single floor is the same as the building
-        places = places[1:]
-    figure, panels, columns = axes.panel_grid(len(places), (2.8, 2.7), (0.0, 1.3), 6.0)
-    for i, (ax, place) in enumerate(zip(panels, places, strict=True)):
-        inventory(results, ax, quantity=quantity, place=place)
-        axes.outer_labels(ax, i, columns, len(places), ticks=False)
-    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
-    what = _name(results, quantity)
-    laws = selection.laws(results)
-    text = f"{what} under {_motions(results)}"
-    if len(laws) == 1:
-        text += f", {laws[0].label}" if laws[0].label else ""
-    else:
-        text += f"; thick: means with {percent(float(results.attrs['confidence']))} intervals"
-        shares = results["quantile"].values
-        if shares.size > 1 and len(laws) <= MOST_BANDS:
-            text += f", thin: {100 * shares[0]:g} and {100 * shares[-1]:g} % of motions"
-    axes.heading(figure, str(results.attrs.get("title", "Assessment")), text)
-    return figure
+    """Return the figure of the overturning in the building by level, under all laws."""
+    ax = inventory(results, axes.new(3.6), quantity=quantity)
+    shares = results["quantile"].values
+    notes = [f"means with {percent(float(results.attrs['confidence']))} intervals"]
+    if shares.size > 1 and results.sizes.get("model", 1) <= MOST_BANDS:
+        notes.append(f"bands: {100 * shares[0]:g} to {100 * shares[-1]:g} % of motions")
+    return _headed(results, ax, f"{_name(results, quantity)} by intensity level", *notes)
 
 
+@axes.style()
 def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
-    """Return the figure of annual rates at which a loss (or a number of pieces) is exceeded, a panel for each law."""
-    laws = selection.labels(results, "model")
-    each, beside = ((0.0, 3.6), (6.6, 1.2)) if axes.columns_for(len(laws)) == 1 else ((2.7, 3.2), (0.6, 1.2))
-    figure, panels, columns = axes.panel_grid(len(laws), each, beside, shared=True)
-    ends = []
-    for i, (ax, law) in enumerate(zip(panels, laws, strict=True)):
-        inventory(results, ax, view="exceedance", quantity=quantity, model=law or None)
-        ends.append(ax.get_ylim())
-        axes.outer_labels(ax, i, columns, len(laws))
-    bottoms, tops = zip(*ends, strict=True)
-    panels[0].set_ylim(min(bottoms), max(tops))
-    for i, ax in enumerate(panels):
-        if i % columns == columns - 1 or ax is panels[-1]:
-            years = ax.secondary_yaxis("right", functions=(axes.inverse, axes.inverse))
-            years.set_ylabel("return period (years)")
-            years.yaxis.set_minor_formatter(NullFormatter())
-            years.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
-    axes.legend_below(figure, *panels[0].get_legend_handles_labels())
-    alone = fallen_word(results) == "overturned"
-    verb = "overturns" if alone else "falls"
-    what = {
-        "number": f"so many pieces or more {'overturn' if alone else 'fall'}",
-        "loss": f"what {verb} costs more" if _is_drawn(results, "loss") else f"more than so much value {verb}",
-        "downtime": "something is out of use for longer",
-    }[quantity]
-    text = f"how often a year {what}, {_motions(results)}"
-    text += f"; {selection.laws(results)[0].label}" if len(laws) == 1 else ""
-    axes.heading(figure, str(results.attrs.get("title", "Assessment")), text)
-    return figure
+    """Return the figure of annual rates of exceeding a loss (or a number of pieces), under all laws."""
+    ax = inventory(results, axes.new(3.8), view="exceedance", quantity=quantity)
+    axes.years(ax, "right")
+    title = {"number": "Annual rate of falling pieces", "loss": "Annual rate of exceeding a loss"}
+    notes = [f"band: {percent(float(results.attrs['confidence']))} interval"]
+    if quantity != "number":
+        notes.append(f"dots: exceeded once in {', '.join(map(str, MARKED_YEARS[:-1]))} and {MARKED_YEARS[-1]:,} years")
+    return _headed(results, ax, title.get(quantity, "Annual rate of exceeding a downtime"), *notes)
 
 
-def _motions(results: xr.Dataset) -> str:
-    """Return the number of motions in words, and whether they were run both ways."""
-    ways = " both ways" if POLARITY in results.coords else ""
-    return f"{counted(number_of_motions(results), 'motion')}{ways}"
+def _headed(results: xr.Dataset, ax: Axes, title: str, *notes: str) -> Figure:
+    """Return the figure of one panel, with notes on motions and law."""
+    laws = selection.laws(results)
+    law = f", {laws[0].label}" if len(laws) == 1 and laws[0].label else ""
+    return axes.alone(ax, title, f"{selection.motions(results)}{law}", *notes)
 
 
 def _value(here: xr.Dataset, place: str) -> float:
@@ -310,21 +246,20 @@ def _value(here: xr.Dataset, place: str) -> float:
 
 
 def _is_drawn(here: xr.Dataset, quantity: str) -> bool:
-    """Return whether a quantity is drawn from distributions, so that it has no greatest value."""
+    """Return True if a quantity is drawn from distributions, so that it has no largest value."""
     return quantity == "downtime" or (quantity == "loss" and "cost_median" in here.coords)
 
 
 def _name(here: xr.Dataset, quantity: str) -> str:
     fallen = fallen_word(here)
-    what = f"of what {fallen if fallen == 'overturned' else 'fell'}"
     return {
-        "number": f"pieces {fallen}",
-        "loss": f"cost {what}" if _is_drawn(here, "loss") else f"value {fallen}",
-        "downtime": f"longest downtime {what}",
+        "number": f"{fallen} pieces",
+        "loss": f"cost of {fallen} pieces" if _is_drawn(here, "loss") else f"{fallen} value",
+        "downtime": "longest downtime",
     }[quantity]
 
 
-def _with_unit(here: xr.Dataset, quantity: str, text: str = "") -> str:
+def _with_unit(here: xr.Dataset, quantity: str) -> str:
     """Return the name of a quantity with its unit, for an axis."""
-    unit = "days" if quantity == "downtime" else currency_of(here)
-    return f"{_name(here, quantity)}{text}{f' ({unit})' if unit else ''}"
+    unit = {"number": "", "downtime": "days"}.get(quantity, currency_of(here))
+    return f"{_name(here, quantity)}{f' ({unit})' if unit else ''}"

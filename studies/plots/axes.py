@@ -1,65 +1,105 @@
-"""Axes, legends, headings and colours that all figures share, of matplotlib objects outside pyplot."""
+"""Sizes, colours, titles, labels and legends that all figures share, of matplotlib objects outside pyplot."""
 
 from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, Literal
+from inspect import signature
+from typing import Any, Literal, TypeVar
 
+import matplotlib as mpl
 import numpy as np
-from matplotlib import rcParams
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backend_bases import RendererBase
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import (
-    FuncFormatter,
-    LogFormatterSciNotation,
-    LogLocator,
-    MaxNLocator,
-    NullFormatter,
-    NullLocator,
-)
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator
 
-# The palette of Okabe and Ito (2008), which readers with any colour vision can tell apart.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+# The blue of Okabe and Ito (2008) and three dark colours: contrast of 5:1 on white, different with any colour vision.
+COLOURS = ("#0072B2", "#C04A00", "#007A5A", "#222222")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 LINES = ("solid", "dotted", "dashdot")
-REFERENCE = ("#000000", "X", (0, (4, 2)))
+REFERENCE = ("#222222", "X", (0, (4, 2)))
 """Colour, marker and line of the reference: black and dashed."""
+GREY = "0.75"
+"""Grey of what a figure shows for comparison."""
+PAGE, COLUMN = 7.2, 3.5
+"""Widths of figures for a page and for a column or a phone, inches."""
 PANEL_COLUMNS = 3
-"""Panels in a row of a figure at the most."""
+"""Largest number of panels in a row of a figure."""
 LETTERS = 13.0
 """Letters of 10 points that fit into one inch."""
 LONG_NUMBER = 1.2
 """Width that a small number on an axis needs as a multiple of a power of ten, with the space beside it, inches."""
-PHONE = 3.7
-"""Width of a figure for a phone, inches."""
-_widest: ContextVar[float] = ContextVar("_widest", default=math.inf)
+LOOK: dict[Any, Any] = {
+    "axes.titlelocation": "left",
+    "axes.titlesize": "medium",
+    "figure.titleweight": "bold",
+    "legend.fontsize": "medium",
+    "legend.frameon": False,
+}
+"""Matplotlib's settings within which figures are drawn."""
+SHARED = {
+    ("ax",): "Matplotlib's axes to draw into; by default those of a new figure.",
+    ("block", "model", "floor"): "Labels in the results; needed if there are several, but usually all laws are drawn.",
+    ("label", "color", "linestyle"): "Matplotlib's properties of the line.",
+}
+"""Meanings of parameters that public functions share."""
+SECTIONS = """
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        Results without what is drawn; no such option or label, or one that is needed and missing.
+    """
+"""Parts that the docstrings of all public functions have."""
+Drawing = TypeVar("Drawing", bound=Callable[..., Axes])
+_narrow: ContextVar[bool] = ContextVar("_narrow", default=False)
 
 
 @contextmanager
 def on_a_phone() -> Iterator[None]:
     """Draw the figures within for the width of a phone: panels stand one below the other."""
-    before = _widest.set(PHONE)
+    before = _narrow.set(True)
     try:
         yield
     finally:
-        _widest.reset(before)
+        _narrow.reset(before)
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw within this context, or a decorated function, with the look of all figures and text of 8 to 10 points."""
+    size = 9.0 if has_room() else 8.0
+    with mpl.rc_context({**LOOK, "font.size": size, "figure.titlesize": size + 1.0}):
+        yield
+
+
+def drawing(function: Drawing) -> Drawing:
+    """Draw a public function in the style of all figures, and add to its docstring what these functions share."""
+    optional = [name for name, given in signature(function).parameters.items() if given.default is not given.empty]
+    text = (function.__doc__ or "").rstrip()
+    for names, meaning in SHARED.items():
+        own = ", ".join(name for name in names if name in optional)
+        text += f"\n    {own} : optional\n        {meaning}" if own else ""
+    function.__doc__ = text + SECTIONS
+    return style()(function)
 
 
 def has_room() -> bool:
-    """Return whether two panels fit beside each other."""
-    return math.isinf(_widest.get())
+    """Return True if two panels fit beside each other."""
+    return not _narrow.get()
 
 
-def figure(width: float, height: float) -> Figure:
-    """Return a new figure of a width and a height in inches, no wider than the page that it is drawn for."""
-    return Figure(figsize=(min(width, _widest.get()), height), layout="constrained")
+def figure(height: float) -> Figure:
+    """Return a new figure of a height in inches, as wide as a page, or as a column on a phone."""
+    return Figure(figsize=(PAGE if has_room() else COLUMN, height), layout="constrained")
 
 
 def settle(figure: Figure) -> None:
@@ -70,9 +110,16 @@ def settle(figure: Figure) -> None:
         figure.set_layout_engine()  # (none; a placeholder, which "none" leaves, has everything drawn twice)
 
 
-def new(width: float, height: float) -> Axes:
-    """Return the axes of a new figure of a width and a height in inches."""
-    return figure(width, height).add_subplot()
+def panel(figure: Figure, *at: Any) -> Axes:
+    """Return new axes of a figure, whose numbers keep the size of this moment's text."""
+    ax = figure.add_subplot(*at)
+    ax.tick_params(labelsize=mpl.rcParams["font.size"])
+    return ax
+
+
+def new(height: float = 4.0) -> Axes:
+    """Return the axes of a new figure of a height in inches."""
+    return panel(figure(height))
 
 
 def colour(i: int) -> str:
@@ -90,6 +137,11 @@ def model_name(label: str) -> str:
     return label.replace("e_R", "$e_R$")
 
 
+def sentence(text: str) -> str:
+    """Return a text with a capital letter at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
 def wrapped(text: str, inches: float, size: float = 10.0) -> str:
     """Return a text in lines about equally long that fit into a width; `size` is the size of the letters in points."""
     most = max(8, int(LETTERS * inches * 10.0 / size))
@@ -98,61 +150,68 @@ def wrapped(text: str, inches: float, size: float = 10.0) -> str:
 
 def _even(line: str, most: int) -> list[str]:
     """Break a line into as few lines as needed, the longest as short as possible, so that no word is left alone."""
-    found = textwrap.wrap(line, most, break_on_hyphens=False)
+    lines = textwrap.wrap(line, most, break_on_hyphens=False)
     # (a width below the longest word would break that word)
     for width in range(most - 1, max(7, *map(len, line.split(" "))) - 1, -1):
         closer = textwrap.wrap(line, width, break_on_hyphens=False)
-        if len(closer) > len(found):
+        if len(closer) > len(lines):
             break
-        found = closer
-    return found
+        lines = closer
+    return lines
 
 
-def heading(figure: Figure, title: str, text: str = "") -> None:
-    """Write a title above all panels, and below the title what a reader must know to read the panels."""
-    width = 0.94 * figure.get_figwidth()
-    size = 11.0 if width > 7.0 else 10.0
-    figure.suptitle("\n".join(wrapped(one, width, size) for one in (title, text) if one), fontsize=size)
+def heading(figure: Figure, title: str, *notes: str, legend: Sequence[Axes] = ()) -> None:
+    """Write a short title above all panels, and below them one legend of some panels; notes make the caption.
+
+    The notes become the figure's label: sentences that the report prints below the figure.
+    """
+    figure.suptitle(wrapped(sentence(title), 0.94 * figure.get_figwidth()), x=0.01, ha="left")
+    figure.set_label(" ".join(f"{sentence(note)}." for note in notes if note))
+    entries = [ax.get_legend_handles_labels() for ax in legend]
+    handles, labels = [item for entry in entries for item in entry[0]], [item for entry in entries for item in entry[1]]
+    if len(labels) > 1:
+        entry = max(len(label.replace("$", "")) for label in labels) / LETTERS * 0.9 + 0.55
+        columns = max(1, min(len(labels), int(0.96 * figure.get_figwidth() / entry)))
+        # (rows of equal length: five entries as 3 + 2, not 4 + 1)
+        columns = math.ceil(len(labels) / math.ceil(len(labels) / columns))
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+def alone(ax: Axes, title: str, *notes: str) -> Figure:
+    """Return the figure of axes that are its only ones, with its heading and legend."""
+    figure = ax.figure
+    assert isinstance(figure, Figure)
+    heading(figure, title, *notes, legend=[ax])
+    return figure
 
 
 def own_legend(ax: Axes, place: Literal["best", "lower right"] = "best") -> None:
-    """Add the legend of axes that have a figure of their own, where they show more than one labelled thing."""
+    """Add the legend of axes that have a figure of their own, if they show more than one labelled thing."""
     if len(ax.get_legend_handles_labels()[1]) > 1:
-        ax.legend(frameon=False, fontsize=9, loc=place)
-
-
-def legend_below(figure: Figure, handles: Sequence[Artist], labels: Sequence[str]) -> None:
-    """Add one legend for all panels below them, in as many columns as fit."""
-    if not labels:
-        return
-    entry = max(len(label.replace("$", "")) for label in labels) / LETTERS * 0.9 + 0.55
-    columns = max(1, min(len(labels), int(0.96 * figure.get_figwidth() / entry)))
-    # (rows of equal length: five entries as 3 + 2, not 4 + 1)
-    columns = math.ceil(len(labels) / math.ceil(len(labels) / columns))
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
+        ax.legend(loc=place)
 
 
 def columns_for(panels: int) -> int:
-    """Return the number of columns for a number of panels: three at the most, two for four panels, one on a phone."""
+    """Return the number of columns for a number of panels: at most three, two for four panels, one on a phone."""
     return 1 if not has_room() else 2 if panels == 4 else min(PANEL_COLUMNS, panels)
 
 
 def panel_grid(
-    number: int,
-    each: tuple[float, float],
-    beside: tuple[float, float],
-    least: float = 0.0,
-    columns: int | None = None,
-    shared: bool = False,
+    number: int, height: float, extra: float, columns: int | None = None, shared: bool = False
 ) -> tuple[Figure, list[Axes], int]:
-    """Return a figure, its panels row by row, and its columns; sizes are in inches, `least` of the whole width."""
+    """Return a figure, its panels row by row, and its columns; heights of a row and of all else are in inches."""
     columns = columns_for(number) if columns is None else columns
     rows = math.ceil(number / columns)
-    whole = figure(max(each[0] * columns + beside[0], least), each[1] * rows + beside[1])
-    panels = list(whole.subplots(rows, columns, squeeze=False, sharex=shared, sharey=shared).flat)
-    for ax in panels[number:]:
-        ax.remove()
-    return whole, panels[:number], columns
+    whole = figure(height * rows + extra)
+    cells = whole.add_gridspec(rows, columns)
+    panels: list[Axes] = []
+    for i in range(number):
+        ax = panel(whole, cells[i // columns, i % columns])
+        if shared and panels:
+            ax.sharex(panels[0])
+            ax.sharey(panels[0])
+        panels.append(ax)
+    return whole, panels, columns
 
 
 def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = True) -> None:
@@ -166,21 +225,43 @@ def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = T
         ax.tick_params(labelleft=left, labelbottom=below)
 
 
-def grid(ax: Axes, along: str = "both") -> None:
-    """Draw pale grid lines, and remove the frame on the sides that have no axis."""
-    ax.grid(axis=along, alpha=0.25, lw=0.6)  # type: ignore[arg-type]
+def name(ax: Axes, text: str, room: float = 0.3) -> None:
+    """Write the title of a panel; matplotlib would look again and again for ticks in its way."""
+    ax.set_title(wrapped(text, width_of(ax) + room), y=1.0)
+
+
+def label(ax: Axes, x: str = "", y: str = "", along: Literal["both", "x", "y"] = "both") -> Axes:
+    """Label both axes, draw pale grid lines, and return the axes; the parts without an axis have no frame."""
+    if x:  # (beside the names of rows there is about half of the width)
+        ax.set_xlabel(wrapped(sentence(x), width_of(ax) * (0.65 if along == "x" else 1.0)))
+    if y:
+        ax.set_ylabel(wrapped(sentence(y), height_of(ax)))
+    ax.grid(axis=along, alpha=0.25, lw=0.6)
     ax.set_axisbelow(True)
     ax.spines[["top", "right"]].set_visible(False)
     if along == "x":
         ax.tick_params(axis="y", length=0.0)
         ax.spines["left"].set_visible(False)
+    return ax
 
 
-def named_rows(ax: Axes, names: Sequence[str], **text: Any) -> None:
-    """Name the rows of horizontal bars or dots, the first on top, and draw the grid across them."""
-    ax.set_yticks(range(len(names)), names, **text)
+def shares(axis: Axis) -> None:
+    """Write the numbers of an axis in per cent."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{100.0 * value:.4g}\u00a0%"))
+
+
+def probabilities(ax: Axes, state: str = "overturning", margin: float = 0.02) -> None:
+    """Make the y-axis one of probabilities of a state."""
+    ax.set_ylim(-margin, 1.0 + margin)
+    ax.set_yticks([0.0, 0.25, 0.5, 0.75, 1.0])
+    shares(ax.yaxis)
+    label(ax, y=f"probability of {state}")
+
+
+def named_rows(ax: Axes, names: Sequence[str], room: float = 0.45) -> None:
+    """Name the rows of horizontal bars or dots, the first on top; names take at most a share `room` of the width."""
+    ax.set_yticks(range(len(names)), [wrapped(text, room * width_of(ax)) for text in names])
     ax.set_ylim(len(names) - 0.4, -0.6)
-    grid(ax, "x")
 
 
 def round_ticks(most: int, *, whole: bool = False) -> MaxNLocator:
@@ -197,7 +278,7 @@ def log_spaced(levels: Any) -> bool:
     return bool(ratios.std() / ratios.mean() < steps.std() / steps.mean())
 
 
-def level_axis(ax: Axes, low: float, high: float, log: bool, name: str) -> None:
+def level_axis(ax: Axes, low: float, high: float, log: bool, text: str) -> None:
     """Set the x-axis of levels: logarithmic from `low` to `high`, or linear from zero to `high`."""
     if log:
         ax.set_xscale("log")
@@ -206,40 +287,60 @@ def level_axis(ax: Axes, low: float, high: float, log: bool, name: str) -> None:
     else:
         ax.set_xlim(0.0, high)
         ax.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
-    ax.set_xlabel(wrapped(name, width_of(ax)))
+    label(ax, text)
+
+
+def _size_of(ax: Axes, along: int) -> float:
+    """Return the approximate width (0) or height (1) of axes with all that is beside them, inches."""
+    spec, figure = ax.get_subplotspec(), ax.get_figure(root=True)
+    whole = 6.0 if figure is None else float(figure.get_size_inches()[along])
+    if spec is None:
+        return whole
+    grid = spec.get_gridspec()
+    return whole * (len(spec.colspan) / grid.ncols if along == 0 else len(spec.rowspan) / grid.nrows)
 
 
 def width_of(ax: Axes) -> float:
     """Return the approximate width that axes have for text, inches."""
-    spec = ax.get_subplotspec()
-    figure = ax.get_figure(root=True)
-    whole = 6.0 if figure is None else float(figure.get_figwidth())
-    return max(1.5, (whole if spec is None else whole / spec.get_gridspec().ncols) - 0.7)
+    return max(1.5, _size_of(ax, 0) - 0.7)
+
+
+def height_of(ax: Axes) -> float:
+    """Return the approximate height that axes have for text, inches."""
+    return max(1.2, _size_of(ax, 1) - 0.5)
 
 
 def plain_log(ax: Axes) -> None:
-    """Write plain numbers on a logarithmic x-axis, several within a decade where there is room for them."""
+    """Write plain numbers on a logarithmic x-axis, several within a decade if there is room for them."""
     low, high = ax.get_xlim()
     decades = math.log10(high / low) if 0.0 < low < high else 1.0
     room = width_of(ax) / decades
     subs = (1.0, 2.0, 5.0) if room > 1.3 else (1.0, 3.0) if room > 0.9 else (1.0,)
     ax.xaxis.set_major_locator(ShownTicks(subs, max(1, int(width_of(ax) / LONG_NUMBER))))
+    ax.minorticks_off()  # (they take a third of a figure's time)
 
     def text(value: float, _: int | None = None) -> str:
         left, right = ax.get_xlim()
         is_power = value > 0.0 and abs(math.log10(value) - round(math.log10(value))) < 1e-9
-        return plain_number(value) if is_power or right <= (10.0 if value < 1e-3 else 100.0) * left else ""
+        few = right <= (10.0 ** (width_of(ax) / 3.0) if value < 1e-3 else 100.0) * left
+        return plain_number(value) if is_power or few else ""
 
     ax.xaxis.set_major_formatter(FuncFormatter(text))
-    for one in ax.artists:
-        if isinstance(one, MinorTicks):
-            one.remove()
-    ax.add_artist(MinorTicks(ax))
 
 
 def plain_number(value: float) -> str:
     """Return the number of a tick; small ones are written with powers of ten, which do not overlap."""
-    return f"{value:,g}" if value >= 1e-3 else str(LogFormatterSciNotation()(value))
+    if value < 1e-3:
+        return str(LogFormatterSciNotation()(value))
+    return f"{value:,.0f}" if value >= 1e3 else f"{value:g}"
+
+
+def plain_log_y(ax: Axes) -> None:
+    """Write plain numbers on a logarithmic y-axis, several within a decade unless there are more than two."""
+    low, high = ax.get_ylim()
+    ax.yaxis.set_major_locator(ShownTicks((1.0,) if high > 200.0 * low else (1.0, 2.0, 5.0), 5))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
+    ax.yaxis.minorticks_off()
 
 
 def inverse(value: Any) -> Any:
@@ -248,12 +349,17 @@ def inverse(value: Any) -> Any:
         return 1.0 / np.asarray(value, dtype=float)
 
 
-def plain_log_y(ax: Axes) -> None:
-    """Write plain numbers on a logarithmic y-axis, several within a decade unless there are more than two."""
-    low, high = ax.get_ylim()
-    ax.yaxis.set_major_locator(ShownTicks((1.0,) if high > 200.0 * low else (1.0, 2.0, 5.0), 5))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
-    ax.yaxis.set_minor_formatter(NullFormatter())
+def years(ax: Axes, side: Literal["top", "right"]) -> None:
+    """Add an axis of return periods beside an axis of annual rates."""
+    make = ax.secondary_xaxis if side == "top" else ax.secondary_yaxis
+    other = make(side, functions=(inverse, inverse))  # type: ignore[arg-type]
+    axis = other.xaxis if side == "top" else other.yaxis
+    axis.set_label_text("Return period (years)")
+    low, high = ax.get_xlim() if side == "top" else ax.get_ylim()
+    axis.set_major_locator(ShownTicks((1.0,) if high > 100.0 * low else (1.0, 3.0), 5))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(float(f"{value:.2g}"))))
+    axis.minorticks_off()
+    other.tick_params(labelsize=mpl.rcParams["font.size"])
 
 
 class ShownTicks(LogLocator):
@@ -268,44 +374,10 @@ class ShownTicks(LogLocator):
         low, high = sorted((vmin, vmax))
         if 0.0 < low < high < 10.0 * low:
             power = 10.0 ** math.floor(math.log10(low))
-            within = [low <= one * size <= high for size in (power, 10.0 * power) for one in self._multiples]
+            within = [low <= times * size <= high for size in (power, 10.0 * power) for times in self._multiples]
             if sum(within) < 2:
                 steps = round_ticks(self._most).tick_values(low, high)
-                return [float(one) for one in steps if low <= one <= high]
+                return [float(step) for step in steps if low <= step <= high]
         every = np.asarray(super().tick_values(vmin, vmax), dtype=float)
         shown: list[float] = every[(every >= low * (1.0 - 1e-6)) & (every <= high * (1.0 + 1e-6))].tolist()
         return shown
-
-
-class MinorTicks(Artist):
-    """The short ticks of a logarithmic x-axis, drawn together: matplotlib's take a third of a figure's time."""
-
-    def __init__(self, ax: Axes) -> None:
-        super().__init__()
-        self._axis = ax.xaxis
-        self._locator = LogLocator(subs="auto")
-        self._locator.set_axis(ax.xaxis)
-        ax.xaxis.set_minor_locator(NullLocator())
-        self.set_in_layout(False)
-        self.set_zorder(ax.xaxis.get_zorder())
-
-    def draw(self, renderer: RendererBase) -> None:
-        """Draw a tick at each place of matplotlib's locator of minor ticks that has none of the longer ticks."""
-        ax, figure = self.axes, self.get_figure()
-        if ax is None or figure is None or not self.get_visible():
-            return
-        low, high = sorted(ax.get_xlim())
-        longer = self._axis.get_majorticklocs()
-        at = [x for x in self._locator() if low <= x <= high and not np.isclose(x, longer, rtol=1e-9, atol=0.0).any()]
-        ticks = Line2D(
-            at,
-            np.zeros(len(at)),
-            color=rcParams["xtick.color"],
-            linestyle="none",
-            marker=3,  # (matplotlib's TICKDOWN)
-            markersize=rcParams["xtick.minor.size"],
-            markeredgewidth=rcParams["xtick.minor.width"],
-            transform=ax.get_xaxis_transform(),
-        )
-        ticks.set_figure(figure)
-        ticks.draw(renderer)

@@ -18,7 +18,7 @@ from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator, Region
 from ..text.histories import before_lying, checked
 from . import axes
-from .response import ATTRIBUTES, VARIABLES
+from .response import ATTRIBUTES, ROTATION, VARIABLES
 
 WIDEST = 1.15
 """|θ|/α up to which a moment is drawn, a little past the balance at 1."""
@@ -29,6 +29,7 @@ MOMENTS = {
 }
 
 
+@axes.drawing
 def hysteresis(
     response: xr.Dataset,
     ax: Axes | None = None,
@@ -39,35 +40,19 @@ def hysteresis(
 ) -> Axes:
     """Draw the restoring and the damping moment of a response, over m g R sin α, against its rotation.
 
+    The histories contain moments per unit moment of inertia, and m g R sin α/I_O = p² sin α.  In the upright position
+    the moment of a rigid block jumps between ±m g R sin α (in small-angle geometry ±m g R α).
+
     Parameters
     ----------
     response : xarray.Dataset
-        The response, as for `phase`.  An impact dissipates its energy at one rotation, so that the curve of a Housner
-        block encloses no area.
-    ax, label, color : optional
-        As for `phase`.
+        The response, as for `phase`.  The curve of a Housner block encloses no area, as impacts dissipate its energy.
     moment : {"total", "damping", "restoring"}
         The sum of both moments, or one of them.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    TypeError, ValueError
-        As for `phase`, or another moment.
-
-    Notes
-    -----
-    The histories hold moments per unit moment of inertia, and m g R sin α/I_O = p² sin α.  In the upright position the
-    moment of a rigid block jumps between ±m g R sin α (in small-angle geometry ±m g R α); the jump is drawn as a
-    vertical line between the samples on both sides.  The moment of a law that is not the package's own is drawn from
-    sample to sample.
     """
     parts = MOMENTS[checks.choice("moment", moment, tuple(MOMENTS))]
     checked(response, VARIABLES, ATTRIBUTES)
-    ax = ax or axes.new(5.0, 3.8)
+    ax = ax or axes.new()
     standing = before_lying(response)
     theta, *moments = (response[name].values[standing] for name in ("rotation", *parts))
     if "restoring_moment" in parts:
@@ -76,12 +61,10 @@ def hysteresis(
     resisting = np.sum(moments, axis=0) / (p**2 * math.sin(alpha))
     ax.plot(theta / alpha, resisting, color=color or axes.COLOURS[0], lw=1.2, label=label)
     name = {"total": "restoring and damping", "damping": "damping", "restoring": "restoring"}[moment]
-    ax.set_xlabel("rotation over slenderness, θ/α (–)")
-    ax.set_ylabel(f"{name} moment over m g R sin α (–)")
-    axes.grid(ax)
-    return ax
+    return axes.label(ax, ROTATION, f"{name} moment over m g R sin α (–)")
 
 
+@axes.drawing
 def moment(
     block: Block,
     model: Law,
@@ -93,58 +76,38 @@ def moment(
 ) -> Axes:
     """Draw the restoring moment of a block under a law against its rotation, with the law's elastic zone shaded.
 
+    The moment is divided by m g R sin α, which the floor's reaction can balance before the block lifts.  With
+    ``rest="rigid"`` a block at rest follows the rigid branch; the zone is dotted.
+
     Parameters
     ----------
     block : Block
     model : law
-        The law's geometry decides the shape of the curve: a sine or straight lines, with an elastic zone or, where the
-        block is rigid, a vertical jump.
-    ax, label, color, linestyle : optional
-        Matplotlib's axes to draw into (new axes by default) and properties of the line; the default label is the law's
-        own.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    TypeError
-        The arguments are not a block and a law.
-    ValueError
-        The law needs an explicit e for this block.
-
-    Notes
-    -----
-    The moment is divided by m g R sin α, the moment that the floor's reaction can balance before the block lifts.  With
-    ``rest="rigid"`` a block that starts from rest, or that would come to rest, follows the rigid branch; the zone is
-    drawn dotted.
+        Its geometry decides the shape of the curve: a sine or straight lines, with an elastic zone or a vertical jump.
     """
     oscillator = oscillator_of(block, model)
-    ax = ax or axes.new(5.4, 3.8)
+    ax = ax or axes.new()
     alpha = block.alpha
     unit = block.p**2 * math.sin(alpha)
-    own = color or axes.COLOURS[0]
+    colour = color or axes.COLOURS[0]
     end = WIDEST * alpha
     solid: list[Array] = []
     for part in sorted(oscillator.regions, key=lambda part: (part.lower, part.upper)):
         theta = np.linspace(max(part.lower, -end), min(part.upper, end), 201)
         curve = np.stack([theta / alpha, _restoring(oscillator, part, theta) / unit])
         if part.captures:
-            ax.plot(*curve, color=own, lw=1.4, ls=(0, (1, 1.5)))
+            ax.plot(*curve, color=colour, lw=1.4, ls=(0, (1, 1.5)))
         else:
             solid.append(curve)
     # one line in one style: at rest it is vertical, since the floor's reaction takes any value there
     x, y = np.concatenate(solid, axis=1)
-    ax.plot(x, y, color=own, lw=1.8, ls=linestyle, label=axes.model_name(model.label) if label is None else label)
+    label = axes.model_name(model.label) if label is None else label
+    ax.plot(x, y, color=colour, lw=1.8, ls=linestyle, label=label)
     edge = model.zone_edge(block) / alpha
     if edge > 0.0:
         ax.axvspan(-edge, edge, color="0.9", lw=0.0, zorder=0)
     ax.axhline(0.0, color="0.6", lw=0.6, zorder=0)
-    ax.set_xlabel("rotation over slenderness, θ/α (–)")
-    ax.set_ylabel("restoring moment over m g R sin α (–)")
-    axes.grid(ax)
-    return ax
+    return axes.label(ax, ROTATION, "restoring moment over m g R sin α (–)")
 
 
 def _restoring(oscillator: Oscillator, part: Region, theta: Array) -> Array:

@@ -15,11 +15,13 @@ from . import axes, selection
 VARIABLES = ("angular_velocity", "restoring_moment", "damping_moment", "overturned", "overturning_time")
 ATTRIBUTES = ("alpha", "p", "configuration")
 """Variables and attributes of a history that the figures need beside the rotation."""
+ROTATION = "rotation over slenderness, θ/α (–)"
 HIGHEST = 1.6
 """|θ|/α at which the curve of a falling block leaves a figure of histories."""
 CROSS: dict[str, Any] = {"marker": "X", "ms": 8.0, "mew": 0.6, "mec": "white", "ls": "none"}
 
 
+@axes.drawing
 def history(
     responses: xr.Dataset | Sequence[xr.Dataset],
     ax: Axes | None = None,
@@ -29,99 +31,63 @@ def history(
 ) -> Axes:
     """Draw rotation over slenderness against time, a line for each response, with a cross at the last balance.
 
+    The cross marks the last time at which |θ| exceeds α, or the end of a history that ends before.
+
     Parameters
     ----------
     responses : xarray.Dataset or sequence of them
         Datasets that `toppling.simulate` or `toppling.free_rocking` returned, of any blocks and laws.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
-    labels : sequence of str, optional
-        One label for each response, "" for none; by default the law, the block or the motion, whichever distinguishes
-        the responses.
-    colors : sequence of str, optional
-        One of matplotlib's colours for each response; by default the palette, with the first Housner black and dashed.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    TypeError
-        A response is not a dataset.
-    ValueError
-        No responses, datasets that hold no history, labels or colors of another number.
-
-    Notes
-    -----
-    The cross marks where |θ| exceeds α for the last time, or the end of a history that ends before.  The block lies on
-    its side later, at the response's `overturning_time`.
+    labels, colors : sequence of str, optional
+        One label ("" for none) and one of matplotlib's colours for each response; by default the law, block or motion
+        that distinguishes the responses, and the palette, with the first Housner black and dashed.
     """
     several = isinstance(responses, Iterable) and not isinstance(responses, xr.Dataset)
     many: list[Any] = list(responses) if several else [responses]
     if not many:
         raise ValueError("responses must be at least one history, got none")
-    for one in many:
-        checked(one, VARIABLES, ATTRIBUTES)
+    for response in many:
+        checked(response, VARIABLES, ATTRIBUTES)
     names = _one_each("labels", labels, many) or _names(many)
     chosen = _one_each("colors", colors, many)
     alone = ax is None
-    ax = ax or axes.new(6.4, 3.4)
+    ax = ax or axes.new(3.4)
     fallen = False
-    laws = [json.loads(one.attrs["configuration"])["model"]["law"] for one in many]
+    laws = [json.loads(response.attrs["configuration"])["model"]["law"] for response in many]
     looks = selection.looks(xr.Dataset({"law": ("model", laws)}))
-    for i, (one, (colour, _, line)) in enumerate(zip(many, looks, strict=True)):
-        standing = before_lying(one)
-        time, x = one["time"].values[standing], (one["rotation"].values / one.attrs["alpha"])[standing]
-        own = colour if chosen is None else chosen[i]
-        ax.plot(time, x, color=own, ls=line, lw=1.4, label=names[i])
-        if bool(one["overturned"]):
-            ax.plot(*last_balance(one)[:2], color=own, zorder=3, **CROSS)
+    for i, (response, (colour, _, line)) in enumerate(zip(many, looks, strict=True)):
+        standing = before_lying(response)
+        x = (response["rotation"].values / response.attrs["alpha"])[standing]
+        colour = colour if chosen is None else chosen[i]  # noqa: PLW2901
+        ax.plot(response["time"].values[standing], x, color=colour, ls=line, lw=1.4, label=names[i])
+        if bool(response["overturned"]):
+            ax.plot(*last_balance(response)[:2], color=colour, zorder=3, **CROSS)
             fallen = True
     if fallen and any(names):
         ax.plot([], [], color="0.4", label="past its balance for good", **CROSS)
     if fallen:
         low, high = ax.get_ylim()
         ax.set_ylim(max(low, -HIGHEST - 0.1), min(high, HIGHEST + 0.1))
-    ax.set_xlabel("time (s)")
-    ax.set_ylabel("rotation over slenderness, θ/α (–)")
     if alone:
         axes.own_legend(ax)
-    axes.grid(ax)
-    return ax
+    return axes.label(ax, "time (s)", ROTATION)
 
 
+@axes.drawing
 def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = None, color: str | None = None) -> Axes:
-    """Draw the phase portrait: angular velocity over p α against rotation over slenderness.
-
-    The curve is a spiral that ends at rest, or that leads outwards until the block falls.
+    """Draw the phase portrait until overturning: angular velocity over p α against rotation over slenderness.
 
     Parameters
     ----------
     response : xarray.Dataset
-        Dataset that `toppling.simulate` or `toppling.free_rocking` returned; nothing is drawn after overturning.
-    ax, label, color : optional
-        Matplotlib's axes to draw into (new axes by default), and properties of the line.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    TypeError, ValueError
-        The response is not a dataset, or it holds no history.
+        Dataset that `toppling.simulate` or `toppling.free_rocking` returned.
     """
     checked(response, VARIABLES, ATTRIBUTES)
-    ax = ax or axes.new(4.6, 4.2)
+    ax = ax or axes.new()
     standing = before_lying(response)
     alpha, p = response.attrs["alpha"], response.attrs["p"]
     x, v = response["rotation"].values / alpha, response["angular_velocity"].values / (p * alpha)
     ax.plot(x[standing], v[standing], color=color or axes.COLOURS[0], lw=1.2, label=label)
-    ax.set_xlabel("rotation over slenderness, θ/α (–)")
-    ax.set_ylabel("angular velocity over p α, θ'/(pα) (–)")
-    axes.grid(ax)
-    return ax
+    return axes.label(ax, ROTATION, "angular velocity over p α, θ'/(pα) (–)")
 
 
 def _one_each(name: str, values: Sequence[str] | None, many: Sequence[Any]) -> list[str] | None:

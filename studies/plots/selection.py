@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import xarray as xr
 
 from ...core import checks
+from ...core.wording import counted
+from ...fragility.runs.provenance import number_of_motions
+from ...motions.arrays import POLARITY
+from ..tables.sensitivity import LAW_NAMES
+from ..text.words import block_title, floor_name
 from . import axes
 
 
@@ -33,14 +39,28 @@ def laws(results: xr.Dataset, model: str | None = None, color: str | None = None
     names = labels(results, "model")
     if model is not None:
         checks.choice("model", model, names)
-    found = []
-    for i, (label, (colour, marker, line)) in enumerate(zip(names, looks(results), strict=True)):
-        if model is None or label == model:
-            here = results.isel(model=i) if "model" in results.dims else results
-            found.append(DrawnLaw(axes.model_name(label), here, color or colour, marker, line))
-    if color is not None and len(found) > 1:
-        raise ValueError(f"color must be of one law, got {len(found)} laws: say which model")
-    return found
+    chosen = [
+        DrawnLaw(text, results.isel(model=i) if "model" in results.dims else results, color or colour, marker, line)
+        for i, (text, (colour, marker, line)) in enumerate(zip(law_names(names), looks(results), strict=True))
+        if model is None or names[i] == model
+    ]
+    if color is not None and len(chosen) > 1:
+        raise ValueError(f"color must be of one law, got {len(chosen)} laws: say which model")
+    return chosen
+
+
+def law_names(labels: Sequence[str]) -> list[str]:
+    """Return laws by the names of their authors, with parameters only where laws of one name differ in them."""
+    split = [(key, rest.split()) for key, _, rest in (label.partition(" ") for label in labels)]
+    texts = []
+    for label, (key, rest) in zip(labels, split, strict=True):
+        if key in LAW_NAMES:
+            alike = [other for name, other in split if name == key]
+            short = LAW_NAMES[key].removesuffix(" damping").removesuffix("’s impacts")
+            own = (part for part in rest if not all(part in other for other in alike))
+            label = axes.sentence(" ".join((short, *own))).replace("rest=rigid", "(rigid at rest)")  # noqa: PLW2901
+        texts.append(axes.model_name(label))
+    return texts
 
 
 def looks(results: xr.Dataset) -> list[tuple[str, str, Any]]:
@@ -65,6 +85,17 @@ def labels(results: xr.Dataset, dim: str) -> list[str]:
     if dim not in results.dims:
         return [str(results[dim].item())] if dim in results.coords and results[dim].ndim == 0 else [""]
     return [str(one) for one in results[dim].values]
+
+
+def place(block: str, floor: int | str | None) -> str:
+    """Return the name of a block, if it has one, and its floor, if results have floors."""
+    return ", ".join(filter(None, (block_title(block), "" if floor is None else floor_name(floor))))
+
+
+def motions(results: xr.Dataset, floors: int = 1) -> str:
+    """Return the number of motions on each of some floors in words, and whether they were run both ways."""
+    ways = " both ways" if POLARITY in results.coords else ""
+    return f"{counted(number_of_motions(results) // floors, 'motion')}{ways}{' per floor' if floors > 1 else ''}"
 
 
 def floors(results: xr.Dataset) -> list[int | str | None]:

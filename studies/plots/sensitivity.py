@@ -6,91 +6,76 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.wording import confidence_text
+from ...core.wording import confidence_text, counted
 from ..buildings.variables import level_index
 from ..file.uncertainty import RIGID
 from ..tables.sensitivity import level_at, level_between, reference_name, reference_of
 from ..text.curve_notes import FEW_HELD, few_motions
-from ..text.words import display_unit, input_name, level_name
+from ..text.words import block_title, display_unit, input_name, level_name
 from . import axes, selection
-
-WIDTH, HEIGHT = 5.2, 3.4
-TEXT = 11.0
-"""Size of figures (in) and of their text (pt): on a screen 380 pixels wide the text is 8 pt."""
-
-
-def tornado_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
-    """Draw P(overturn) with one input at a time at its 5 % and 95 % quantiles, the laws of a block below each other."""
-    here, ax = _panel(results, "tornado_low", ax, block)
-    for y, law in zip(_lanes(here), selection.laws(here), strict=True):
-        low, high = law.results["tornado_low"].values, law.results["tornado_high"].values
-        ax.hlines(y, low, high, color=law.colour, lw=3.0)
-        ax.plot(low, y, "o", color=law.colour, ms=5.0, mfc="white", mew=1.3)
-        ax.plot(high, y, "o", color=law.colour, ms=5.0, label=law.label)
-    ax.set_xlim(-0.03, 1.03)
-    ax.xaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_xlabel(axes.wrapped("P(overturn), input low (open) and high (full)", axes.width_of(ax)))
-    return ax
-
-
-def sobol_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
-    """Draw total Sobol' indices of P(overturn) with their intervals, the laws of a block below each other."""
-    here, ax = _panel(results, "sobol_total", ax, block)
-    for y, law in zip(_lanes(here), selection.laws(here), strict=True):
-        total, lower, upper = (law.results[f"sobol_total{end}"].values for end in ("", "_lower", "_upper"))
-        ends = [total - lower, upper - total]
-        ax.errorbar(total, y, xerr=ends, fmt=law.marker, color=law.colour, ms=5.0, lw=1.2, label=law.label)
-    ax.axvline(0.0, color="0.4", lw=0.8)
-    ax.set_xlabel("total Sobol' index of P(overturn)")
-    return ax
-
-
-def _panel(results: xr.Dataset, needed: str, ax: Axes | None, block: str | None) -> tuple[xr.Dataset, Axes]:
-    """Return the results of one block, and axes with a row for each input."""
-    if needed not in results:
-        raise ValueError(f"results hold no {needed}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
-    here = selection.one(results, block=block)
-    ax = ax or axes.new(WIDTH, HEIGHT)
-    names = [input_name(str(one)) for one in here["input"].values]
-    ax.set_yticks(range(len(names)), names)
-    ax.set_ylim(len(names) - 0.5, -0.5)
-    for i in range(1, len(names)):
-        ax.axhline(i - 0.5, color="0.85", lw=0.8, zorder=0)
-    axes.grid(ax, "x")
-    ax.set_title(str(here["block"].item()), fontsize=TEXT)
-    return here, ax
-
-
-def _lanes(results: xr.Dataset) -> Array:
-    """Return the vertical position of each law at each input, shape (model, input)."""
-    laws = results.sizes["model"]
-    shift = np.linspace(-0.3, 0.3, laws) if laws > 1 else np.zeros(1)
-    return np.asarray(shift[:, None] + np.arange(results.sizes["input"])[None])
-
 
 SCALED = ("median", "median_ratio", "dispersion")
 """Quantities on logarithmic axes."""
 ROOM = 1.6
 """Factor by which a logarithmic axis extends beyond its lines."""
 QUANTITIES = {
-    "median": "median",
-    "median_ratio": "median over that of\n{reference}",
-    "dispersion": "dispersion β",
-    "probability": "P(overturn) at {level}",
-    "excess": "P(overturn) less that\nof {reference}, {level}",
-    "flipped": "outcomes that differ from\n{reference}, {level}",
+    "median": ("Medians", "median {measure}"),
+    "median_ratio": ("Medians relative to the reference", "median relative to {reference}"),
+    "dispersion": ("Dispersions", "dispersion β"),
+    "probability": ("Probability of overturning", "probability of overturning at {level}"),
+    "excess": ("Change in the probability", "change in the probability from {reference} at {level}"),
+    "flipped": ("Changed outcomes", "outcomes changed from {reference} at {level}"),
+}
+"""Title and axis of each quantity."""
+
+
+def _tornado(ax: Axes, y: Array, law: selection.DrawnLaw) -> None:
+    """Draw the probability of overturning with one input at a time at its low (open) and high (full) quantile."""
+    low, high = law.results["tornado_low"].values, law.results["tornado_high"].values
+    ax.hlines(y, low, high, color=law.colour, lw=3.0)
+    ax.plot(low, y, law.marker, color=law.colour, ms=5.0, mfc="white", mew=1.3)
+    ax.plot(high, y, law.marker, color=law.colour, ms=5.0, label=law.label)
+    ax.set_xlim(-0.03, 1.03)
+    axes.shares(ax.xaxis)
+
+
+def _sobol(ax: Axes, y: Array, law: selection.DrawnLaw) -> None:
+    """Draw total Sobol' indices of the probability of overturning with their intervals."""
+    total, lower, upper = (law.results[f"sobol_total{end}"].values for end in ("", "_lower", "_upper"))
+    ends = [total - lower, upper - total]
+    ax.errorbar(total, y, xerr=ends, fmt=law.marker, color=law.colour, ms=5.0, lw=1.2, label=law.label)
+
+
+PANELS = {
+    "tornado_low": (_tornado, "probability of overturning"),
+    "sobol_total": (_sobol, "total Sobol' index of the probability"),
 }
 
 
+def input_panel(results: xr.Dataset, ax: Axes | None = None, *, needed: str, block: str | None = None) -> Axes:
+    """Draw the effect of each input on the probability of overturning, the laws of a block below each other."""
+    if needed not in results:
+        raise ValueError(f"results hold no {needed}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
+    here = selection.one(results, block=block)
+    ax = ax or axes.new()
+    draw, text = PANELS[needed]
+    laws = selection.laws(here)
+    shifts = np.linspace(-0.3, 0.3, len(laws)) if len(laws) > 1 else np.zeros(1)
+    axes.named_rows(ax, [input_name(str(name)) for name in here["input"].values])
+    for shift, law in zip(shifts, laws, strict=True):
+        draw(ax, shift + np.arange(here.sizes["input"]), law)
+    axes.name(ax, block_title(str(here["block"].item())))
+    return axes.label(ax, text, along="x")
+
+
+@axes.drawing
 def sensitivity(
     results: xr.Dataset,
     ax: Axes | None = None,
@@ -103,6 +88,9 @@ def sensitivity(
 ) -> Axes:
     """Draw a quantity of every law over the values of delta or e, with its interval as a band.
 
+    Values of e at which an impact needs more friction than there is are shaded.  The axes are scaled to the lines, so
+    that bands may extend beyond the frame.
+
     Parameters
     ----------
     results : xarray.Dataset
@@ -112,22 +100,6 @@ def sensitivity(
     level : float, optional
         One of the study's levels (SI), for quantities that depend on the level; by default the level at which the rigid
         block is nearest to falling under half of the motions.
-    ax, block, model, color : optional
-        As for `fragility`.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    ValueError
-        Results of another kind of study; no such quantity, block, law or level; several blocks, and no label given.
-
-    Notes
-    -----
-    Values of e at which an impact needs more friction than there is are shaded.  The axes are scaled to the lines, so
-    that bands may extend beyond the frame.
     """
     if "parameter" not in results.attrs or "comparison" not in results.dims:
         raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")
@@ -139,23 +111,21 @@ def sensitivity(
         drawn = drawn.sel(comparison=reference_of(results))
     scale, unit = display_unit(results["level"]) if quantity == "median" else (1.0, "")
     ends = ("lower", "upper") if quantity == "probability" else (f"{quantity}_lower", f"{quantity}_upper")
-    laws = selection.laws(drawn, model, color)
     alone = ax is None
-    ax = ax or axes.new(WIDTH, HEIGHT)
+    ax = ax or axes.new()
     x = results["value"].values
-    for law in laws:
-        one = law.results
-        y = _finite_or_nan(one[quantity].values / scale)
-        if ends[0] in one and ends[1] in one:
-            low, high = (_finite_or_nan(one[end].values / scale) for end in ends)
+    for law in selection.laws(drawn, model, color):
+        y = _finite_or_nan(law.results[quantity].values / scale)
+        if ends[0] in law.results and ends[1] in law.results:
+            low, high = (_finite_or_nan(law.results[end].values / scale) for end in ends)
             ax.fill_between(x, low, high, where=list(np.isfinite(y)), color=law.colour, alpha=0.15, lw=0.0)
         ax.plot(x, y, **line_style(law))
-    named = axes.model_name(reference_name(results))
-    _rigid_line(drawn, quantity, ax, scale, named)
+    reference = axes.model_name(reference_name(results))
+    _rigid_line(drawn, quantity, ax, scale, reference)
     x_axis(results, ax)
     shade_friction(here, ax)
     if quantity not in SCALED:
-        ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+        axes.shares(ax.yaxis)
     else:
         # (an interval that the levels leave open must not compress all lines)
         lines = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in ax.lines])
@@ -165,11 +135,10 @@ def sensitivity(
             axes.plain_log_y(ax)
         else:
             ax.annotate("no curve", (0.03, 0.5), xycoords="axes fraction", va="center", color="0.4")
-    words = QUANTITIES[quantity].format(reference=named, level=level_at(results, at))
-    if quantity == "median":
-        words = f"median {level_name(results)}{f' ({unit})' if unit else ''}"
-    ax.set_ylabel(words)
-    ax.set_title(str(here["block"].item()), fontsize=TEXT)
+    measure = f"{level_name(results)}{f' ({unit})' if unit else ''}"
+    text = QUANTITIES[quantity][1].format(reference=reference, level=level_at(results, at), measure=measure)
+    axes.label(ax, y=text)
+    axes.name(ax, block_title(str(here["block"].item())))
     if alone:
         axes.own_legend(ax)
     return ax
@@ -177,37 +146,29 @@ def sensitivity(
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield every figure of a study's results with its name."""
+    intervals = f"{confidence_text(results)} intervals"
     for quantity in ("median", "median_ratio", "dispersion", "probability", "flipped"):
-        said = f"{results.sizes['motion']} motions; bands: {confidence_text(results)} intervals"
-        if quantity == "median_ratio" and few_motions(results):
-            said += f", of which {FEW_HELD['ratio']}"
-        yield quantity, column(results, partial(sensitivity, quantity=quantity), said)
-    for needed, name, draw, said in (
-        ("tornado_low", "tornado", tornado_panel, "one input at a time, 5 % to 95 %"),
-        ("sobol_total", "sobol", sobol_panel, f"all inputs at once; bars: {confidence_text(results)} intervals"),
+        few = f", of which {FEW_HELD['ratio']}" if quantity == "median_ratio" and few_motions(results) else ""
+        notes = counted(results.sizes["motion"], "motion"), f"bands: {intervals}{few}"
+        yield quantity, column(results, partial(sensitivity, quantity=quantity), QUANTITIES[quantity][0], *notes)
+    for needed, title, note in (
+        ("tornado_low", "One input at a time", "from 5 % (open) to 95 % (full) quantiles"),
+        ("sobol_total", "All inputs at once", f"bars: {intervals}"),
     ):
         if needed in results:
-            yield name, column(results, draw, said)
+            yield needed.partition("_")[0], column(results, partial(input_panel, needed=needed), title, note)
 
 
-def column(results: xr.Dataset, draw: Callable[..., Axes], said: str) -> Figure:
-    """Return a figure with a panel for each block, one below the other, drawn by `draw`."""
-    blocks = selection.labels(results, "block")
-    with mpl.rc_context({"font.size": TEXT}):
-        laws = results.sizes["model"]
-        figure = axes.figure(WIDTH, 2.9 * len(blocks) + 0.22 * laws + 0.6)
-        panels = figure.subplots(len(blocks), 1, squeeze=False)[:, 0]
+@axes.style()
+def column(results: xr.Dataset, draw: Callable[..., Axes], title: str, *notes: str) -> Figure:
+    """Return a figure as wide as a column with a panel for each block, one below the other, drawn by `draw`."""
+    with axes.on_a_phone(), axes.style():
+        blocks = selection.labels(results, "block")
+        figure, panels, _ = axes.panel_grid(len(blocks), 2.4, 0.5 + 0.19 * results.sizes["model"])
         for ax, block in zip(panels, blocks, strict=True):
             draw(results, ax, block=block)
-        figure.suptitle(f"{results.attrs.get('title', '')}\n{said}", fontsize=TEXT)
-        legend(figure, panels[0], 1)
+        axes.heading(figure, title, *notes, legend=panels[:1])
     return figure
-
-
-def legend(figure: Figure, ax: Axes, columns: int) -> None:
-    """Draw the legend of a panel below all panels of a figure."""
-    handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=TEXT - 0.5)
 
 
 def line_style(law: selection.DrawnLaw) -> dict[str, Any]:
@@ -223,10 +184,9 @@ def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, refere
     if quantity == "median":
         ratio = drawn["median_ratio"].sel(comparison=RIGID)
         values = _finite_or_nan((drawn["median"] / ratio).transpose("model", "value").values)
-        found = np.full(values.shape[1], np.nan)
+        y = np.full(values.shape[1], np.nan)
         known = np.isfinite(values).any(axis=0)
-        found[known] = np.nanmedian(values[:, known], axis=0)
-        y = found / scale
+        y[known] = np.nanmedian(values[:, known], axis=0) / scale
     elif quantity == "probability":
         y = (drawn["probability"] - drawn["excess"].sel(comparison=RIGID)).transpose("model", "value").values[0]
     elif quantity in ("median_ratio", "excess"):
@@ -234,23 +194,19 @@ def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, refere
     else:
         return
     # (quantities that may refer to another reference)
-    words = reference.removeprefix("the ") if quantity in ("median_ratio", "excess") else "rigid block"
-    ax.plot(x, y, color=colour, lw=1.3, ls=line, zorder=1, label=words)
+    text = reference.removeprefix("the ") if quantity in ("median_ratio", "excess") else "rigid block"
+    ax.plot(x, y, color=colour, lw=1.3, ls=line, zorder=1, label=text)
 
 
 def x_axis(results: xr.Dataset, ax: Axes) -> None:
     """Draw the axis of the varied parameter, logarithmic for delta."""
     x = results["value"].values
     if results.attrs["parameter"] == "delta":
-        ax.set_xscale("log")
-        ax.set_xlim(x[0] / 1.15, x[-1] * 1.15)
-        axes.plain_log(ax)
-        ax.set_xlabel("half width of the elastic zone, δ")
-    else:
-        margin = 0.02 * (x[-1] - x[0])
-        ax.set_xlim(x[0] - margin, x[-1] + margin)
-        ax.set_xlabel("coefficient of restitution, e")
-    axes.grid(ax)
+        axes.level_axis(ax, x[0] / 1.15, x[-1] * 1.15, True, "half width of the elastic zone, δ")
+        return
+    margin = 0.02 * (x[-1] - x[0])
+    ax.set_xlim(x[0] - margin, x[-1] + margin)
+    axes.label(ax, "coefficient of restitution, e")
 
 
 def shade_friction(here: xr.Dataset, ax: Axes) -> None:
@@ -260,8 +216,7 @@ def shade_friction(here: xr.Dataset, ax: Axes) -> None:
     # the friction needed equals the friction available: (h/b)(1 - e)/(1 + e) = friction
     ratio, limit = float(1.0 / np.tan(here["alpha"].item())), float(here.attrs["friction"])
     end = (ratio - limit) / (ratio + limit)
-    left = ax.get_xlim()[0]
-    ax.axvspan(left, end, color="0.88", zorder=0, lw=0.0, label=f"needs friction above {limit:g}")
+    ax.axvspan(ax.get_xlim()[0], end, color="0.88", zorder=0, lw=0.0, label=f"needs friction above {limit:g}")
 
 
 def _finite_or_nan(values: Any) -> Array:

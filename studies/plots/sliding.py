@@ -14,60 +14,48 @@ from ...models.friction import CONTACTS, LognormalFriction
 from ..plan.slides import BAND
 from . import axes
 
-WIDTH, HEIGHT = 6.4, 4.6
 FLATTEST, SLENDEREST = 0.8, 0.05
 LEAST, MOST = 0.1, 1.2
 """Ends of b/h and of the median coefficient."""
 SHARES = (0.01, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99)
 
 
+@axes.drawing
 def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dispersion: float = 0.3) -> Axes:
     """Draw the chance that a block slides instead of rocking: P(mu < b/h) of a lognormal coefficient of friction.
+
+    Thin lines are the assumed medians of kinds of contact.  In the dotted band, from b/h to 1.3 b/h, a rocking block
+    also slides at its impacts.
+
+    From rest a block slides where its static friction is below b/h, whatever the shaking that moves it (Shenton, H. W.
+    (1996). Criteria for initiation of slide, rock, and slide-rock rigid-body modes. Journal of Engineering Mechanics
+    122(7), 690-693).  Whether it moves at all is not in the map.
 
     Parameters
     ----------
     blocks : Block or sequence of Block
-        Blocks whose b/h is marked, where they are few enough to be read.
-    ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure.
+        Blocks whose b/h is marked.
     dispersion : float
         Logarithmic standard deviation of the coefficient, > 0.
-
-    Returns
-    -------
-    matplotlib Axes
-        b/h across, the median coefficient upwards.  Thin lines are the medians of the kinds of contact (judgement); the
-        dotted band lies between b/h and 1.3 b/h, where a rocking block slides at its impacts, too.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Something that is no block, a dispersion not > 0.
-
-    Notes
-    -----
-    From rest a block slides where its static friction is below b/h, whatever the shaking that moves it (Shenton, H. W.
-    (1996). Criteria for initiation of slide, rock, and slide-rock rigid-body modes. Journal of Engineering Mechanics
-    122(7), 690-693).  Whether it moves at all is not in the map.
     """
     spread = checks.number("dispersion", dispersion, above=0.0)
     marked = [blocks] if isinstance(blocks, Block) else list(blocks)
     for block in marked:
         if not isinstance(block, Block):
             raise TypeError(f"blocks must be blocks, got {type(block).__name__}")
-    own = ax is None
-    ax = ax or axes.new(WIDTH, HEIGHT)
+    alone = ax is None
+    ax = ax or axes.new(4.6)
     ratio = np.geomspace(SLENDEREST, FLATTEST, 160)
     median = np.geomspace(LEAST, MOST, 150)
-    share = np.stack([LognormalFriction(one, spread).below(ratio) for one in median.tolist()])
+    share = np.stack([LognormalFriction(middle, spread).below(ratio) for middle in median.tolist()])
     shades = mpl.colormaps["YlOrBr"](np.linspace(0.0, 0.55, len(SHARES) + 1))
     ax.contourf(ratio, median, share, (0.0, *SHARES, 1.0), colors=shades)
     lines = ax.contour(ratio, median, share, SHARES, colors="0.25", linewidths=0.7)
-    ax.clabel(lines, fmt={one: f"{100.0 * one:g} %" for one in SHARES}, fontsize=8)
+    ax.clabel(lines, fmt={share: f"{100.0 * share:g} %" for share in SHARES}, fontsize=8)
     ax.fill_between(ratio, ratio, BAND * ratio, facecolor="none", edgecolor="0.6", hatch="...", linewidth=0.0)
     for name, contact in CONTACTS.items():
         ax.axhline(contact.friction.median, color="0.2", lw=0.8, ls=":")
-        ax.annotate(name, (SLENDEREST * 1.03, contact.friction.median), fontsize=8.5, va="bottom")
+        ax.annotate(name, (SLENDEREST * 1.03, contact.friction.median), va="bottom")
     for i, block in enumerate(marked):
         ax.axvline(block.b / block.h, color=axes.colour(i), lw=1.4, label=block.label)
     ax.set_xscale("log")
@@ -75,12 +63,11 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     ax.set_xlim(SLENDEREST, FLATTEST)
     ax.set_ylim(LEAST, MOST)
     for axis, ticks in ((ax.xaxis, (0.05, 0.1, 0.2, 0.3, 0.5, 0.8)), (ax.yaxis, (0.1, 0.2, 0.3, 0.5, 0.75, 1.0))):
-        axis.set_ticks(ticks, [f"{one:g}" for one in ticks])
+        axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.set_ticks([], minor=True)
-    ax.set_xlabel("b/h: half the width over the height of the mass centre")
-    ax.set_ylabel("median coefficient of friction")
-    if own:
-        ax.set_title("\n".join(["Chance of sliding instead of rocking", f"(dispersion of the coefficient {spread:g})"]))
+    axes.label(ax, "half the width over the height of the mass centre, b/h", "median coefficient of friction")
+    if alone:
+        axes.name(ax, f"Chance of sliding (dispersion {spread:g})")
         if marked:
-            ax.legend(fontsize=9, loc="lower right", framealpha=1.0)
+            ax.legend(loc="lower right", frameon=True, framealpha=1.0)
     return ax

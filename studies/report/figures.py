@@ -10,6 +10,8 @@ from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
+from ..text.names import clean
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -46,34 +48,33 @@ class Picture(NamedTuple):
         return text
 
 
-# The captions, by the first part of a figure's name.
 CAPTIONS = {
-    "fragility": "Probability of what is studied, as a rule overturning, against the strength of shaking: fitted "
-    "curves and, of blocks that were run themselves, the observed shares of the motions with their intervals.",
-    "map": "The quantity in the title, of all blocks, by colour over their slenderness and size, a panel for each law.",
-    "risk": "Contributions of the levels of shaking to the annual rate of overturning.",
-    "branches": "Ranges of the annual rate over all weighted branches, and where they come from: laws, motions, hazard "
-    "curves, modelling uncertainty and the number of motions.",
-    "measures": "How well each measure of shaking predicts overturning: the smaller the dispersion, the better.",
-    "uncertainty": "Probability of overturning with everything that is uncertain, and where its scatter comes from.",
-    "sobol": "Sobol’ indices: how much of the variance each input explains, alone and with others.",
-    "number": "How many pieces overturn at each level of shaking.",
-    "loss": "The loss at each level of shaking.",
-    "exceedance": "Annual rate at which a given number or loss is exceeded. The left edge is the rate of any fall at "
-    "all; where a line drops to the axis, none of the motions brings down more.",
-    "downtime": "Annual rate at which a given downtime is exceeded; of all that falls in an earthquake, the longest "
-    "downtime counts.",
-    "anchoring": "What anchoring each item saves, and what remains as items are anchored one after the other. Items "
-    "are sorted by recommendation, as in the table of pieces: safety comes before money.",
-    "median": "Medians of the fragility curves over the values that are varied.",
-    "median_ratio": "Medians over those of the reference, over the values that are varied.",
-    "dispersion": "Dispersions of the fragility curves over the values that are varied.",
-    "probability": "Probability of overturning over the values that are varied.",
-    "flipped": "Share of runs whose outcome differs from the reference’s, over the values that are varied.",
-    "curves": "Fragility curves of both studies, a panel for each block and law; bands are their intervals.",
-    "chances": "The chances of both studies side by side, with their intervals.",
-    "tornado": "How far the probability moves when one input at a time goes from its low to its high value.",
+    "fragility": "Probability of the studied state, usually overturning, by the intensity of shaking.",
+    "laws": "Medians under each damping law relative to the median under the reference law.",
+    "map": "Values of all blocks by slenderness and size, a panel for each law.",
+    "events": "Probability that more than a given share of the region falls in one event, a panel for each law.",
+    "risk": "Annual rates of overturning, and contributions of intensities to the highest of these rates.",
+    "branches": "Ranges of the annual rate over all weighted branches, and the sources of their spread.",
+    "measures": "Dispersion of the capacity in each intensity measure. A small dispersion means a good prediction.",
+    "uncertainty": "Probability of overturning with uncertain inputs, and the sources of its variance.",
+    "sobol": "Sobol’ indices: the share of the variance from each input, alone and with others.",
+    "number": "Overturned pieces in the building by the intensity of shaking.",
+    "loss": "Loss in the building by the intensity of shaking.",
+    "exceedance": "Annual rate of exceeding a loss or a number of pieces. The left edge is the rate of any fall. A "
+    "line drops to the axis at the largest value under any motion.",
+    "downtime": "Annual rate of exceeding a downtime, the longest one of all fallen pieces.",
+    "anchoring": "Savings from anchoring each item. The order of the items is the order of the recommendations: safety "
+    "comes before money.",
+    "median": "Medians of the fragility curves by the varied parameter.",
+    "median_ratio": "Medians relative to the reference by the varied parameter.",
+    "dispersion": "Dispersions of the fragility curves by the varied parameter.",
+    "probability": "Probability of overturning by the varied parameter.",
+    "flipped": "Share of runs with another outcome than the reference by the varied parameter.",
+    "curves": "Fragility curves of both studies, a panel for each block and law.",
+    "chances": "Chances of both studies side by side.",
+    "tornado": "Change in the probability as one input at a time goes from its low to its high value.",
 }
+"""Captions by the first part of a figure's name; the figure itself adds motions, laws and intervals."""
 
 
 def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
@@ -90,7 +91,13 @@ def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
         caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
+        caption = f"{caption.rstrip('.')}. {_plain(str(figure.get_label()))}".strip()
         yield Picture(name, caption, svg, phone, content)
+
+
+def _plain(text: str) -> str:
+    """Return a figure's text without marks of mathematics."""
+    return clean(text.replace(r"\$", "＄").replace("$", ""))
 
 
 @contextmanager
@@ -98,7 +105,7 @@ def _settings() -> Iterator[None]:
     import matplotlib as mpl  # noqa: PLC0415 - loads slowly
 
     with (
-        mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path", "font.size": 10.0}),
+        mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path"}),
         warnings.catch_warnings(),
     ):
         # (letters that the font lacks appear as boxes; the tables show the letters)

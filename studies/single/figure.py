@@ -17,14 +17,16 @@ from ..text.histories import block_of, last_balance
 
 AFTER = 1.0
 """Time that the axis continues after the block lies on its side, s; at least a tenth of the time until then."""
+WIDTH = 8.0
 INK, DASHED, DOTTED = "0.35", (0, (4, 3)), (0, (1, 2))
 
 
+@axes.style()
 def history_figure(
     response: xr.Dataset, title: str, text: str, *, lifts: tuple[float, float], ends: float, walls: Sequence[float] = ()
 ) -> Figure:
     """Return the figure of one run: `lifts` are tipping accelerations, m/s²; `ends` the end of the record, s."""
-    figure = Figure(figsize=(8.0, 9.0), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 9.0), layout="constrained")
     panels = figure.subplot_mosaic(
         [["shaking", "shaking"], ["history", "history"], ["phase", "hysteresis"]], height_ratios=(0.55, 1.0, 1.25)
     )
@@ -49,14 +51,12 @@ def history_figure(
         panels[name].locator_params(axis="x", nbins=6)
     phase(response, panels["phase"])
     hysteresis(response, panels["hysteresis"])
-    panels["hysteresis"].set_ylabel("restoring and damping\nmoment over m g R sin α (–)")
-    panels["phase"].set_ylabel("angular velocity over pα,\nθ'/(pα) (–)")
     if bool(response["overturned"]):  # the fall would compress all that precedes it into the middle
         for name in ("phase", "hysteresis"):
             low, high = panels[name].get_xlim()
             panels[name].set_xlim(max(low, -HIGHEST), min(high, HIGHEST))
             _fit_to_seen(panels[name])
-    axes.heading(figure, title, text)
+    figure.suptitle(axes.wrapped(f"{title}\n{text}", 0.94 * WIDTH), x=0.01, ha="left", weight="normal")
     return figure
 
 
@@ -68,8 +68,7 @@ def _shaking(response: xr.Dataset, ax: Axes, lifts: tuple[float, float]) -> None
     limits = f"±g tan α = {back:.3g} g" if front == back else f"g tan α = −{front:.3g} g and {back:.3g} g"
     ax.axhline(back, color=axes.COLOURS[1], lw=0.9, ls=DASHED, label=f"lifts a rigid block: {limits}")
     ax.axhline(-front, color=axes.COLOURS[1], lw=0.9, ls=DASHED)
-    ax.set_ylabel("floor\nacceleration (g)")
-    axes.grid(ax)
+    axes.label(ax, y="floor acceleration (g)")
 
 
 def _rotation(response: xr.Dataset, ax: Axes, walls: Sequence[float]) -> None:

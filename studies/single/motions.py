@@ -230,13 +230,13 @@ def histories_figure(plain: Sequence[Record]) -> Figure:
     shown = list(plain[:MOST_HISTORIES])
     figure = Figure(figsize=(9.0, 1.25 * len(shown) + 1.1), layout="constrained")
     panels = figure.subplots(len(shown), 2, squeeze=False, sharex=True, sharey="col")
-    for (left, right), record, colour in zip(panels, shown, axes.COLOURS, strict=False):
+    for (left, right), record, colour in zip(panels, shown, map(axes.colour, range(len(shown))), strict=True):
         time = np.arange(record.acceleration.size) * record.dt
         left.plot(time, record.acceleration / STANDARD_GRAVITY, lw=0.6, color=colour)
         right.plot(time, velocity(record.acceleration, record.dt), lw=0.8, color=colour)
         left.set_title(record.label, fontsize=9, loc="left")
         for ax in (left, right):
-            axes.grid(ax)
+            axes.label(ax)
     for ax, name in zip(panels[0], ("acceleration (g)", "velocity (m/s)"), strict=True):
         ax.set_title(name, fontsize=10, loc="right")
     for ax in panels[-1]:
@@ -299,7 +299,7 @@ def draw_spectra(
     ax.set_xlabel("period (s)")
     ax.set_ylabel(f"Sa (g), {100.0 * damping:g} % damping")
     ax.legend(fontsize=8, frameon=False)
-    axes.grid(ax)
+    axes.label(ax)
     return ax
 
 
@@ -337,7 +337,7 @@ def husid_figure(plain: Sequence[Record]) -> Figure:
     ax.set_xlabel("time (s)")
     ax.set_ylabel("share of the Arias intensity (%)")
     ax.legend(fontsize=8, frameon=False, loc="center right")
-    axes.grid(ax)
+    axes.label(ax)
     return figure
 
 

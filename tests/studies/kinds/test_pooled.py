@@ -282,10 +282,10 @@ def test_curves_are_drawn_of_blocks_at_both_ends_and_in_the_middle(finished):
     found = drawn["half_level"].values[:, 0]
     assert (found[0], found[-1]) == (medians.min(), medians.max())
     assert drawn.sizes["block"] == 3
-    heading = fragility_figure(drawn).get_suptitle()
-    assert "lines" in heading
-    assert "ticks" not in heading
-    assert "points" not in heading
+    caption = fragility_figure(drawn).get_label()
+    assert "Lines" in caption
+    assert "Ticks" not in caption
+    assert "Points" not in caption
 
 
 def test_maps_are_of_areas_or_of_lines(finished):

@@ -90,12 +90,12 @@ def test_images_are_small_and_all_there():
 
 
 def test_a_change_is_seen(tmp_path):
-    """The tolerances detect that the median of one law in one panel is a tenth higher."""
+    """The tolerances detect that the median of the law with points is a tenth higher."""
     moved = cases.curves(("shelf",))
-    moved["median"][0, 2] *= 1.1
+    moved["median"][0, 0] *= 1.1
     drawn = save(fragility_figure(moved), tmp_path / "moved.png", text=False)
     found = compare_images(str(IMAGES / "fragility_plain.png"), str(drawn), 0.0, in_decorator=True)
-    assert found["rms"] > TOLERANCE_OF_OTHERS  # 12.8; 9.4 of a fiftieth
+    assert found["rms"] > TOLERANCE_OF_OTHERS  # 14.9; 13.8 of a fiftieth
 
 
 if __name__ == "__main__":

@@ -2,15 +2,14 @@
 
 import subprocess
 import sys
+from contextlib import nullcontext
 from importlib import import_module
 
 import numpy as np
 import plot_cases as cases
 import pytest
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 from scipy.special import ndtr
 
 import toppling as tp
@@ -23,7 +22,7 @@ from toppling.studies.plots.anchoring import anchoring_figure
 from toppling.studies.plots.assessment import exceedance_figure, levels_figure
 from toppling.studies.plots.axes import COLOURS
 from toppling.studies.plots.efficiency import ranking_figure
-from toppling.studies.plots.fragility import fragility_figure
+from toppling.studies.plots.fragility import fragility_figure, laws_figure
 from toppling.studies.plots.indices import index_figure
 from toppling.studies.plots.risk import risk_figure
 from toppling.studies.plots.uncertainty import uncertainty_figure
@@ -79,7 +78,7 @@ class TestFragility:
             drawn = [line for line in ax.lines if len(line.get_xdata()) > 100][i]
             own = curve_probability(one[["median", "dispersion"]], drawn.get_xdata() * G)
             np.testing.assert_allclose(drawn.get_ydata(), own, atol=1e-12)
-        assert ax.get_xlabel() == "peak ground acceleration (g)"
+        assert ax.get_xlabel() == "Peak ground acceleration (g)"
         assert len(ax.get_legend().get_texts()) == 3
         assert plot.fragility(SHELF, Figure().add_subplot(), legend=False).get_legend() is None
 
@@ -159,19 +158,58 @@ class TestFragility:
         ax = plot.fragility(SHELF, model="discrete e=0.9 δ=0.05", label="mine")
         assert list(lines(ax)) == ["mine"]
         assert lines(ax)["mine"].get_color() == COLOURS[1]
-        assert lines(plot.fragility(SHELF, model="housner e=e_R", color="red"))["housner e=$e_R$"].get_color() == "red"
+        assert lines(plot.fragility(SHELF, model="housner e=e_R", color="red"))["Housner"].get_color() == "red"
 
-    def test_a_panel_for_each_law(self):
-        """Two blocks under three laws: rows of a block, the law's own points and curve, and two grey curves."""
-        figure = fragility_figure(cases.curves(("a", "b")))
-        assert len(figure.axes) == 6
-        laws = [str(one) for one in SHELF["model"].values]
+    def test_few_blocks_share_a_panel(self):
+        """The curves and points of the reference law, each with its own look, and the medians of all laws below."""
+        results = cases.curves(("bookcase-5-shelf", "rack"))
+        (ax,) = fragility_figure(results).axes
+        curves = [line for line in ax.lines if len(line.get_xdata()) > 100]
+        assert [line.get_color() for line in curves] == list(COLOURS[:2])
+        for i, (line, bars) in enumerate(zip(curves, ax.containers, strict=True)):
+            here = results.isel(block=i, model=0)
+            own = curve_probability(here[["median", "dispersion"]], line.get_xdata() * G)
+            np.testing.assert_allclose(line.get_ydata(), own, atol=1e-12)
+            np.testing.assert_array_equal(bars[0].get_ydata(), here["probability"])
+        rows = [line for line in ax.lines if line.get_marker() == "|"]
+        for i, row in enumerate(rows):
+            np.testing.assert_allclose(np.sort(row.get_xdata()), np.sort(results["median"][i]) / G)
+            assert max(row.get_ydata()) < 0.0
+        assert {text.get_text() for text in ax.texts} == {"Bookcase, 5 shelves", "rack", "Medians\nby law"}
+
+    def test_many_blocks_have_panels_of_their_own(self):
+        """The reference law in colour, the other laws in grey."""
+        results = cases.curves(tuple("abcde"))
+        figure = fragility_figure(results)
+        assert [ax.get_title("left") for ax in figure.axes] == list("abcde")
         for i, ax in enumerate(figure.axes):
-            first, second = ax.get_title().replace("$", "").split("\n", 1)
-            assert first == "ab"[i // 3]
-            assert second.replace("\n", " ") == laws[i % 3]
-            assert len(ax.containers) == 1
-            assert sum(line.get_color() == "0.75" for line in ax.lines) == 2
+            drawn = [line for line in ax.lines if len(line.get_xdata()) > 100]
+            assert [line.get_color() for line in drawn] == ["0.75", "0.75", COLOURS[0]]
+            for line, law in zip(drawn, (1, 2, 0), strict=True):
+                own = curve_probability(results.isel(block=i)[["median", "dispersion"]], line.get_xdata() * G)
+                np.testing.assert_allclose(line.get_ydata(), own.isel(model=law), atol=1e-12)
+
+    def test_floors_share_the_panel_of_their_block(self):
+        both = xr.concat([cases.curves(tuple("abc"))] * 2, "floor").assign_coords(floor=[0, 3])
+        figure = fragility_figure(both.transpose("block", "floor", ...))
+        assert [ax.get_title("left") for ax in figure.axes] == list("abc")
+        assert [text.get_text() for text in figure.axes[1].texts] == ["ground", "floor 3"]
+
+    def test_medians_by_law_are_relative_to_the_reference(self):
+        results = cases.curves().isel(model=[1, 0, 2])
+        for end, factor in (("lower", 0.9), ("upper", 1.2)):
+            results[f"half_level_{end}"] = factor * results["half_level"]
+        figure = laws_figure(results)
+        for i, ax in enumerate(figure.axes):
+            reference, *others = [line for line in ax.lines if line.get_marker() == "o"]
+            assert (reference.get_xdata()[0], reference.get_color()) == (1.0, "#222222")
+            np.testing.assert_allclose([line.get_xdata()[0] for line in others], [1.1, 0.8])
+            bars = [line.get_xdata() for line in ax.lines if line.get_linewidth() == 2.2]
+            np.testing.assert_allclose(bars, np.outer([1.0, 1.1, 0.8], [0.9, 1.2]))
+            numbers = [float(text.get_text()) for text in ax.texts]
+            np.testing.assert_allclose(numbers, results["median"].values[i, [1, 0, 2]] / G, atol=0.005)
+        names = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+        assert names == ["Housner", "Energy-consistent", "Discrete"]
 
     def test_every_column_ends_with_numbers(self):
         """Five panels in three columns: the last column's lowest panel stands in the first row."""
@@ -208,25 +246,25 @@ class TestRisk:
             parts.append(float(data.values[0]) * wide)
             assert data.edges[0] == pytest.approx(6.0 / G)
         np.testing.assert_allclose(parts, found["share_above"].sel(block="shelf"), rtol=1e-12)
-        assert "hatched: 7–35 % from above 0.612 g" in ax.get_title().replace("\n", " ")
-        assert "hatched" in risk_figure(found).get_suptitle()
+        assert "hatched: 7–35 % from above 0.612 g" in ax.get_title("left").replace("\n", " ")
+        assert "7–35 % from above 0.612 g" in risk_figure(found).get_label()
 
     def test_nothing_beyond_is_nothing_said(self):
         ax = plot.risk(cases.rates(0.0), quantity="share", block="rack", model="housner e=e_R")
-        assert ax.get_title() == ""
+        assert ax.get_title("left") == ""
         assert not [patch for patch in ax.patches if patch.get_hatch()]
 
     def test_levels_not_run_are_shaded(self):
         found = cases.rates(0.0).assign_coords(level=("level", [1.0, 2.0, 3.0], cases.PGA))
         ax = plot.risk(found, quantity="share", block="rack")
         assert len([patch for patch in ax.patches if patch.get_alpha() == 0.12]) == 2
-        assert "shaded: outside the levels that were run" in risk_figure(found).get_suptitle().replace("\n", " ")
+        assert "Shaded: outside the levels that were run" in risk_figure(found).get_label()
 
     def test_what_lies_above_the_levels_is_said(self):
         found = cases.rates(0.0)
         found["rate_share_above_levels"] = found["rate"].dims, np.full((2, 3), 0.12)
         ax = plot.risk(found, quantity="share", block="rack")
-        assert ax.get_title().replace("\n", " ") == "12 % from above the levels run"
+        assert ax.get_title("left").replace("\n", " ") == "12 % from above the levels run"
 
     def test_rates_are_those_of_annual_rate(self):
         curves = fema_p58().isel(block=slice(0, 1))
@@ -257,7 +295,10 @@ class TestInventory:
         assert len(ax.containers) == 3
         for i, bars in enumerate(ax.containers):
             np.testing.assert_allclose(bars[0].get_ydata(), WHOLE["number_mean"].isel(model=i, place=0))
-        assert len(exceedance_figure(WHOLE).axes) == 3
+        drawn = lines(exceedance_figure(WHOLE).axes[0])
+        assert list(drawn) == ["Housner", "Energy-consistent", "Discrete"]
+        for i, line in enumerate(drawn.values()):
+            assert line.get_ydata()[0] == WHOLE["loss_rate"].values[i, 0, 0]
         assert len(plot.inventory(WHOLE, view="anchoring").patches) == 6
 
     def test_exceedance_is_steps(self):
@@ -296,18 +337,22 @@ class TestInventory:
         assert y[:-1].tolist() == [anything, anything, 0.5 * anything, 0.5 * anything]
         assert y[-1] < 0.01 * anything
 
-    def test_the_studys_title_stands_on_all(self):
-        for figure in (levels_figure(WHOLE), exceedance_figure(WHOLE), anchoring_figure(WHOLE)):
-            assert figure.get_suptitle().startswith(cases.TITLE)
-        for figure in (ranking_figure(cases.measured()), index_figure(cases.uncertain())):
-            assert figure.get_suptitle().startswith(cases.TITLE)
+    def test_losses_of_return_periods_are_marked(self):
+        """At a dot the loss is exceeded at the rate of its return period, and a larger loss is not."""
+        ax = exceedance_figure(WHOLE).axes[0]
+        dots = {round(1.0 / line.get_ydata()[0]): line.get_xdata()[0] for line in ax.lines if line.get_marker() == "o"}
+        assert set(dots) == {500, 1000}  # (in 100 years no loss has so high a rate)
+        at, rate = WHOLE["loss_threshold"].values, WHOLE["loss_rate"].values[0, 0]
+        for years, amount in dots.items():
+            first = int(np.flatnonzero(rate < 1.0 / years)[0])
+            assert amount == at[first]
 
     def test_anchoring_says_what_is_saved(self):
         ax = plot.inventory(cases.ranking(1), view="anchoring")
-        assert ax.get_xlabel().replace("\n", " ") == "saved of the expected annual value overturned (EUR a year)"
+        assert ax.get_xlabel().replace("\n", " ") == "Reduction of the expected annual value overturned (EUR per year)"
         left = plot.inventory(cases.ranking(), view="left")
         assert len(lines(left)) == 3
-        assert left.get_ylabel().replace("\n", " ").startswith("left of the expected annual value")
+        assert left.get_ylabel().replace("\n", " ") == "Remaining expected value overturned (EUR per year)"
 
 
 class TestSliding:
@@ -346,18 +391,18 @@ class TestUncertainty:
     def test_bands_have_the_edges_of_their_law(self):
         ax = plot.uncertainty(cases.uncertain())
         edges = [line for line in ax.lines if line.get_linewidth() == 0.8]
-        assert [line.get_color() for line in edges[::2]] == ["#000000", *COLOURS[:2]]
+        assert [line.get_color() for line in edges[::2]] == ["#222222", *COLOURS[:2]]
         np.testing.assert_allclose(edges[0].get_ydata(), cases.uncertain()["probability_quantile"][0, 0, :, 0])
 
-    def test_a_panel_for_every_law_and_one_for_the_variance(self):
-        assert len(uncertainty_figure(cases.uncertain(("shelf", "rack"))).axes) == 8
+    def test_two_panels_for_every_block(self):
+        assert len(uncertainty_figure(cases.uncertain(("shelf", "rack"))).axes) == 4
 
     def test_indices(self):
         found = cases.uncertain()
         law = "housner e=e_R"
         ax = plot.indices(found, method="sobol", model=law)
-        assert ax.get_title() == "probability of overturning at 0.204 g"
-        assert "at 0.816 g" in plot.indices(found, method="sobol", model=law, level=8.0).get_title()
+        assert ax.get_title("left") == "Probability of overturning at 0.204 g"
+        assert "at 0.816 g" in plot.indices(found, method="sobol", model=law, level=8.0).get_title("left")
         # ends of an interval instead of its half width
         ends = found.isel(model=0, block=0, output=0)[["sobol_first", "sobol_total"]]
         ends = ends.rename(sobol_first="first", sobol_total="total")
@@ -404,6 +449,27 @@ def test_what_cannot_be_drawn(function, results, options, message):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("phone", [False, True])
+def test_figures_have_two_widths_and_short_titles_at_the_left(phone):
+    """A page or a column wide, a title of at most six words, and notes as sentences of the caption."""
+    with axes.on_a_phone() if phone else nullcontext():
+        for name, make in FIGURES.items():
+            figure = make()
+            assert figure.get_figwidth() == (3.5 if phone else 7.2), name
+            if name == "sliding":  # (axes, not the figure of a study)
+                continue
+            assert len(figure.get_suptitle().split()) <= 6
+            assert figure._suptitle.get_ha() == "left"
+            assert figure.get_label().endswith(".")
+
+
+def test_laws_have_the_names_of_their_authors():
+    """Parameters are given only where laws of one name differ in them."""
+    assert selection.law_names(["housner e=e_R", "energy-consistent e=e_R δ=0.05"]) == ["Housner", "Energy-consistent"]
+    two = ["discrete e=0.9 δ=0.05", "discrete e=0.9 δ=0.1", "mine e=1"]
+    assert selection.law_names(two) == ["Discrete δ=0.05", "Discrete δ=0.1", "mine e=1"]
+
+
 def test_lines_are_even_and_words_whole():
     assert axes.wrapped("energy-consistent e=e_R", 1.5) == "energy-consistent\ne=e_R"
     assert axes.wrapped("one two three four five six", 1.6) == "one two three\nfour five six"
@@ -424,6 +490,7 @@ def test_more_laws_than_colours_differ():
 
 FIGURES = {
     "fragility": lambda: fragility_figure(cases.curves()),
+    "laws": lambda: laws_figure(cases.curves()),
     "one block": lambda: fragility_figure(SHELF),
     "five blocks": lambda: fragility_figure(cases.curves((*"abcd", "a block with a long name, in a corner"))),
     "cloud": lambda: fragility_figure(cases.cloud()),
@@ -487,8 +554,8 @@ class TestKinds:
     @pytest.mark.parametrize(
         ("more", "names"),
         [
-            ('[ida]\nim = "AvgSa(0.2 0.4 0.6 0.8 1.0 1.5 2.0)"\nLEVELSTOWER', ["fragility"]),
-            ('[ida]\nim = "pga"\nLEVELS[measures]\nHAZARD', ["fragility", "risk", "measures_1", "measures_2"]),
+            ('[ida]\nim = "AvgSa(0.2 0.4 0.6 0.8 1.0 1.5 2.0)"\nLEVELSTOWER', ["fragility", "laws"]),
+            ('[ida]\nim = "pga"\nLEVELS[measures]\nHAZARD', ["fragility", "laws", "risk", "measures_1", "measures_2"]),
             ('[cloud]\nim = "pgv"\n', ["fragility"]),
             ('[ida]\nim = "pga"\nLEVELSUNCERTAIN', ["uncertainty", "sobol"]),
         ],
@@ -542,60 +609,11 @@ def test_the_public_functions(name):
         assert f"    {heading}\n    ---" in function.__doc__
 
 
-def test_minor_ticks_are_those_of_matplotlib():
-    """Every dot of the figure, whatever the limits are when it is drawn."""
-
-    def drawn(own, last):
-        ax = axes.new(4.0, 3.0)
-        ax.set_xscale("log")
-        ax.set_xlim(0.13, 27.0)
-        locator = ax.xaxis.get_minor_locator()
-        axes.plain_log(ax)
-        if not own:
-            (ticks,) = (one for one in ax.artists if isinstance(one, axes.MinorTicks))
-            ticks.remove()
-            ax.xaxis.set_minor_locator(locator)
-            ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.set_xlim(last)
-        canvas = FigureCanvasAgg(ax.figure)
-        canvas.draw()
-        return np.asarray(canvas.buffer_rgba())
-
-    for last in ((0.13, 27.0), (0.002, 60.0), (0.9, 1.7), (27.0, 0.13)):
-        np.testing.assert_array_equal(drawn(True, last), drawn(False, last))
-    ax = axes.new(4.0, 3.0)
-    for _ in range(2):
-        axes.level_axis(ax, 0.1, 10.0, True, "level")
-    assert sum(isinstance(one, axes.MinorTicks) for one in ax.artists) == 1
-
-
-def test_the_panels_of_a_figure_hold_the_curves_of_each_law():
-    """What `plot.fragility` draws for one law, and the curves of the other laws in grey."""
-    results = cases.curves()
-    panels = iter(fragility_figure(results).axes)
-    for block in results["block"].values:
-        for law in results["model"].values:
-            ax = next(panels)
-            alone = plot.fragility(results, block=str(block), model=str(law))
-            grey = [line for line in ax.lines if line.get_color() == "0.75"]
-            own = [line for line in ax.lines if line.get_color() != "0.75"]
-            for one, other in zip(own, alone.lines, strict=True):
-                np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
-                assert (one.get_color(), one.get_linestyle()) == (other.get_color(), other.get_linestyle())
-            others = [str(name) for name in results["model"].values if name != law]
-            for line, name in zip(grey, others, strict=True):
-                beside = plot.fragility(results, block=str(block), model=name)
-                curve = max(beside.lines, key=lambda drawn: drawn.get_xdata().size)
-                np.testing.assert_array_equal(line.get_xydata(), curve.get_xydata())
-            assert (ax.get_xlim(), ax.get_ylim()) == (alone.get_xlim(), alone.get_ylim())
-            assert ax.get_yticks().tolist() == alone.get_yticks().tolist()
-
-
 @pytest.mark.slow
 def test_figures_of_many_blocks_under_several_laws_are_not_endless():
     two = cases.curves(tuple(f"block {i}" for i in range(50))).isel(model=slice(2))
     several = {2: two, 4: xr.concat([two, two.assign_coords(model=["third", "fourth"])], "model", join="outer")}
     for laws, results in several.items():
         figure = fragility_figure(results)
-        assert figure.get_figheight() <= 24.0  # in, 3,600 pixels
-        assert len(figure.axes) == {2: 20, 4: 20}[laws]
+        assert figure.get_figheight() <= 11.0  # in, 1,650 pixels
+        assert len(figure.axes) == 12, laws

@@ -40,8 +40,8 @@ class TestHistory:
         (line,) = ax.get_lines()
         np.testing.assert_array_equal(line.get_xdata(), discrete.time)
         np.testing.assert_allclose(line.get_ydata(), discrete.rotation / BLOCK.alpha, rtol=1e-15)
-        assert ax.get_xlabel() == "time (s)"
-        assert ax.get_ylabel() == "rotation over slenderness, θ/α (–)"
+        assert ax.get_xlabel() == "Time (s)"
+        assert ax.get_ylabel() == "Rotation over slenderness, θ/α (–)"
         assert ax.get_legend() is None
 
     def test_several_have_a_legend_and_the_reference_is_black(self, discrete):
@@ -50,7 +50,7 @@ class TestHistory:
             "discrete e=0.925 δ=0.05",
             "housner e=0.925",
         ]
-        assert [line.get_color() for line in ax.get_lines()] == [COLOURS[0], "#000000"]
+        assert [line.get_color() for line in ax.get_lines()] == [COLOURS[0], "#222222"]
 
     def test_names_tell_apart(self, discrete):
         other = tp.free_rocking(tp.Block(0.4, 1.8, name="shelf"), tp.DiscreteDamping(e=E), 0.05, 1.0)
