@@ -31,13 +31,10 @@ def whole_file(path: Path) -> Iterator[Path]:
     os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666))
     try:
         yield temporary
-        descriptor = os.open(temporary, os.O_RDWR)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+        _sync(temporary, os.O_RDWR)
         temporary.replace(path)
-        sync_folder(path.parent)
+        with suppress(OSError):  # (folders can't be opened on Windows)
+            _sync(path.parent, os.O_RDONLY)
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -80,11 +77,10 @@ def write_bytes(path: Path, content: bytes | memoryview) -> None:
         file.write(content)
 
 
-def sync_folder(folder: Path) -> None:
-    """Make a rename durable (where folders can be opened: not on Windows)."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+def _sync(path: Path, flags: int) -> None:
+    """Wait until a file, or a rename in a folder, is on the disk."""
+    descriptor = os.open(path, flags)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

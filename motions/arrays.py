@@ -89,11 +89,10 @@ class Record(NamedTuple):
 def digest(record: Record) -> str:
     """Return a hash of step and samples: two records with equal hashes are the same to the last bit."""
     found = hashlib.sha256(record.dt.hex().encode())
-    found.update(np.ascontiguousarray(record.acceleration).tobytes())
-    if record.companion is not None:
-        found.update(np.ascontiguousarray(record.companion).tobytes())
-    if record.vertical is not None:
-        found.update(b"vertical" + np.ascontiguousarray(record.vertical).tobytes())
+    for name, values in ((b"", record.acceleration), (b"", record.companion), (b"vertical", record.vertical)):
+        if values is not None:
+            found.update(name)
+            found.update(np.ascontiguousarray(values))
     return found.hexdigest()
 
 

@@ -33,7 +33,7 @@ from ...fragility.runs.plan import (
     refuse_endless_runs,
     seconds_per_sample,
 )
-from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client
+from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, thread_count
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_notes
@@ -70,6 +70,8 @@ MOST_VARIED = 2000
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
 CURVE_BYTES = 3e3
 REPLICATE_BYTES = 50.0
+MEASURING = 10
+"""Arrays as long as a motion that its reading, its doubts and its measures take for a moment."""
 SLAB_BYTES_A_RUN = 100.0
 """Most memory for each run of a slab, which the ranking of measures needs."""
 __version__ = metadata.version("toppling")
@@ -257,6 +259,7 @@ class Study(ABC):
     def room(self) -> Resources:
         """The approximate memory and disk space that the study needs."""
         plain = [record for array in self.arrays for record in records(array)]
+        sizes = [part.nbytes for record in plain for part in record if isinstance(part, np.ndarray)]
         dt = float(np.mean([record.dt for record in plain]))
         cases = islice(self.cases, MOST_CASES)
         per_sample = float(np.mean([seconds_per_sample(law.oscillator(block), dt) for _, block, law in cases]))
@@ -265,7 +268,8 @@ class Study(ABC):
             self.work * samples / len(plain) * per_sample,
             float(self.bytes_a_run * self.work),
             self.stored_bytes,
-            self.together + 3.0 * sum(record.acceleration.nbytes for record in plain),
+            # (a motion as read, its times, as run; and for the longest, measures and a copy for each thread)
+            self.together + 3.0 * sum(sizes) + (MEASURING + thread_count()) * max(sizes),
             self.arrays_aside,
         )
 

@@ -5,8 +5,10 @@ import resource
 import shutil
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
+import dask
 import netCDF4
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ import toppling as tp
 from toppling.fragility.numerics import slabs
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.kinds import study as studies
 from toppling.studies.kinds.fragility import STORED_BYTES
 from toppling.studies.store import folder as store, netcdf, resources, shards
 from toppling.studies.store.content import sealed
@@ -339,6 +342,42 @@ def test_what_is_stored_is_as_was_said(finished):
         beside = results["scale_factor"].nbytes
     assert of_runs - beside == study.stored_bytes - STORED_BYTES * study.curves
     assert (folder / "results.nc").stat().st_size < study.room.left
+
+
+@pytest.mark.slow
+def test_arrays_of_long_motions_are_forecast(tmp_path):
+    """Arrays as long as a motion: those that reading and running it take, and those of the forecast."""
+    taken, told = [], []
+    sizes = 1_000, 100_000, 300_000  # (the first run loads what runs need)
+    for samples in sizes:
+        text = crate_study("Long", number=1, duration=samples // 100, dt=0.01, levels=3)
+        (tmp_path / "study.toml").write_text(text)
+        with dask.config.set(num_workers=1):  # (more threads overlap by chance)
+            tracemalloc.start()
+            study = tp.Study.from_toml(tmp_path / "study.toml")
+            study.run(tmp_path / f"{samples}")
+            taken.append(tracemalloc.get_traced_memory()[1])
+            tracemalloc.stop()
+            told.append(study.room.memory)
+    length = 8 * (sizes[2] - sizes[1])
+    arrays = (taken[2] - taken[1]) / length
+    assert 7.0 < arrays < (told[2] - told[1]) / length < 2.0 * arrays
+
+
+def test_every_component_is_forecast(tmp_path, monkeypatch):
+    """The memory of pairs and of vertical components, which are not among the accelerations that shake."""
+    (tmp_path / "study.toml").write_text(crate_study("Few", 3, 6, 0.02, 3))
+    study = tp.Study.from_toml(tmp_path / "study.toml")
+    one = study.room.memory
+    plain = studies.records
+
+    def joined(array):
+        return [record._replace(companion=record.acceleration, vertical=record.acceleration) for record in plain(array)]
+
+    monkeypatch.setattr(studies, "records", joined)
+    again = tp.Study.from_toml(tmp_path / "study.toml")
+    samples = sum(record.acceleration.nbytes for array in study.arrays for record in plain(array))
+    assert again.room.memory - one == pytest.approx(6.0 * samples)
 
 
 @pytest.mark.slow
