@@ -453,8 +453,9 @@ def _not_judged(pieces: list[Piece]) -> Iterator[str]:
 def _unstated(pieces: list[Piece]) -> Iterator[str]:
     """Yield for which pieces the inventory does not say whether their falling is a danger."""
     if named := [one for one in pieces if not one.stated and not one.held]:
+        by = "money" if any(one.value > 0.0 for one in pieces) else "their falls"
         yield (
-            "The inventory does not say what it means for people if these fall, so that they are judged by money "
+            f"The inventory does not say what it means for people if these fall, so that they are judged by {by} "
             f"alone, and none of them is known to be harmless: {_pieces(named)}. Let the inventory say it of each line "
             "(“none” where nobody can be harmed)."
         )
