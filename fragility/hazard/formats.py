@@ -643,9 +643,8 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     if "probab" in y.lower() or _column_quantity(lines, y, None)[0] != Quantity("rate"):
         raise HazardError(f"{file}: gives {_shown(y)}, but annual rates are needed: save the response with these")
     own = unit_of_program(label)
-    for unit in told(
-        _NAMED.sub("acceleration", texts.get("xlabel", "")), lines.number
-    ):  # (the services write g for every measure)
+    for unit in told(_NAMED.sub("acceleration", texts.get("xlabel", "")), lines.number):
+        # (the services write g for every measure)
         if unit.text.strip() != "g" and _si(unit.text, label) != _si(own, label):
             raise HazardError(f"{file}: gives {_shown(texts['xlabel'])}, but levels in {own} are needed")
     x, rates = (_numbers(file, name, one) for name, one in (("levels", levels), ("rates", rates)))

@@ -285,9 +285,10 @@ _HEADING = re.compile(
 def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float = DAMPING) -> None:
     """Warn of comments among numbered lines that say that a spectrum is vertical, normalised, reduced or in log10."""
     for number, text in lines:
+        if not text.lstrip().startswith("#"):
+            continue
         match = _UNLIKE_GROUND.search(text)
-        said = match[0] if match else other_damping(text, damping)
-        if said and text.lstrip().startswith("#"):
+        if said := match[0] if match else other_damping(text, damping):
             what = f"{file}: line {number} says {said!r}"
             warn([Doubt("level", f"{what}: is it the spectrum that shakes, in the unit that is stated?")])
 

@@ -91,7 +91,8 @@ _STAGES = re.compile(
     r"(?i)raw\b|measured|filtered|corrected|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
 )
 _NO_MOTION = re.compile(
-    r"(?i)(?:r[xyz]|rot(?:ation)?|roll|pitch|yaw|theta|tilt|drift|jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
+    r"(?i)(?:r[xyz]|rot(?:ation)?|roll|pitch|yaw|theta|tilt|drift|jerk|"
+    r"quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
 )
 _ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)

@@ -138,9 +138,8 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     words = [word for word in inventory.consequences if word not in safety]
     for word in words:
         parts = set(re.split(r"[^\w-]+", word.lower()))
-        near = [
-            known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word)
-        ] or difflib.get_close_matches(word, safety, 1, NEAR)
+        near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word)]
+        near = near or difflib.get_close_matches(word, safety, 1, NEAR)
         if near:
             meant = f"did you mean {'; '.join(near)!r}?"
             found.append(f"the consequence {word!r} is not among the safety consequences: {meant}")
