@@ -296,10 +296,7 @@ def _size(samples: int) -> None:
 
 
 def _corrected(
-    motions: xr.DataArray,
-    note: str,
-    function: Callable[[Array], Array],
-    dt: float | None = None,
+    motions: xr.DataArray, note: str, function: Callable[[Array], Array], dt: float | None = None
 ) -> xr.DataArray:
     """Apply `function` to every motion, keep the labels, and add the correction `note` to `processing`."""
     values, step = _values(motions)

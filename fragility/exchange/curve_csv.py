@@ -27,7 +27,6 @@ from .rows import (
     LIMIT_STATE,
     OVERTURNING,
     PARAMETERS,
-    PLACES,
     CurveRow,
     CurveSet,
     Written,
@@ -83,7 +82,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     table = csv.writer(lines, lineterminator="\n")
     table.writerow(map(guarded, [*heading, "status", *words]))
     for name, curve in zip(found.ids, found.curves, strict=True):
-        first = [guarded(text) for text in (name, *curve.labels, found.im, PLACES[found.ground], *state, *form)]
+        first = [guarded(text) for text in (name, *curve.labels, found.im, found.place, *state, *form)]
         last = [*(_written(curve.numbers.get(key, math.nan)) for key in accompanying), guarded(curve.status)]
         last += [guarded(curve.words.get(key, "")) for key in words]
         for numbers in _rows(curve, parameters, found):

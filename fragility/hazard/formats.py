@@ -135,6 +135,9 @@ _NAMED = re.compile(
 _WEIGHT = re.compile(r"weight\s{0,9}[=:]?\s{0,9}([\d.]{1,20}(?:e-?\d{1,3})?)")
 OF_MEASURES = re.compile(r"([a-z]{2,8}(?:\([\d.]{1,20}\))?)-(\d[\d.]{0,20}(?:e[+-]?\d{1,3})?)")
 """Name of a column of OpenQuake's older tables of several measures, in small letters: measure and level."""
+MAP = "is a map or uniform hazard spectra, whose columns are probabilities: give hazard curves"
+_POES = frozenset((0.632, 0.63, 0.5, 0.39, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002105, 0.000404))
+"""Probabilities of exceedance for which OpenQuake's maps are usually made."""
 _PLACE = re.compile(r"(?<![A-Za-z0-9])(?:PGA|PGV|PGD|CAV|SA\d{1,3}P\d{1,3}|SA\([\d.]{1,9}\))(?![A-Za-z0-9])")
 _BRACKETS = re.compile(r"(?P<name>.{1,200}?)\s*[\[(](?P<unit>[^()\[\]]{1,40})[\])]\s*")
 
@@ -494,6 +497,9 @@ def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, li
     if label not in held:
         raise HazardError(f"{lines.file}: holds no curve of {label}, only of {', '.join(held)}")
     columns = zip(names, matches, labels, strict=True)
+    levels = [float(match[2]) for match, own in zip(matches, labels, strict=True) if match is not None and own == label]
+    if levels != sorted(levels) or (len(levels) < 5 and _POES.issuperset(levels)):
+        raise HazardError(f"{lines.file}: {MAP}")
     return label, [f"poe-{match[2]}" if match is not None and own == label else name for name, match, own in columns]
 
 
@@ -632,15 +638,20 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
         values = _member(file, named[component], "values")
         levels, rates = _member(file, values, "xs"), _member(file, values, "ys")
     about = (found[label] if old else response).get("metadata")
-    for key, text in about.items() if isinstance(about, dict) else ():
-        if key.lower() == "ylabel" and "probab" in str(text).lower():
-            raise HazardError(
-                f"{file}: gives {_shown(text)}, but annual rates are needed: save the response with these"
-            )
-    x, y = (_numbers(file, name, one) for name, one in (("levels", levels), ("rates", rates)))
-    if x.size != y.size:
-        raise HazardError(f"{file}: {label} must have one rate a level, got {y.size} for {x.size} levels")
-    return curve_of(file, label, unit_of_program(label), x, [y], None, f"USGS, {plain(component)}")
+    texts = {key.lower(): str(text) for key, text in about.items()} if isinstance(about, dict) else {}
+    y = texts.get("ylabel", "rate").replace("⁻¹", "-1")
+    if "probab" in y.lower() or _column_quantity(lines, y, None)[0] != Quantity("rate"):
+        raise HazardError(f"{file}: gives {_shown(y)}, but annual rates are needed: save the response with these")
+    own = unit_of_program(label)
+    for unit in told(_NAMED.sub("acceleration", texts.get("xlabel", "")), lines.number):
+        # (the services write g for every measure)
+        if unit.text.strip() != "g" and _si(unit.text, label) != _si(own, label):
+            raise HazardError(f"{file}: gives {_shown(texts['xlabel'])}, but levels in {own} are needed")
+    x, rates = (_numbers(file, name, one) for name, one in (("levels", levels), ("rates", rates)))
+    if x.size != rates.size:
+        raise HazardError(f"{file}: {label} must have one rate a level, got {rates.size} for {x.size} levels")
+    larger = f" ({LARGER})" * (texts.get("maxdir") == "True")
+    return curve_of(file, label, own, x, [rates], None, f"USGS{larger}, {plain(component)}")
 
 
 def _member(file: Path, holder: Any, key: str) -> Any:

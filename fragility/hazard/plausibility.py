@@ -21,6 +21,8 @@ MOST_OFTEN_OF_LAW = 1.0
 """The same of formulas, which are fitted to rarer levels."""
 AMPLIFIED = 2.5
 """Spectral accelerations over PGA, at most: such levels are that much more frequent, and so are those of floors."""
+LEAST_CERTAIN, FLAT = 0.9, 0.8
+"""Probability of weak shaking in 50 years, and the share of it at twice the level; rates fall more there."""
 RETURN_PERIOD = 475.0
 OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
 """Factors between two rates of one level above which they are not of one site."""
@@ -83,6 +85,10 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
                 often > IMPOSSIBLY_OFTEN,
             )
         )
+    first, twice = (float(hazard.rate_at(factor * hazard.levels[0], above=NONE)) for factor in (1.0, 2.0))
+    if LEAST_CERTAIN < first <= 1.0 and twice > FLAT * first and not hazard.of_formula:
+        what = f"the rates begin at {first:.3g} and hardly fall, as probabilities near 1 do"
+        found.append(Doubt(KIND, f"{name}: {what}: probabilities in 50 years in place of annual rates?"))
     highest = amplified * bounds.highest
     if hazard.rate_at(highest, above=NONE) > 1.0 / RETURN_PERIOD:
         found.append(

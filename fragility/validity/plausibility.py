@@ -30,7 +30,7 @@ LEAST_STRETCH, MOST_STRETCH = 5e-5, 0.3
 """Elongation, m, at which a restraint breaks: its strength over its stiffness."""
 LEAST_ARM = 0.2
 """Height, m, below which nothing is strapped to a wall: anti-tip kits hold the upper half of furniture."""
-LEAST_DENSE, MOST_DENSE = 5.0, 8000.0  # kg/m³
+LEAST_DENSE, MOST_DENSE = 5.0, 4000.0  # kg/m³: of nothing to solid stone; metals are denser
 UNKNOWN_DEPTH = 10.0
 """Depth over width, at most, of a block whose depth is not given."""
 LEAST_GAP, MOST_GAP = 0.001, 5.0
@@ -48,7 +48,7 @@ LEAST_SLIP = 1e-4  # m
 IMPOSSIBLY_LARGE, IMPOSSIBLY_SMALL = 100.0, 0.001  # m
 NEVER = np.zeros(1, dtype=bool)
 HIGHEST: dict[str, tuple[float, float, str]] = {
-    ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "g written where m/s² is meant?"),
+    ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "g written where m/s² is meant, or per cent of g?"),
     VELOCITY: (10.0, 100.0, "cm/s meant?"),
 }
 """By the unit of levels: the highest that exists, the highest that can be meant, and the likely slip."""
@@ -99,7 +99,7 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
             most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
             if not LEAST_DENSE <= density <= most:
                 said = f"{block.label}: {block.mass:,g} kg"
-                found.setdefault("tonnes or grams in place of kg?", []).append(said)
+                found.setdefault("tonnes, grams or newtons in place of kg?", []).append(said)
         wall, edge = block.wall, block.edge
         gaps = (() if wall is None else (wall.gap, wall.front_gap)) + (() if edge is None else (edge.front, edge.back))
         far = (gap for gap in gaps[:2] if wall is not None and gap is not None and gap > MOST_GAP)

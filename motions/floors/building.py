@@ -357,10 +357,7 @@ class Building:
     ) -> list[xr.DataArray]: ...
 
     def floor_motions(
-        self,
-        motions: xr.DataArray | Sequence[xr.DataArray],
-        floors: Sequence[int] | None = None,
-        parts: int = 1,
+        self, motions: xr.DataArray | Sequence[xr.DataArray], floors: Sequence[int] | None = None, parts: int = 1
     ) -> xr.DataArray | list[xr.DataArray]:
         """Return the absolute acceleration histories of floors.
 

@@ -27,10 +27,7 @@ _WRITTEN = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*")
 
 
 def measure_named(
-    name: str | Measure,
-    what: str = "intensity measure",
-    also: Sequence[str] = (),
-    listed: Sequence[str] = (*MEASURES,),
+    name: str | Measure, what: str = "intensity measure", also: Sequence[str] = (), listed: Sequence[str] = (*MEASURES,)
 ) -> Measure:
     """Return the measure of a name or label such as ``pgv``, ``Sa(1.0)``, ``Sa(1.0, 0.02)`` or ``AvgSa(0.2:2.0:10)``.
 

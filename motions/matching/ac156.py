@@ -241,11 +241,7 @@ def ac156_acceptance(
     return xr.Dataset(
         variables,
         coords={**motion_coordinates(plain), "frequency": at},
-        attrs={
-            "title": "Acceptance by AC156",
-            **provenance({"target": repr(target)}),
-            "target": target.name,
-        },
+        attrs={"title": "Acceptance by AC156", **provenance({"target": repr(target)}), "target": target.name},
     )
 
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Self, TypeVar
 
 import numpy as np
 
 from ...core import checks
+from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
@@ -128,6 +131,7 @@ class TargetSpectrum:
         agreed(
             file, [unit_of(heading["unit"], lines[0][0]), *(unit for at, text in comments for unit in told(text, at))]
         )
+        doubt_spectrum(file, every, damping)
         for number, text in comments:
             if _OTHER_SPECTRUM.search(text) and "acceleration" not in quantities(text):
                 raise RecordError(f"{file}: line {number} says {plain(text, 60)!r}: no spectrum of acceleration")
@@ -260,6 +264,10 @@ class TargetSpectrum:
         return cls(found.periods, found.sa, found.damping, text)
 
 
+_UNLIKE_GROUND = re.compile(
+    r"(?i)\bverti[ck]al\w*(?!\W*(?:no|excluded))\b|(?<!not )\bnorm(?:ali[sz][ée]|iert)\w*|\bp?s[ae] ?/ ?(?:pga|a_?g)"
+    r"|\bsve\b|\bdimensionless|\binelastic|\bbehaviou?r factor|\breduced by|\bq ?= ?[1-9]|\blog_?10|\bcomponent\W+z\b"
+)
 _OTHER_SPECTRUM = re.compile(r"displacement|velocity|\bp?s_?[dv]\b", re.IGNORECASE)
 _DAMPING = re.compile(
     r"(?i)(?:damp|dämpf|amorti|smorz)\w*(?: ratio)?\s*(?:of|is|[:=])?\s*(?P<before>\d+(?:\.\d+)?|\.\d+)"
@@ -270,8 +278,19 @@ _DAMPING = re.compile(
 _UNIT = r"\s*[\[(_]\s*(?P<{}>[^\])\s,;\"]+)\s*[\])]?\"?"
 _HEADING = re.compile(
     r"(?i)\"?(?P<axis>period|frequency|t|f)" + _UNIT.format("axis_unit") + r"[\s,;]+"
-    r"\"?(?:p?sa|acceleration|spectral[ _]acceleration)" + _UNIT.format("unit") + r"[\s,;]*"
+    r"\"?(?:p?sa|se|acceleration|spectral[ _]acceleration)" + _UNIT.format("unit") + r"[\s,;]*"
 )
+
+
+def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float = DAMPING) -> None:
+    """Warn of comments among numbered lines that say that a spectrum is vertical, normalised, reduced or in log10."""
+    for number, text in lines:
+        if not text.lstrip().startswith("#"):
+            continue
+        match = _UNLIKE_GROUND.search(text)
+        if said := match[0] if match else other_damping(text, damping):
+            what = f"{file}: line {number} says {said!r}"
+            warn([Doubt("level", f"{what}: is it the spectrum that shakes, in the unit that is stated?")])
 
 
 def other_damping(text: str, damping: float) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from ...core.doubts import Doubt, warn
 from ...core.units import STANDARD_GRAVITY
 from ...core.wording import system_reason
 from ...core.writing import write_bytes
@@ -18,6 +19,8 @@ from .components import refuse_gaps, refuse_stated_peak
 from .lines import STEP, Lines, RecordError
 from .units import agreed, doubt_factors, quantities, refuse_others, told
 
+RARE = 1.0
+"""PGA, g, that few records reach."""
 _HEADER = re.compile(
     rf"NPTS\s{{0,9}}=\s{{0,9}}(?P<npts>\d{{1,12}})\s{{0,9}},?\s{{0,9}}DT\s{{0,9}}=\s{{0,9}}{STEP}", re.IGNORECASE
 )
@@ -102,6 +105,10 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         raise RecordError(f"{file}: {error}") from None
     refuse_stated_peak(file, header, [array.values])
     noted = {} if unit is not None else {"processing": "no unit in its header: taken as g, which AT2 files are in"}
+    if noted and RARE < (reached := float(np.abs(values).max())) < 3.0:  # (more is doubted in any file)
+        warn(
+            [Doubt("PGA", f"{file}: states no unit, is taken as g, and reaches {reached:.2g}: m/s² or per cent of g?")]
+        )
     return array.assign_attrs(title=" ".join(header[1][1].split()) if len(header) > 1 else "", **noted)
 
 

@@ -91,7 +91,8 @@ _STAGES = re.compile(
     r"(?i)raw\b|measured|filtered|corrected|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
 )
 _NO_MOTION = re.compile(
-    r"(?i)(?:drift|jerk|quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
+    r"(?i)(?:r[xyz]|rot(?:ation)?|roll|pitch|yaw|theta|tilt|drift|jerk|"
+    r"quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
 )
 _ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
@@ -149,7 +150,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             )
     timed = columns > 1 and not (names and _DIRECTION.fullmatch(names[0]))
     number = header[-1][0] if header else 0
-    time = values[:, 0] * _seconds(file, in_name(names[0], number) if names else [])
+    time = values[:, 0] * _seconds(file, in_name(names[0], number) if names and timed else [])
     step = _step(lines, time, header, dt, timed)
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, words)
@@ -184,7 +185,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             )
         with np.errstate(over="ignore"):  # infinity is refused later, as beyond any shaking
             acceleration = values[:, column] * factor
-        label = name if columns > 2 else ""
+        label = name if columns > 1 + timed else ""
         found.append(
             Component(acceleration, step, station=file.stem if label else "", component=label, processing=note)
         )
@@ -295,7 +296,11 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
             apart = ";" in stripped or _COMMAS.search(stripped) or re.search(r'"[-+]?\d+,\d[\d.]*"', stripped)
             if apart and re.search(r"\d,\d", stripped):
                 raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
-            names = _names([text for _, text in header], columns)
+            if not (names := _names([text for _, text in header], columns)) and columns > 1:
+                # (comments may stand between the heading and the numbers)
+                heading = [i for i, (_, text) in enumerate(header) if not text.startswith("#")][-1:]
+                header += [header.pop(i) for i in heading]
+                names = _names([text for _, text in header], columns)
             if columns > 2 and not names:
                 raise lines.error(
                     f"has {columns} columns, allowed are 1 or 2 (time, acceleration), or a heading that names them: "

@@ -6,6 +6,7 @@ text.
 
 from __future__ import annotations
 
+import codecs
 import itertools
 import math
 import os
@@ -24,6 +25,9 @@ from ...core.doubts import Doubt, warn
 from ...core.limits import RECORD_BYTES
 from ...core.wording import system_reason
 
+LATIN = "of-latin-1"
+"""Decoding of bytes that are not of UTF-8 as Latin-1: its m/s² would else be a velocity, or no unit at all."""
+codecs.register_error(LATIN, lambda error: (error.object[error.start : error.end].decode("latin-1"), error.end))  # type: ignore[attr-defined]
 MAX_LINE = 2**20
 MAX_SAMPLES = 50_000_000
 # Number of characters of a line that detection and header patterns use, since headers stand at the beginning.
@@ -99,7 +103,7 @@ class Lines:
         # (a transfer between systems may double the line ends, CR CR LF, which are one each)
         newline = "\n" if b"\r\r\n" in beginning(self.file) else None
         try:
-            self._stream = self.file.open(encoding="utf-8-sig", errors="replace", newline=newline)
+            self._stream = self.file.open(encoding="utf-8-sig", errors=LATIN, newline=newline)
         except OSError as error:
             raise RecordError(f"{self.file}: cannot be read ({system_reason(error)})") from None
         try:
@@ -144,7 +148,7 @@ class Lines:
         if not fields or last.strip(_OF_NUMBERS):
             return
         above: list[tuple[int, int, int]] = []
-        with self.file.open(encoding="utf-8-sig", errors="replace") as stream:
+        with self.file.open(encoding="utf-8-sig", errors=LATIN) as stream:
             for line in stream:
                 at = [*_FIELD.finditer(line)]
                 if line.strip(_OF_NUMBERS):

@@ -81,13 +81,19 @@ _FACTOR = re.compile(
     r"multipl(?:y|ier)|(?:to|must|should) be (?:multipli|scal)ed)\s*(?:by|of|is|[:=])?\s*"
     r"(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|(?!(?:is |was )?not\b)[a-z]))"
 )
+_OF_TIME = (
+    r"(?<!not )(?<!non-)\b(?:time|dt)[ -](?:(?:axis|step|base|is|was|has been) )*"
+    r"(?:compress|scaled|shorten|condens|stretch|divided|multiplied)[^,;#]*"
+    r"|\b(?:compressed in time|zeit\w* gestaucht|tiempo comprimido|time scal(?:e|ing)\b[^,;#\d]{0,20}\d)[^,;#]*"
+)
 _AMPLITUDE = re.compile(
-    r"(?i)\b(?:multiplied|amplified|divided) by (?!a factor)[^,;]{1,20}"
+    rf"(?i){_OF_TIME}|\bseismic coefficient[^,;]{{0,20}}"
+    r"|\b(?:multiplied|amplified|divided) by (?!a factor)[^,;]{1,20}"
     r"|\b(?:peak[- ]?)?normali[sz]ed (?:to|by|acc|amp|rec|sig)[^,;]{0,20}"
     r"|\bpeak[- ]?normali[sz]ed|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
     r"|\bin (?:m?V|(?:milli)?volts?)\b(?! ?/)|(?<![\d/])(?<!\d )\b(?:milli)?volts?\b(?! ?/| per)"
 )
-"""What says that samples may be of another amplitude, or volts."""
+"""Statements that samples may be of another amplitude or time, or volts."""
 RELATIVE = re.compile(
     r"\brel(?:ative|\.)?[ _]+(?:floor[ _]+)?acc|\bacc[a-z]*[ _,(]{1,3}rel(?:ative)?\b(?! to g)|\ba_rel\b", re.IGNORECASE
 )
@@ -249,14 +255,15 @@ def agreed(file: Path, units: Iterable[Unit]) -> Unit | None:
 def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
     """Warn of a factor other than 1 in a numbered line of a header, which nothing applies."""
     for line, text in header:
-        for match in _FACTOR.finditer(text):
+        factors = [] if re.search(_OF_TIME, text, re.IGNORECASE) else [*_FACTOR.finditer(text)]
+        for match in factors:
             if float(match["number"]) != 1.0 and not _APPLIED.search(text[: match.start()]):
                 what = f"{file}: line {line} says {match[0].strip()!r}, which is not applied"
                 warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])
         other = None if re.search("convert|applied|original", text, re.IGNORECASE) else _AMPLITUDE.search(text)
-        if other is not None and not _FACTOR.search(text):
+        if other is not None and not factors:
             said = f"{file}: line {line} says {plain(other[0].strip(), 40)!r}"
-            warn([Doubt("table", f"{said}: are its samples the accelerations that shake, in the unit that is stated?")])
+            warn([Doubt("table", f"{said}: are its samples and its time step those that shake?")])
 
 
 def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:

@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...core.units import STANDARD_GRAVITY
+from ...core.doubts import Doubt, warn
+from ...core.units import ACCELERATION, STANDARD_GRAVITY
 from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
-from ..intensity.naming import in_si, our_name
+from ..intensity.naming import in_si, our_name, written_level
 from ..intensity.parametric_measures import Sa
+from ..matching.targets import doubt_spectrum
 from ..readers.lines import Lines, RecordError
 from .stated import Stated
 from .target import FORMULAS, Mixture, Target
@@ -28,6 +30,8 @@ _OWN, _OF_RUPTURES = ("measure", "unit", "median", "sigma"), ("rupture", "weight
 _OPENQUAKE = ("poe", "stat", "period", "mea", "std")
 
 
+HIGHEST_MEDIAN = 5.0 * STANDARD_GRAVITY
+"""Acceleration, m/s², that no earthquake has in the median (assumed)."""
 MOST_PGA = 10.0
 """Greatest ratio of a peak acceleration to the largest spectral one beside it that is believed (judgement)."""
 
@@ -37,11 +41,7 @@ class TargetError(ValueError):
 
 
 def read_target(
-    path: str | os.PathLike[str],
-    given: str | Measure,
-    *,
-    correlations: Any = FORMULAS,
-    statistic: str = "mean",
+    path: str | os.PathLike[str], given: str | Measure, *, correlations: Any = FORMULAS, statistic: str = "mean"
 ) -> Target | Mixture | Stated:
     """Read what a hazard asks of motions from a file, whose format is detected.
 
@@ -80,16 +80,12 @@ def read_target(
     measure = measure_named(given, "given")
     file = Path(path)
     known = correlations_in(correlations)
-    try:
-        with Lines(path) as lines:
-            rows = rows_of(lines)
-            number, heading = next(rows, (0, []))
-            names = [name.lower() for name in heading]
-            body = list(rows)
-    except RecordError as error:
-        raise TargetError(
-            str(error).replace("no record is", "no target is").replace("not a record", "no target")
-        ) from None
+    with opened(file) as lines:
+        doubt_spectrum(file, enumerate(lines.head, start=1))
+        rows = rows_of(lines)
+        number, heading = next(rows, (0, []))
+        names = [name.lower() for name in heading]
+        body = list(rows)
     if len(body) > MOST_ROWS:
         raise TargetError(f"{file}: holds {len(body):,} rows, no target does")
     if not body:
@@ -149,6 +145,7 @@ def _own(file: Path, table: list[tuple[int, dict[str, str]]], given: Measure, co
         except ValueError as error:
             raise TargetError(f"{file}: line {at}: {error}") from None
         median = factor * numbered(file, at, row["median"], f"the median of {measure.label}", 0.0, above=True)
+        _doubt_median(file, at, measure, median)
         sigma = numbered(file, at, row["sigma"], f"the sigma of {measure.label}", 0.0, above=True)
         weight = numbered(file, at, row["weight"], "a weight", 0.0, above=False) if "weight" in row else 1.0
         if weights.setdefault(name, weight) != weight:
@@ -162,6 +159,13 @@ def _own(file: Path, table: list[tuple[int, dict[str, str]]], given: Measure, co
         return targets[0] if len(targets) == 1 else Mixture(targets, list(weights.values()))
     except ValueError as error:
         raise TargetError(f"{file}: {error}") from None
+
+
+def _doubt_median(file: Path, at: int, measure: Measure, median: float) -> None:
+    """Warn of a median acceleration (SI) that no earthquake has."""
+    if measure.units == ACCELERATION and median > HIGHEST_MEDIAN:
+        what = f"{file}: line {at} has a median of {written_level(measure, median)}"
+        warn([Doubt("level", f"{what}, beyond any shaking: per cent of g, or another unit?")])
 
 
 def _conditional_spectra(
@@ -179,6 +183,7 @@ def _conditional_spectra(
         poe = numbered(file, at, row["poe"], "poe", 0.0, above=True)
         period = numbered(file, at, row["period"], "a period", 0.0, above=False)
         median = STANDARD_GRAVITY * numbered(file, at, row["mea"], "a median", 0.0, above=True)
+        _doubt_median(file, at, MEASURES["pga"], median)
         own = spectra.setdefault(poe, {})
         if period in own:
             raise TargetError(f"{file}: line {at} gives period {period:g} twice")

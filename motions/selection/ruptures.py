@@ -213,8 +213,10 @@ def _one_of(file: Path, found: Bins, wanted: Measure | None, level: float | None
         keys.sort(key=lambda key: abs(math.log(key[1] / level)))
     label, at = keys[0]
     bins = np.array(found[keys[0]], dtype=float).reshape(-1, 3)
-    if not np.all(np.isfinite(bins)) or np.any(bins < 0.0) or bins[:, 2].sum() == 0.0:
-        raise TargetError(f"{file}: the disaggregation of {label} holds no rates, or negative ones")
+    if not np.all(np.isfinite(bins)) or np.any(bins < 0.0) or bins[:, 2].sum() == 0.0 or bins[:, 0].max() > 10.0:
+        raise TargetError(
+            f"{file}: the disaggregation of {label} holds no rates, negative ones, or magnitudes above 10"
+        )
     joined: dict[tuple[float, float], float] = {}
     for magnitude, distance, rate in bins.tolist():  # (bins of each epsilon)
         joined[magnitude, distance] = joined.get((magnitude, distance), 0.0) + rate

@@ -63,8 +63,5 @@ class RiseStrongDecay(Envelope):
         return growth * exp(-self.decay * late)
 
 
-ENVELOPES: dict[str, type[Envelope]] = {
-    "stationary": Stationary,
-    "rise-strong-decay": RiseStrongDecay,
-}
+ENVELOPES: dict[str, type[Envelope]] = {"stationary": Stationary, "rise-strong-decay": RiseStrongDecay}
 """The envelopes by the names that study files use."""

@@ -37,6 +37,8 @@ class Pulse(Generator):
     """
 
     own_amplitude: ClassVar[bool] = False
+    cycles: ClassVar[float] = 1.0
+    """Length of the pulse over its period."""
 
     amplitude: float
     omega: float
@@ -49,9 +51,9 @@ class Pulse(Generator):
         checks.number("tail", self.tail, at_least=0.0)
 
     @property
-    @abstractmethod
     def duration(self) -> float:
         """Length of the pulse, s."""
+        return 2.0 * math.pi * self.cycles / self.omega
 
     @abstractmethod
     def shape(self, time: Array) -> Array:
@@ -74,9 +76,7 @@ class Pulse(Generator):
 class RectangularPulse(Pulse):
     """Constant acceleration for the time pi/omega, s (half a period, as in the half-sine)."""
 
-    @property
-    def duration(self) -> float:
-        return math.pi / self.omega
+    cycles: ClassVar[float] = 0.5
 
     def shape(self, time: Array) -> Array:
         return np.ones_like(time)
@@ -86,33 +86,22 @@ class RectangularPulse(Pulse):
 class HalfSine(Pulse):
     """Sine pulse sin(omega t) of half a period."""
 
-    @property
-    def duration(self) -> float:
-        return math.pi / self.omega
+    cycles: ClassVar[float] = 0.5
 
     def shape(self, time: Array) -> Array:
         return _exact_end(np.sin(self.omega * time))
 
 
 @dataclass(frozen=True)
-class OneCycleSine(Pulse):
+class OneCycleSine(HalfSine):
     """Sine pulse sin(omega t) of one period (type A of Zhang and Makris 2001)."""
 
-    @property
-    def duration(self) -> float:
-        return 2.0 * math.pi / self.omega
-
-    def shape(self, time: Array) -> Array:
-        return _exact_end(np.sin(self.omega * time))
+    cycles: ClassVar[float] = 1.0
 
 
 @dataclass(frozen=True)
 class OneCycleCosine(Pulse):
     """Cosine pulse cos(omega t) of one period (type B of Zhang and Makris 2001); it jumps at both ends."""
-
-    @property
-    def duration(self) -> float:
-        return 2.0 * math.pi / self.omega
 
     def shape(self, time: Array) -> Array:
         return np.cos(self.omega * time)
@@ -128,9 +117,7 @@ class Ricker(Pulse):
     Seismological Society of America 33, 197-228.
     """
 
-    @property
-    def duration(self) -> float:
-        return 8.0 * math.pi / self.omega  # two periods on either side: exp(-4 pi²) is below rounding
+    cycles: ClassVar[float] = 4.0  # two periods on either side: exp(-4 pi²) is below rounding
 
     def shape(self, time: Array) -> Array:
         x = 0.5 * self.omega * (time - 0.5 * self.duration)

@@ -40,6 +40,12 @@ COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 NEAR = 0.7
 """Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
+ABROAD = {
+    "injury": "verletz|bless|l[eé]si|ferit|herid|feriment|yaral|травм|harm(?!less)|hurt|casualt",
+    "blocks-exit": "ausgang|fluchtweg|sortie|salida|uscita|saída|çıkış|выход|exit|egress|escape",
+    "release": "freisetz|gefahrstoff|fuite|fuga|rilascio|утечк|spill|leak",
+}
+"""Beginnings of words of other languages, and of other English ones, for the safety consequences."""
 AMOUNTS = {"number": "overturnings", "loss": "loss", "downtime": "downtime", "injuries": "injuries"}
 """Annual amounts of a building in words."""
 SINGULAR = ("loss", "downtime")
@@ -132,14 +138,15 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     words = [word for word in inventory.consequences if word not in safety]
     for word in words:
         parts = set(re.split(r"[^\w-]+", word.lower()))
-        near = [known for known in safety if known in parts] or difflib.get_close_matches(word, safety, 1, NEAR)
+        near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word)]
+        near = near or difflib.get_close_matches(word, safety, 1, NEAR)
         if near:
             meant = f"did you mean {'; '.join(near)!r}?"
             found.append(f"the consequence {word!r} is not among the safety consequences: {meant}")
     if words and len(words) == len(inventory.consequences):
         found.append(
             f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "
-            "piece is judged by money; performance.safety names others"
+            f"piece is judged by {'money' if inventory.value > 0.0 else 'its falls'}; performance.safety names others"
         )
     rolling = [row.label for row in inventory.rows if row.rolls and not row.anchored]
     if rolling:

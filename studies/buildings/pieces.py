@@ -218,9 +218,9 @@ def _carried(here: xr.Dataset, support: str) -> float:
 
 
 def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
-    """Return the annual amount of a line, unknown where nothing of the building has it or there is no hazard."""
-    name = f"item_annual_{quantity}"
-    if name not in here:
+    """Return the annual amount of a line, unknown where the line does not state it or there is no hazard."""
+    name, stated = f"item_annual_{quantity}", {"downtime": "downtime_median", "injuries": "persons_exposed"}[quantity]
+    if name not in here or (stated in here.coords and math.isnan(here[stated].values[i])):
         return UNKNOWN
     return Range(*(float(here[f"{name}{end}"].values[i]) for end in ("", "_lower", "_upper")))
 

@@ -102,9 +102,7 @@ class RestraintTable(Table):
         float | None, KeyInfo("adhesives: `front_m`", above=0.0), Field(description="To the rear lower edge, m.")
     ] = None
     angle_deg: Annotated[
-        float | None,
-        KeyInfo(0.0, above=-90.0, below=90.0),
-        Field(description="Of a cable, upwards from horizontal."),
+        float | None, KeyInfo(0.0, above=-90.0, below=90.0), Field(description="Of a cable, upwards from horizontal.")
     ] = None
     width_m: Annotated[
         float | None,
@@ -144,28 +142,11 @@ class RestraintTable(Table):
 
     def build(self) -> Restraint:
         """Make the restraint; ValueError where its values are out of range."""
-        given = STIFFNESSES.get(self.kind) if self.stiffness_n_per_mm is None else self.stiffness_n_per_mm
-        stiffness = math.inf if given is None else 1000.0 * given
-        slack, preload = 1e-3 * self.slack_mm, self.preload_n or 0.0
-        if self.kind == "adhesive":
-            assert self.front_m is not None
-            return Restraint.adhesive(self.strength_n, self.front_m, self.back_m)
-        if self.kind == "tendon":
-            assert self.width_m is not None
-            return Restraint.tendon(stiffness, self.strength_n, preload, width=self.width_m)
-        if self.kind == "pole":
-            assert self.front_m is not None
-            assert self.back_m is not None
-            return Restraint.pole(preload, self.strength_n, stiffness, self.front_m, self.back_m, self.count)
-        assert self.height_m is not None
-        if self.kind == "bracket":
-            return Restraint.bracket(self.height_m, self.strength_n, stiffness, slack, self.count)
-        if self.kind == "strap":
-            return Restraint.strap(self.height_m, self.strength_n, stiffness, slack, preload, self.count)
-        angle, width = math.radians(self.angle_deg or 0.0), self.width_m or 0.0
-        return Restraint.cable(
-            self.height_m, self.strength_n, stiffness, slack, preload, self.count, angle=angle, width=width
-        )
+        given = self.model_dump(include=RESTRAINT_KEYS[self.kind], exclude_none=True)
+        si = {"stiffness_n_per_mm": 1e3, "slack_mm": 1e-3, "angle_deg": math.pi / 180.0}
+        options = {key.partition("_")[0]: si[key] * value if key in si else value for key, value in given.items()}
+        found: Restraint = getattr(Restraint, self.kind)(**options)
+        return found
 
 
 def stiffness_notes(study: Mapping[str, Any]) -> list[str]:
@@ -227,9 +208,7 @@ class BlockTable(Table):
         float | None, KeyInfo("4/3", above=1.0, at_most=2.0), Field(description="I_O/(m R²), above 1 to 2.")
     ] = None
     alpha_rad: Annotated[
-        float | None,
-        KeyInfo(above=0.0, below=0.5 * math.pi),
-        Field(description="Slenderness, rad, instead of sizes."),
+        float | None, KeyInfo(above=0.0, below=0.5 * math.pi), Field(description="Slenderness, rad, instead of sizes.")
     ] = None
     R_m: Annotated[float | None, KeyInfo(above=0.0), Field(description="Size R, m, instead of sizes.")] = None
     depth_m: Annotated[
@@ -298,9 +277,7 @@ class BlockTable(Table):
         ),
     ] = None
     edge_distance_back_mm: Annotated[
-        float | None,
-        KeyInfo("no edge behind"),
-        Field(ge=0.0, description="The same to the edge behind, mm."),
+        float | None, KeyInfo("no edge behind"), Field(ge=0.0, description="The same to the edge behind, mm.")
     ] = None
     falls_when: Annotated[
         str | None,

@@ -57,9 +57,7 @@ class CodeTable(Table):
         Field(ge=0.0, le=5.0, description="Period T_a of the anchored pieces, s; 0: rigid and rigidly held."),
     ] = None
     q_a: Annotated[
-        float | None,
-        KeyInfo("2 for storage, else 1"),
-        Field(ge=1.0, le=2.0, description="Behaviour factor q_a."),
+        float | None, KeyInfo("2 for storage, else 1"), Field(ge=1.0, le=2.0, description="Behaviour factor q_a.")
     ] = None
     importance: Annotated[
         float, Field(ge=1.0, le=1.5, description="I_p or γ_a of pieces that state none in `code_importance`.")
@@ -68,10 +66,7 @@ class CodeTable(Table):
     def build(self, building: Building | None) -> Code:
         """Make the code for a building; ValueError where a key is missing or belongs to another code."""
         own, needed = STANDARDS[self.standard]
-        refuse_foreign(self, own | {"standard", "importance"}, f"standard {self.standard!r}")
-        missing = sorted(name for name in needed if getattr(self, name) is None)
-        if missing:
-            raise ValueError(f"standard {self.standard!r} needs {' and '.join(missing)}")
+        refuse_foreign(self, own | {"standard", "importance"}, f"standard {self.standard!r}", needed)
         period = None if building is None else float(building.periods[0])
         if self.standard == "ec8":
             assert self.ag_g is not None  # checked above

@@ -225,12 +225,7 @@ class CsvLine:
         return name
 
     def number_in(
-        self,
-        column: str,
-        *,
-        above: float | None = None,
-        at_least: float | None = None,
-        at_most: float | None = None,
+        self, column: str, *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
     ) -> float | None:
         """Return a cell as a number, None where it is empty."""
         cell = self.text(column)
@@ -296,8 +291,13 @@ NO = ("no", "n", "false", "0")
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _TOTAL = re.compile(
     r"(?i)(grand |sub[- ]?)?(totals?|sum)( général| general|e|es)?( (of )?(pieces|items|value|number))?[\W\d]*"
-    r"|((zwischen|gesamt)?summe|(ins)?gesamt|(sous-|sub)?totaa?l|somme|suma|summa|soma|toplam|celkem|razem|yhteensä"
-    r"|итого|всего|合計|小計|総計|合计|小计|总计|합계|σύνολο)[\W\d]*"
+    r"|((ins)?gesamt|(sous-|sub)?totaa?l|somme|suma|summa|soma|toplam|celkem|razem|yhteensä"
+    r"|итого|всего|合計|小計|総計|合计|小计|总计|합계|σύνολο|[σ∑]|average|mean|mittelwert|moyenne|promedio)[\W\d]*"
+    r"|((zwischen|gesamt)?summe|sub-?totals?|sous-total|zwischentotal|(grand|sum) total)\b.*"
+    r"|.*\b(sub-?)?(totals?|gesamt)[\W\d]*"
+    r"|(totale?s?|sum|(ins)?gesamt)\W*((of|for|per|in|im|du|de|della?)\W+)?((the|all|la|le)\W+)?"
+    r"((ground|first|second|third|top)\W+)?(floor|stor(?:e?y|ies)|level|room|raum|building|haus|wing|basement|keller"
+    r"|[eud]g|\d+\.? ?og|og ?\d*|erdgeschoss|rdc|rez|étage|etage|piano|planta|piso|stock(?:werk)?|page|seite)\b.*"
 )
 _COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
 _MARKED = re.compile(r"[ \t]*#\S")

@@ -109,11 +109,7 @@ class HazardTable(Table):
                 raise ValueError(f"hazard.unit must be one of {', '.join(fitting)} for {name}, got {self.unit!r}")
         if self.file is not None:
             curve = read_hazard(
-                folder / self.file,
-                name,
-                self.site,
-                units=self.unit,
-                component=self.component or "Total",
+                folder / self.file, name, self.site, units=self.unit, component=self.component or "Total"
             )
             return replace(curve, at=self.at)
         if self.levels is not None and self.rates is not None:

@@ -59,10 +59,7 @@ YIELDING = ("hardening", "p_delta", "strength_dispersion", "seed")
 BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
     "ground": (set(), set()),
     "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
-    "storeys": (
-        {"masses_kg", "stiffnesses_n_m", "isolation", *STRENGTH, *YIELDING},
-        {"masses_kg", "stiffnesses_n_m"},
-    ),
+    "storeys": ({"masses_kg", "stiffnesses_n_m", "isolation", *STRENGTH, *YIELDING}, {"masses_kg", "stiffnesses_n_m"}),
 }
 """Kinds of buildings, each with its own keys and the keys that must be given."""
 
@@ -104,16 +101,11 @@ class IsolationTable(Table):
     def build(self) -> shaking.Support | shaking.Isolator:
         """Make the isolators; ValueError where a key does not belong to them or is out of range."""
         own, needed = ISOLATORS[self.kind]
-        refuse_foreign(self, own | {"kind", "period_s", "base_mass_kg"}, f"isolation of kind {self.kind!r}")
-        missing = sorted(name for name in needed if getattr(self, name) is None)
-        if missing:
-            raise ValueError(f"isolation of kind {self.kind!r} needs {' and '.join(missing)}")
-        if self.kind == "linear":
-            assert self.damping is not None
-            return shaking.Isolator.linear(self.period_s, self.damping)
-        assert self.strength is not None
-        yields = 0.01 if self.yield_displacement_mm is None else 1e-3 * self.yield_displacement_mm
-        return shaking.Isolator.bilinear(self.period_s, self.strength, yields)
+        refuse_foreign(self, own | {"kind", "period_s", "base_mass_kg"}, f"isolation of kind {self.kind!r}", needed)
+        given = self.model_dump(exclude={"kind", "base_mass_kg"}, exclude_none=True)
+        options = {bare(key): 1e-3 * value if key.endswith("_mm") else value for key, value in given.items()}
+        found: shaking.Support | shaking.Isolator = getattr(shaking.Isolator, self.kind)(**options)
+        return found
 
 
 class BuildingTable(Table):
@@ -211,12 +203,8 @@ class BuildingTable(Table):
     def build(self) -> shaking.Building | shaking.YieldingBuilding:
         """Make the building; ValueError where a key does not belong to it or is out of range."""
         own, needed = BUILDINGS[self.kind]
-        refuse_foreign(
-            self, own | {"name", "kind", "damping", "storey_height_m", "modes", "floors"}, f"kind {self.kind!r}"
-        )
-        missing = sorted(name for name in needed if getattr(self, name) is None)
-        if missing:
-            raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
+        others = {"name", "kind", "damping", "storey_height_m", "modes", "floors"}
+        refuse_foreign(self, own | others, f"kind {self.kind!r}", needed)
         strength = self.default_strength
         for key in YIELDING:
             if getattr(self, key) is not None and not self.yields:

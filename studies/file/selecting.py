@@ -186,13 +186,7 @@ class SelectTable(Table):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", shaking.InconsistentSelection)  # (said among the notes)
             found = shaking.select(
-                candidates,
-                target,
-                self.number,
-                level=level,
-                factor=(low, high),
-                weights=self.weights,
-                seed=self.seed,
+                candidates, target, self.number, level=level, factor=(low, high), weights=self.weights, seed=self.seed
             )
         return found, said
 
@@ -203,7 +197,8 @@ class SelectTable(Table):
         own = stripe.target is not None or stripe.disaggregation is not None
         path = stripe.target if own else self.target
         if path is not None:
-            return shaking.read_target(folder / path, im, statistic=self.statistic or "mean", **correlations), []
+            with noted() as said:
+                return shaking.read_target(folder / path, im, statistic=self.statistic or "mean", **correlations), said
         file = folder / str(stripe.disaggregation if own else self.disaggregation)
         column = self.statistic or "mean"
         with noted() as said:

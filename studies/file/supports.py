@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any
 
 import xarray as xr
@@ -10,7 +11,7 @@ from pydantic import Field
 from ... import motions as shaking
 from ...core.doubts import Doubt, noted
 from ...motions.supports.stops import LEAST_FREQUENCY, LEAST_RESTITUTION, RESTITUTION
-from .table import KeyInfo, Table, one_of, refuse_foreign
+from .table import KeyInfo, Table, bare, one_of, refuse_foreign
 
 STOPS = ("clearance_mm", "stop_frequency_hz", "stop_restitution")
 """Keys of stops, which isolators have."""
@@ -77,34 +78,12 @@ class SupportTable(Table):
     def build(self) -> shaking.Support | shaking.Isolator:
         """Make the support; ValueError where a key does not belong to it or is out of range."""
         own, needed = KINDS[self.kind]
-        refuse_foreign(self, own | {"name", "kind", "mass_ratio", "one_way"}, f"kind {self.kind!r}")
-        missing = sorted(name for name in needed if getattr(self, name) is None)
-        if missing:
-            raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
-        ratio, one_way = self.mass_ratio, self.one_way
-        if self.kind == "bench":
-            assert self.frequency_hz is not None
-            damping = 0.05 if self.damping is None else self.damping
-            return shaking.Support(self.frequency_hz, damping, ratio, one_way)
-        options: dict[str, Any] = {"mass_ratio": ratio, "one_way": one_way}
-        if self.clearance_mm is not None:
-            options["clearance"] = 1e-3 * self.clearance_mm
-        if self.stop_frequency_hz is not None:
-            options["stop_frequency"] = self.stop_frequency_hz
-        if self.stop_restitution is not None:
-            options["stop_restitution"] = self.stop_restitution
-        if self.kind == "pendulum":
-            assert self.radius_m is not None
-            assert self.friction is not None
-            return shaking.Isolator.pendulum(self.radius_m, self.friction, **options)
-        assert self.period_s is not None
-        if self.kind == "linear":
-            assert self.damping is not None
-            found: shaking.Support | shaking.Isolator = shaking.Isolator.linear(self.period_s, self.damping, **options)
-            return found
-        assert self.strength is not None
-        yields = 0.01 if self.yield_displacement_mm is None else 1e-3 * self.yield_displacement_mm
-        return shaking.Isolator.bilinear(self.period_s, self.strength, yields, **options)
+        refuse_foreign(self, own | {"name", "kind", "mass_ratio", "one_way"}, f"kind {self.kind!r}", needed)
+        given = self.model_dump(exclude={"name", "kind"}, exclude_none=True)
+        options = {bare(key): 1e-3 * value if key.endswith("_mm") else value for key, value in given.items()}
+        make: Any = getattr(shaking.Isolator, self.kind, None) or partial(shaking.Support, damping=0.05)
+        found: shaking.Support | shaking.Isolator = make(**options)
+        return found
 
     def made(self) -> shaking.Support | shaking.Isolator:
         """Make the support; as `build`, but an error names the table."""

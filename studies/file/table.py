@@ -114,7 +114,11 @@ def meant(name: str, keys: Sequence[str]) -> str:
     # (a unit of no key in brackets, as EUR)
     tried = (name, plain) if si else (name, plain, re.split(r"[\[(]", name)[0].strip())
     near = next((key for key in (nearest_key(one, keys) for one in tried) if key), None)
-    return f"did you mean {near!r}?" if near else ""
+    whole = " Then write thousands in full" if near and _THOUSANDS.search(name) else ""
+    return f"did you mean {near!r}?{whole}" if near else ""
+
+
+_THOUSANDS = re.compile(r"(?i)(?<![a-z])(?:[ktm](?=€|\$|£|eur|usd|chf|gbp)|tsd|thousand|1[ .,']?000|mio|mln|mill)")
 
 
 def checked(value: str, allowed: Iterable[str], beside: str = "") -> str:
@@ -249,11 +253,13 @@ def bare(key: str) -> str:
     return key.removesuffix(suffix_of(key))
 
 
-def refuse_foreign(table: BaseModel, allowed: set[str], what: str) -> None:
-    """Raise a ValueError where a key is given that does not belong to the thing that the table describes."""
+def refuse_foreign(table: BaseModel, allowed: set[str], what: str, needed: Iterable[str] = ()) -> None:
+    """Raise a ValueError if a key does not belong to what the table describes, or a needed one is missing."""
     for name in sorted(table.model_fields_set):
         if getattr(table, name) is not None and name not in allowed:
             raise ValueError(f"{what} has no key {name!r}, allowed are {', '.join(sorted(allowed))}")
+    if missing := sorted(name for name in needed if getattr(table, name) is None):
+        raise ValueError(f"{what} needs {' and '.join(missing)}")
 
 
 def construct(cls: Any, table: BaseModel, apart: set[str], what: str) -> Any:

@@ -75,10 +75,7 @@ class InputTable(Table):
     def build(self, factor: float = 1.0) -> Distribution:
         """Make the distribution of the input in SI, `factor` times that of the file; ValueError for a wrong key."""
         kind, needed, more = DISTRIBUTIONS[self.distribution]
-        refuse_foreign(self, {"distribution", *needed, *more}, f"distribution {self.distribution!r}")
-        missing = [name for name in needed if getattr(self, name) is None]
-        if missing:
-            raise ValueError(f"distribution {self.distribution!r} needs {' and '.join(missing)}")
+        refuse_foreign(self, {"distribution", *needed, *more}, f"distribution {self.distribution!r}", needed)
         given = self.model_dump(exclude={"distribution"}, exclude_none=True)
         if kind is Beta and factor != 1.0:
             given = {"lower": 0.0, "upper": 1.0, **given}
@@ -220,13 +217,7 @@ class SensitivityTable(Table):
         if reference is None:
             reference = RIGID if self.parameter == "delta" else OWN
         return Sweep(
-            self.parameter,
-            np.array(self.values),
-            reference,
-            friction,
-            self.replicates,
-            self.seed,
-            self.confidence,
+            self.parameter, np.array(self.values), reference, friction, self.replicates, self.seed, self.confidence
         )
 
     def random_inputs(self) -> RandomInputs | None:

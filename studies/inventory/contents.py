@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -83,6 +84,11 @@ MAX_CONSEQUENCES = 40
 MOST_FLOORS = 12  # that a message lists
 HARMLESS = "none"
 """The word, in place of consequences, that says that nobody is harmed where a piece falls."""
+NOTHING = re.compile(
+    r"no|[-–0]|n[./]a\.?|nil|nothing|harmless|nein|keine?|nichts|aucune?|non|rien|ningun[oa]|nada|nessun[oa]|niente|geen|"
+    r"nenhuma?|yok|нет|なし|无"
+)
+"""Other words for that, which would be consequences of their own."""
 RESERVED = ("number", "loss", "any")
 """Words that cannot be consequences, because results use them for everything that falls."""
 
@@ -234,6 +240,8 @@ class Contents:
             raise TypeError(f"consequences must be a sequence of words, got the string {shown(words)}")
         for word in self.consequences:
             _text("consequence", word)
+            if NOTHING.fullmatch(word):
+                raise ValueError(f"consequence must be {HARMLESS!r} where nobody can be harmed, got {word!r}")
             if word in RESERVED:
                 raise ValueError(f"consequence must not be one of {', '.join(RESERVED)}, got {word!r}")
         self._check_distributions()

@@ -14,11 +14,11 @@ import xarray as xr
 
 from ... import motions as shaking
 from ...core.doubts import noted
-from ...core.units import STANDARD_GRAVITY
+from ...core.units import ACCELERATION, STANDARD_GRAVITY
 from ...core.writing import whole_file, write_bytes
 from ...fragility import ida
 from ...fragility.validity.notes import block_notes, not_modelled
-from ...fragility.validity.plausibility import stated_restitution_doubts
+from ...fragility.validity.plausibility import level_doubts, stated_restitution_doubts
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
     REASONS,
@@ -263,6 +263,7 @@ class Simulation:
             *filter_doubts([self.motion]),
         ]
         doubts += matching_doubts([self.motion])
+        doubts += level_doubts(np.array([self.pga]), ACCELERATION) if self.factor != 1.0 else []
         found = [*block_notes([self.block]), *(one.sentence for one in doubts)]
         if self.screened is not None:
             verdict = int(self.screened["verdict"].max())

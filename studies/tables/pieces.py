@@ -368,6 +368,7 @@ def _values(one: Piece, yearly: bool, spread: Range | None, bound: float) -> dic
         one = one._replace(chance=UNKNOWN)
     elif one.chance.value == 0.0 and math.isnan(one.chance.upper):
         one = one._replace(chance=Range(math.nan, math.nan, bound))  # (no motion made it fall)
+        ranges |= dict.fromkeys(("downtime_of_one_a_year", "injured_a_year"), UNKNOWN)
     if yearly:
         ranges |= {"chance_in_a_year": in_years(one.chance, 1.0), "chance_in_50_years": in_years(one.chance, YEARS)}
     else:

@@ -19,7 +19,7 @@ from shared_cases import SHARED, needs_shared
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.fragility import ExchangeError, read_pelicun, write_nrml, write_pelicun
+from toppling.fragility import ExchangeError, read_pelicun, write_curve_csv, write_nrml, write_pelicun
 from toppling.fragility.curves import published
 from toppling.fragility.curves.curve import curve_probability
 from toppling.fragility.exchange.ids import MAX_ID, is_id, make_ids
@@ -105,6 +105,13 @@ class TestRoundTrip:
         assert found.attrs["im_at"] == "ground"
         np.testing.assert_array_equal(found["median_lower"], curves["median_lower"])
         np.testing.assert_array_equal(found["dispersion_upper"], curves["dispersion_upper"])
+
+    def test_ground_motions_without_a_building_are_of_the_ground(self, tmp_path):
+        motions = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(8)
+        runs = tp.ida(tp.Block(0.3, 1.5), tp.HousnerImpact(e=0.9), motions, np.linspace(0.5, 8.0, 6), im="pga")
+        write_curve_csv(tp.fit_fragility(runs), tmp_path / "curves.csv")
+        with (tmp_path / "curves.csv").open(encoding="utf-8", newline="") as table:
+            assert {row["measured_at"] for row in csv.DictReader(table)} == {"ground"}
 
     def test_other_forms_come_back_in_csv(self, tmp_path):
         _, found = there_and_back(uplifting(), "csv", tmp_path)

@@ -452,6 +452,57 @@ class TestFiles:
         with pytest.raises(HazardError, match="annual rates are needed"):
             read_hazard(saved(tmp_path, text), "pga")
 
+    @pytest.mark.parametrize(
+        ("labels", "message"),
+        [
+            ({"ylabel": "Annual Frequency of Exceedence"}, None),
+            ({"ylabel": "Annual rate of exceedance (yr⁻¹)", "xlabel": "PGA (g)"}, None),
+            ({"ylabel": "50-year exceedance"}, "must name 'rate .1/yr.'"),
+            ({"ylabel": "Return period (yr)"}, "annual rates are needed"),
+            ({"ylabel": "Rate per 100 years"}, "annual rates are needed"),
+            ({"ylabel": "Annual frequency (%)"}, "whose '%' is not known"),
+            ({"xlabel": "Ground Motion (m/s²)"}, "but levels in g are needed"),
+            ({"xlabel": "PGA (gal)"}, "but levels in g are needed"),
+            ({"xlabel": "Ground Motion (%g)"}, "but levels in g are needed"),
+            ({"xlabel": "Velocity (cm/s)"}, "but levels in g are needed"),
+        ],
+    )
+    def test_labels_of_services(self, tmp_path, labels, message):
+        response = json.loads(services(old=True))
+        response["response"][0]["metadata"].update(labels)
+        path = saved(tmp_path, json.dumps(response))
+        if message is None:
+            assert read_hazard(path, "pga").rates == (0.2, 0.02, 1e-4)
+            return
+        with pytest.raises(HazardError, match=message):
+            read_hazard(path, "pga")
+
+    def test_the_larger_component_of_services_is_doubted(self, tmp_path):
+        response = json.loads(services(old=False))
+        response["response"]["metadata"] = {"maxdir": True}
+        (doubt,) = hazard_doubts(read_hazard(saved(tmp_path, json.dumps(response))))
+        assert "the larger of both components" in doubt.sentence
+
+    @pytest.mark.parametrize(
+        ("name", "heading"),
+        [
+            ("hazard_map-mean_12.csv", "PGA-0.02,PGA-0.1"),
+            ("map.csv", "PGA-0.02,PGA-0.1"),
+            ("map.csv", "PGA-0.1,PGA-0.02"),
+            ("map.csv", "PGA-0.002105,PGA-0.000404"),
+            ("quantile_map-0.15_3.csv", "0.002105,0.000404"),
+            ("hazard_uhs-mean_3.csv", "0.1~PGA,0.1~SA(0.2)"),
+        ],
+    )
+    def test_maps_are_no_curves(self, tmp_path, name, heading):
+        text = f"#,,,\"kind='mean', investigation_time=50.0\"\nlon,lat,{heading}\n9.1,45.1,0.25,0.12\n"
+        with pytest.raises(HazardError, match="is a map or uniform hazard spectra, whose columns are probabilities"):
+            read_hazard(saved(tmp_path, text, name), "pga")
+
+    def test_units_of_latin_1(self, tmp_path):
+        (tmp_path / "old.csv").write_bytes("pga (m/s²),rate (1/yr)\n1,1e-2\n4,1e-3\n".encode("latin-1"))
+        assert read_hazard(tmp_path / "old.csv").levels == (1.0, 4.0)
+
     def test_plain_realisations(self, tmp_path):
         hazard = read_hazard(saved(tmp_path, REALISATIONS))
         assert hazard.weights == (0.25, 0.75)
@@ -592,6 +643,9 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         # probabilities in 50 years in place of rates
         ([0.1, 0.2, 0.4], [0.39, 0.10, 0.02], "pga", "g", "0.1 g is exceeded 0.39 times per year", False),
         ([0.05, 0.1, 0.4], [0.63, 0.3, 0.02], "pga", "g", "0.1 g is exceeded 0.3 times per year", False),
+        # the same at a site where 0.1 g is exceeded 1e-3 times per year: probabilities stop at 1
+        ([0.005, 0.01, 0.1], [0.993, 0.95, 0.05], "pga", "g", "the rates begin at 0.993 and hardly fall", False),
+        ([0.1, 0.3, 3.0], [0.993, 0.95, 0.01], "pgv", "cm/s", "the rates begin at 0.993 and hardly fall", False),
         # return periods in thousands of years
         ([196.0, 294.0, 392.0], [1.0, 1 / 2.475, 1 / 4.975], "pga", "cm/s2", "exceeded 1 times per year", False),
         # twenty times the rates of a site: PGA of both components as of one
@@ -639,6 +693,7 @@ def test_formulas_that_are_too_frequent(hazard, times, grave):
         HazardCurve.from_points([0.05, 0.1, 0.2, 0.4, 0.8], [2e-2, 6e-3, 1.2e-3, 2e-4, 2e-5], "pga", "g"),
         HazardCurve.from_points([0.01, 0.1, 1.0, 3.0], [20.0, 0.4, 2e-3, 1e-5], "Sa(0.2)", "g"),
         HazardCurve.from_points([0.01, 0.1, 1.0], [5.0, 0.15, 2e-3], "pga", "g"),
+        HazardCurve.from_points([0.005, 0.01, 0.1, 1.0], [0.95, 0.6, 0.03, 1e-4], "pga", "g"),
         HazardCurve.from_points([0.1, 1.0], [0.4, 1e-2], "pga", "g", at="floor"),
         HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "cav", "m/s"),
         HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "RotD50(cav)", "m/s"),

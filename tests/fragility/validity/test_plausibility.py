@@ -43,9 +43,11 @@ STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)
 @pytest.mark.parametrize(
     ("scene", "expected"),
     [
-        ({"mass": 120_000.0}, "cabinet: 120,000 kg: tonnes or grams"),
-        ({"mass": 0.12}, "cabinet: 0.12 kg: tonnes or grams"),
+        ({"mass": 120_000.0}, "cabinet: 120,000 kg: tonnes, grams or newtons"),
+        ({"mass": 0.12}, "cabinet: 0.12 kg: tonnes, grams or newtons"),
         ({"mass": 5000.0, "depth": 0.4}, "cabinet: 5,000 kg"),
+        ({"mass": 1500.0, "depth": 0.4}, "cabinet: 1,500 kg: tonnes, grams or newtons"),
+        ({"mass": 700.0, "depth": 0.4}, ""),
         ({"depth": 900.0}, "cabinet: a depth of 900 m: metres in place of mm"),
         ({"depth": 12.0}, ""),
         ({"mass": 5000.0}, ""),  # (a row of shelves 4 m long)

@@ -111,6 +111,25 @@ class TestTargetSpectrum:
 
 class TestSpectrumFile:
     @pytest.mark.parametrize(
+        ("comment", "said"),
+        [
+            ("vertical component", "vertical"),
+            ("normalised to PGA", "normalised"),
+            ("Sa/PGA", "Sa/PGA"),
+            ("design spectrum, q = 4", "q = 4"),
+            ("Sve(T)", "Sve"),
+            ("not normalised; horizontal; vertical: no", None),
+        ],
+    )
+    def test_spectra_that_may_not_be_of_the_ground_are_doubted(self, tmp_path, comment, said):
+        (tmp_path / "t.csv").write_text(f"# {comment}\nperiod (s),sa (g)\n0.1,1.0\n1.0,0.5\n", encoding="utf-8")
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            assert mo.TargetSpectrum.from_csv(tmp_path / "t.csv").sa == pytest.approx((G, 0.5 * G), rel=1e-12)
+        sentence = f"line 1 says {said!r}: is it the spectrum that shakes"
+        assert [sentence in str(one.message) for one in told] == [True] * (said is not None)
+
+    @pytest.mark.parametrize(
         "text",
         [
             "period (s),sa (g)\n0.1,1.0\n1.0,0.5\n",

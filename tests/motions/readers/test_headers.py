@@ -550,6 +550,92 @@ def test_amplitudes_and_volts_are_doubted(tmp_path, line, said):
     assert [f"line 1 says {said!r}: are its samples" in str(one.message) for one in told] == [True] * (said is not None)
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("# time compressed by √10", "time compressed by √10"),
+        ("# TIME AXIS SCALED BY 1/3.16; baseline removed", "TIME AXIS SCALED BY 1/3.16"),
+        ("# compressed in time by a factor of 3.16", "compressed in time by a factor of 3.16"),
+        ("# the time step was divided by 2", "time step was divided by 2"),
+        ("# length scale 1:10, time scale 1:3.16", "time scale 1:3.16"),
+        ("# Zeit gestaucht um Wurzel 10", "Zeit gestaucht um Wurzel 10"),
+        ("# seismic coefficient k = 0.25", "seismic coefficient k = 0.25"),
+        ("# not time-compressed; time scale in seconds", None),
+    ],
+)
+@pytest.mark.parametrize("kind", ["csv", "at2"])
+def test_times_and_coefficients_are_doubted(tmp_path, line, said, kind):
+    text = f"{line}\ntime,a (g)\n{ROWS}" if kind == "csv" else at2(f"{line}\nACCELERATION IN G\n{NPTS}")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        read(tmp_path, text)
+    assert [f"line 1 says {said!r}: are its samples and its time step" in str(one.message) for one in told] == [
+        True
+    ] * (said is not None)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        at2(f"PEER\nACCELERATION TIME SERIES (m/s²)\n{NPTS}"),
+        at2(f"PEER\nAcceleration m/s²\n{NPTS}"),
+        f"# Beschleunigung in m/s²\ntime,acc\n{ROWS}",
+        f"time (s),acc_m/s²\n{ROWS}",
+        f"time (s),Beschleunigung (m/s²)\n# Ort: Zürich\n{ROWS}",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8"])
+def test_units_of_latin_1(tmp_path, text, encoding):
+    """A unit that was taken as none, so that an AT2 file was in g, or as a velocity."""
+    motion = read(tmp_path, text.encode(encoding))
+    np.testing.assert_allclose(motion.values[0], SAMPLES, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("heading", "first", "motions"),
+    [
+        ("time (s),NS (m/s2),EW (m/s2)\n# event of 1999", "time", 2),
+        ("time (ms),a (m/s2)\n# one\n# two", "milliseconds", 1),
+        ("NS (m/s2),EW (m/s2)\n# dt = 0.01", "", 2),
+        ("# dt = 0.01\nNS (m/s2),UD (m/s2)", "", 2),
+    ],
+)
+def test_comments_below_a_heading(tmp_path, heading, first, motions):
+    times = {"time": 0.01, "milliseconds": 10.0}.get(first)
+    rows = [
+        ",".join(map(repr, [*([] if times is None else [i * times]), *(a**n for n in range(1, motions + 1))]))
+        for i, a in enumerate(SAMPLES)
+    ]
+    found = read(tmp_path, "\n".join([heading, *rows, ""]))
+    np.testing.assert_allclose(found.values, [[a**n for a in SAMPLES] for n in range(1, motions + 1)], rtol=1e-15)
+    assert float(found["dt"][0]) == pytest.approx(0.01, rel=1e-9)
+    assert all(str(name).startswith("record NS") for name in found["motion"].values[:1]) == (motions > 1)
+
+
+def test_a_spectrum_with_a_comment_below_its_heading_is_refused(tmp_path):
+    with pytest.raises(RecordError, match=r"its first column is 'period .s.': a spectrum, no motion"):
+        read(tmp_path, f"period (s),Sa (g)\n# damping 5 %\n{ROWS}")
+
+
+@pytest.mark.parametrize("names", ["RX,RY", "rot_x,rot_y", "roll,pitch", "theta_x,Tilt"])
+def test_rotations_are_no_accelerations(tmp_path, names):
+    heading = ",".join(f"{name} (g)" for name in names.split(","))
+    with pytest.raises(RecordError, match=r"its heading names .*, not acceleration"):
+        read(tmp_path, columns(f"time (s),{heading}", 1, 2))
+    with pytest.warns(ImplausibleInput, match="left out: no acceleration, by its name"):
+        assert read(tmp_path, columns(f"time (s),X (g),{heading}", 1, 2, 3)).sizes["motion"] == 1
+
+
+@pytest.mark.parametrize(("factor", "doubted"), [(4.0, False), (9.80665, True), (14.0, True)])
+def test_an_at2_file_without_a_unit_above_1_g_is_doubted(tmp_path, factor, doubted):
+    samples = " ".join(str(factor * one) for one in SAMPLES)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        read(tmp_path, f"PEER\nSomewhere\nACCELERATION\n{NPTS}\n{samples}\n")
+    sentence = f"states no unit, is taken as g, and reaches {0.2 * factor:.2g}: m/s² or per cent of g?"
+    assert [sentence in str(one.message) for one in told] == [True] * doubted
+
+
 @pytest.mark.parametrize(("stated", "doubted"), [(0.06, True), (0.12, True), (0.18, False), (0.6, True), (0.0, False)])
 def test_a_peak_of_another_scale_is_doubted(tmp_path, stated, doubted):
     """Samples that reach 0.2 g; a fifth of it would be another unit, and is refused."""

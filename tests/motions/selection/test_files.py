@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -39,6 +40,19 @@ class TestTables:
         assert read.weights == (0.6, 0.4)
         single = read_target(written(tmp_path, TABLE), "pgv")
         np.testing.assert_allclose(read.at(0.3).covariance, single.at(0.3).covariance, atol=1e-15)
+
+    @pytest.mark.parametrize(
+        ("text", "said"),
+        [
+            (TABLE.replace("0.1450798388", "14.5"), "line 3 has a median of 14.5 g, beyond any shaking"),
+            (f"# vertical component\n{TABLE}", "line 1 says 'vertical': is it the spectrum that shakes"),
+            (f"# damping 2 %\n{TABLE}", "line 1 says 'damping 2 %'"),
+            (f"# sigma in log10\n{TABLE}", "line 1 says 'log10'"),
+        ],
+    )
+    def test_what_no_target_has_is_doubted(self, tmp_path, text, said):
+        with pytest.warns(ImplausibleInput, match=re.escape(said)):
+            read_target(written(tmp_path, text), "Sa(1.0)")
 
     def test_correlations_of_a_file(self, tmp_path):
         names = ["0.5", "1.0", "pgv", "d5_95"]
@@ -244,6 +258,7 @@ class TestDisaggregations:
             (openquake(BINS, "imt,iml,poe,mag,dist,rlz0"), "names no column 'mean'"),
             (openquake([BINS[0].replace("0.008", "1.0")]), "probability of 1, must be below 1"),
             (openquake([BINS[2]]), "holds no rates"),
+            (openquake([BINS[0].replace("6.5", "65.0")]), "or magnitudes above 10"),
             (openquake([]), "holds nothing"),
             (openquake([*BINS, BINS[0].replace("10.0", "10")]), "line 6 gives the bin of line 3 again"),
             (openquake([BINS[0][:-8]]), "has 5 columns|gives a probability as"),

@@ -470,6 +470,27 @@ class TestFiles:
         assert rack["recommendation"] == WORTH
         assert rack["damping_law"] == "one law"
 
+    def test_amounts_that_are_not_stated_are_not_zero(self):
+        """The rack states no downtime, the crate no persons, and what never fell may fall: none of them is 0."""
+        given = results()
+        for name, stated, missing in (
+            ("downtime", "downtime_median", "rack"),
+            ("injuries", "persons_exposed", "crate"),
+        ):
+            amounts = given["item_rate"].where(given["item"] != missing, 0.0) * 0.5
+            given[f"item_annual_{name}"] = amounts
+            ends = amounts.where(amounts > 0.0)
+            given = given.assign({f"item_annual_{name}{end}": ends for end in ("_lower", "_upper")})
+            given = given.assign_coords({stated: ("item", np.where(given["item"].values == missing, np.nan, 0.5))})
+        heading, rows = piece_table(given)
+        found = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
+        downtime, injured = "downtime_of_one_a_year (days/year)", "injured_a_year (1/year)"
+        assert found["shelf"][downtime] == found["shelf"][injured] == pytest.approx(0.005)
+        assert (found["rack"][downtime], found["rack"][injured]) == (None, pytest.approx(0.001))
+        assert (found["crate"][downtime], found["crate"][injured]) == (pytest.approx(0.0005), None)
+        assert (found["never"][downtime], found["never"][injured]) == (None, None)
+        assert found["held"][downtime] == 0.0
+
     def test_xlsx(self, folder):
         path = piece_files.write_pieces(folder / "results.nc", folder / "export", "xlsx")
         with zipfile.ZipFile(path) as parts:  # (nothing of it is of the clock)

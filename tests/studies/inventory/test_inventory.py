@@ -17,6 +17,8 @@ import pytest
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
 from toppling.studies import StudyError
+from toppling.studies.buildings.notes import inventory_notes
+from toppling.studies.buildings.pieces import SAFETY
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
 
@@ -168,6 +170,13 @@ BAD_FILES = [
     ),
     ("catalogue,floor,anchored\nbookcase-5-shelf,1,perhaps\n", "column 'anchored': must be yes or no, got 'perhaps'"),
     ("catalogue,floor,anchoring_cost\nbookcase-5-shelf,1,free\n", "column 'anchoring_cost': must be a number"),
+    *(
+        (
+            f"catalogue,floor,consequence\nbookcase-5-shelf,1,{word}\n",
+            "column 'consequence': must be 'none' where nobody can be harmed",
+        )
+        for word in ("no", "keine", "Aucun", "-", "n/a", "0")
+    ),
     ("catalogue,floor,consequence\nbookcase-5-shelf,1,loss\n", "column 'consequence': must not be one of number, loss"),
     (
         "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,-0.1\n",
@@ -367,6 +376,19 @@ def test_what_pieces_cost_mean_and_carry(tmp_path, columns, rows, words):
     ("name", "total"),
     [
         *((name, True) for name in ("Total", "TOTAL:", "Totals", "Sum", "Grand total", "Subtotal (3)", "Total pieces")),
+        *(
+            (name, True)
+            for name in ("Summe EG", "Zwischensumme 1. OG", "Gesamtsumme Haus A", "EG gesamt", "Insgesamt 1. OG")
+        ),
+        *(
+            (name, True)
+            for name in ("Total EG", "TOTAL floor 1", "Sum of the ground floor", "Room 12 total", "Sum total")
+        ),
+        *(
+            (name, True)
+            for name in ("Total RDC", "Total étage 1", "Totale piano terra", "Total planta baja", "Σ", "Mean")
+        ),
+        *((name, False) for name in ("Total lab analyser", "Totem", "Summer table", "Meander shelf")),
         *((name, True) for name in ("Gesamt", "Summe", "Zwischensumme", "Total général", "Totale", "合計", "Итого")),
         *((name, False) for name in ("Total station", "Sumo statue", "Total 360 display", "Sommelier's rack")),
     ],
@@ -428,6 +450,10 @@ PLAIN_FILES = [
         ("item,weight (t),floor", "did you mean 'mass_kg'? Then multiply by 1000"),
         ("item,anchor_strength_kn,floor", "did you mean 'anchor_strength_n'? Then multiply by 1000"),
         ("item,Value (EUR),floor", "did you mean 'value'?"),
+        *(
+            (f"item,value ({unit}),floor", "did you mean 'value'? Then write thousands in full")
+            for unit in ("TEUR", "kEUR", "k€", "Mio. EUR", "thousands", "1000 EUR")
+        ),
         ("item,quantity,floor", "did you mean 'count'?"),
         ("item,Remarks,floor", "support: rename it, or leave it out"),
         ("item,lean_mm,floor", "unknown column 'lean_mm'; allowed are item"),
@@ -866,6 +892,33 @@ def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):
         slowest = max(slowest, time.process_time() - before)
     assert 500 < refused < 1990
     assert slowest < 3.0  # s of computing, whatever else runs
+
+
+class TestNotes:
+    @pytest.mark.parametrize(
+        ("word", "known"),
+        [
+            ("verletzung", "injury"),
+            ("blessure", "injury"),
+            ("blockiert ausgang", "blocks-exit"),
+            ("sortie bloquée", "blocks-exit"),
+            ("freisetzung", "release"),
+            ("leaks", "release"),
+            ("explosion", ""),
+            ("loss of use", ""),
+        ],
+    )
+    def test_consequences_in_other_words(self, word, known):
+        rows = (Contents("a", SHELF, 0, consequences=(word,)), Contents("b", SHELF, 0, consequences=("injury",)))
+        meant = f"the consequence {word!r} is not among the safety consequences: did you mean {known!r}?"
+        assert inventory_notes(Inventory(rows), SAFETY, False) == [meant] * bool(known)
+
+    @pytest.mark.parametrize(("value", "by"), [(100.0, "money"), (0.0, "its falls")])
+    def test_pieces_are_judged_by_money_where_there_is_any(self, value, by):
+        (note,) = inventory_notes(
+            Inventory((Contents("a", SHELF, 0, value=value, consequences=("noise",)),)), SAFETY, False
+        )
+        assert f"every piece is judged by {by}; performance.safety" in note
 
 
 class TestContents:

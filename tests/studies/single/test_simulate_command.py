@@ -81,6 +81,14 @@ class TestCommand:
         assert [Path(one).name for one in found["files"]] == ["history.csv", "history.png"]
         assert all(Path(one).is_file() for one in found["files"])
 
+    @pytest.mark.parametrize(("factor", "doubted"), [(34.0, False), (350.0, True)])
+    def test_a_peak_beyond_any_shaking_is_doubted(self, factor, doubted):
+        """3.4 and 35 g, of a pulse of 1 m/s²; 35 was meant per cent."""
+        one = Simulation(tp.Block(0.3, 1.8), tp.HousnerImpact(), motion_of("ricker", period="1s"), factor)
+        found = [note for note in one.notes if "beyond any shaking" in note]
+        meant = "g written where m/s² is meant, or per cent of g?"
+        assert [note.partition(" shaking: ")[2] for note in found] == [meant] * doubted
+
     @pytest.mark.slow
     def test_overturned_after_the_record(self, tmp_path, capsys):
         """The history continues without shaking until the block lies on its side."""
