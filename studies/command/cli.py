@@ -554,8 +554,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _refused(error: OSError) -> str:
-    """Return what the system refused: a path where the error names one, or the output."""
-    what = "output cannot be written" if error.filename is None else f"{error.filename}: cannot be used"
+    """Return what the system refused: a path or the folder above it that may not be entered, or else the output."""
+    path = error.filename
+    if isinstance(error, PermissionError) and path is not None:
+        path = next((folder for folder in reversed(Path(path).parents) if not os.access(folder, os.X_OK)), path)
+    what = "output cannot be written" if path is None else f"{path}: cannot be used"
     return f"{what} ({system_reason(error)})"
 
 

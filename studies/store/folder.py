@@ -185,36 +185,29 @@ def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) ->
     return f" ({differences(before, study, same_inputs(str(about.get('identity')), identity))})"
 
 
-def save(results: xr.Dataset, target: Path) -> None:
-    """Write a dataset whole or not at all."""
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Raise StudyError where a file of a study cannot be written in the block."""
     try:
-        with whole_file(target) as temporary:
-            write(results, temporary)
+        yield
     except (OSError, RuntimeError) as error:  # (the HDF5 library reports a full disk as a RuntimeError)
-        if not target.parent.is_dir():
-            raise removed(target.parent) from None
-        raise StudyError(
-            f"{target}: cannot be written ({system_reason(error)}; is the disk full?); what is finished is kept: run "
-            "the same command again"
-        ) from None
-
-
-def without_link(path: Path) -> None:
-    """Remove a link in place of a file to be written, because the file that it points to must not be overwritten."""
-    if path.is_symlink():
-        path.unlink()
-
-
-def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write a file whole or not at all; StudyError where this fails."""
-    try:
-        write_bytes(path, content)
-    except OSError as error:
         if not path.parent.is_dir():
             raise removed(path.parent) from None
         raise StudyError(
             f"{path}: cannot be written ({system_reason(error)}); what is finished is kept: run the same command again"
         ) from None
+
+
+def save(results: xr.Dataset, target: Path) -> None:
+    """Write a dataset whole or not at all; StudyError where this fails."""
+    with _writing(target), whole_file(target) as temporary:
+        write(results, temporary)
+
+
+def write_whole(path: Path, content: bytes | memoryview) -> None:
+    """Write a file whole or not at all; StudyError where this fails."""
+    with _writing(path):
+        write_bytes(path, content)
 
 
 def removed(path: Path) -> StudyError:

@@ -46,7 +46,9 @@ def write(results: xr.Dataset, path: Path) -> None:
         try:
             _write(results, path)
         except BaseException as error:
-            os.write(writing, system_reason(error).encode())
+            # (the file was made already: the library says so of whatever a disk refuses)
+            reason = "it cannot be opened" if isinstance(error, PermissionError) else system_reason(error)
+            os.write(writing, reason.encode())
         finally:
             os._exit(0)
     os.close(writing)
@@ -59,7 +61,8 @@ def write(results: xr.Dataset, path: Path) -> None:
     finally:
         ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if reason or ended:
-        raise OSError(errno.EIO, reason or f"the process that wrote it ended by signal {-ended}", str(path))
+        reason = reason or f"the process that wrote it ended by signal {-ended}"
+        raise OSError(errno.EIO, f"{reason}; is the disk full?", str(path))
 
 
 def _write(results: xr.Dataset, path: Path) -> None:

@@ -19,7 +19,6 @@ from ...core.wording import part_text, system_reason, whole_percent
 from ...fragility.runs.plan import ChunkResult
 from ...models.runs import TALLY
 from ..text.error import StudyError
-from .folder import without_link
 
 LOG_NAME = "run.log"
 LOG_SECONDS = 10.0
@@ -173,7 +172,8 @@ def run_log(folder: Path) -> Iterator[logging.Logger]:
     log.setLevel(logging.INFO)
     log.propagate = False
     try:
-        without_link(folder / LOG_NAME)
+        if (folder / LOG_NAME).is_symlink():  # (the file that it points to must not be overwritten)
+            (folder / LOG_NAME).unlink()
         handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
     except OSError as error:
         raise StudyError(f"{folder / LOG_NAME}: cannot be written ({system_reason(error)})") from None

@@ -5,6 +5,7 @@ import faulthandler
 import fcntl
 import gc
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -187,6 +188,44 @@ class TestReading:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="permissions of another kind")
+@pytest.mark.parametrize(
+    ("words", "refused"),
+    [
+        (["status", "out", "--verify"], ""),
+        (["report", "out"], "out/report.html: cannot be written (Permission denied)"),
+        (["report", "out", "--format", "md", "--out", "mine"], ""),
+        (["export", "out", "--format", "csv"], "out/export: cannot be made a folder (Permission denied)"),
+        (["export", "out", "--format", "csv", "--out", "mine"], ""),
+        (["compare", "out", "--laws", "discrete", "housner", "--out", "mine"], ""),
+        (["compare", "out", "--laws", "discrete", "housner", "--out", "out"], "out/.toppling.json: cannot be written"),
+        (["run", "study.toml", "--out", "out", "--dry-run"], ""),
+        (["run", "study.toml", "--out", "out"], "out: no permission to write"),
+    ],
+)
+def test_results_of_another_user(quiet, tmp_path, words, refused):
+    """They may be read, and nothing may be written beside them."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (tmp_path / "study.toml").write_text(FEW)
+    (out / "results.nc").write_bytes(quiet)
+    out.chmod(0o555)
+    lower = []
+    if os.geteuid() == 0:  # (whom no permission binds, until it gives that up)
+        if shutil.which("setpriv") is None:
+            pytest.skip("needs setpriv")
+        rights = "-dac_override,-dac_read_search"
+        lower = ["setpriv", "--bounding-set", rights, "--inh-caps", rights]
+    command = [*lower, sys.executable, "-m", "toppling", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    out.chmod(0o755)
+    assert done.returncode == (2 if refused else 0), done.stderr
+    assert len(done.stderr.splitlines()) == bool(refused)
+    assert done.stderr.startswith(f"toppling: {refused}" if refused else "")
+    assert [path.name for path in out.iterdir()] == ["results.nc"]
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems write in the same process")
 @pytest.mark.parametrize(
     ("harm", "words"),
@@ -197,15 +236,19 @@ class TestReading:
         ),
         (lambda *_: os.kill(os.getpid(), signal.SIGKILL), "the process that wrote it ended by signal 9"),
         (lambda *_: (_ for _ in ()).throw(RuntimeError("NetCDF: HDF error")), "NetCDF: HDF error"),
+        # (the library's word for a disk that refuses to make a file)
+        (lambda *_: (_ for _ in ()).throw(PermissionError(13, "Permission denied")), "it cannot be opened"),
     ],
-    ids=["crash", "kill", "error"],
+    ids=["crash", "kill", "error", "permission"],
 )
 def test_a_library_that_crashes_costs_no_chunk(quiet, tmp_path, monkeypatch, harm, words):
     (tmp_path / "study.toml").write_text(FEW)
     study = tp.Study.from_toml(tmp_path / "study.toml")
     with monkeypatch.context() as context:
         context.setattr(netcdf, "_write", harm)
-        with pytest.raises(StudyError, match=f"results.nc: cannot be written \\({words}.*what is finished is kept"):
+        with pytest.raises(
+            StudyError, match=f"cannot be written \\({words}; is the disk full\\?\\); what is finished is kept"
+        ):
             study.run(tmp_path / "out")
     assert list((tmp_path / "out/shards").glob("*.nc"))
     computed = []
@@ -213,6 +256,55 @@ def test_a_library_that_crashes_costs_no_chunk(quiet, tmp_path, monkeypatch, har
     assert computed[0].kept == computed[0].runs
     assert (tmp_path / "out/results.nc").read_bytes() == quiet
     assert litter(tmp_path / "out") == []
+
+
+@pytest.mark.slow
+def test_a_reason_of_the_system_is_no_full_disk(quiet, tmp_path, monkeypatch):
+    (tmp_path / "study.toml").write_text(FEW)
+    study = tp.Study.from_toml(tmp_path / "study.toml")
+    replace = Path.replace
+
+    def refuse(path, target):
+        if Path(target).name == "results.nc":
+            raise OSError(errno.EIO, "Input/output error", str(path))
+        return replace(path, target)
+
+    with monkeypatch.context() as context:
+        context.setattr(Path, "replace", refuse)
+        with pytest.raises(StudyError, match=r"results.nc: cannot be written \(Input/output error\); what is finished"):
+            study.run(tmp_path / "out")
+    study.run(tmp_path / "out")
+    assert (tmp_path / "out/results.nc").read_bytes() == quiet
+    assert litter(tmp_path / "out") == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of another kind")
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["status", "closed/out"],
+        ["report", "closed/out"],
+        ["export", "closed/out", "--format", "xlsx"],
+        ["compare", "closed/out", "--laws", "a", "b"],
+        ["run", "study.toml", "--dry-run", "--out", "closed/out"],
+    ],
+)
+def test_a_folder_that_may_not_be_entered_is_named(tmp_path, monkeypatch, capsys, command):
+    """And not a file in it, which the command looks for and the user may not know."""
+    (tmp_path / "study.toml").write_text(FEW)
+    (tmp_path / "closed/out").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+    closed, stat, access = Path("closed"), os.stat, os.access
+
+    def refuse(path, *more, **options):
+        if not isinstance(path, int) and closed in Path(path).parents:
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return stat(path, *more, **options)
+
+    monkeypatch.setattr(os, "stat", refuse)
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != closed and access(path, mode))
+    assert main(command) == 2
+    assert capsys.readouterr().err == "toppling: closed: cannot be used (Permission denied)\n"
 
 
 def test_a_new_study_on_a_full_disk(tmp_path, monkeypatch, capsys):
