@@ -632,7 +632,7 @@ class TestFigures:
         shares = variance_shares(values, ("motion", "model"))
         ax = plt.figure().add_subplot()
         assert plots.variance_bars(shares, ax) is ax
-        assert ax.get_xlabel() == "peak floor acceleration (g)"
+        assert ax.get_xlabel() == "Peak floor acceleration (g)"
         assert [text.get_text() for text in ax.texts] == ["no variance"]
         # the bars of a level reach 100 %
         tops = [patch.get_y() + patch.get_height() for patch in ax.patches]

@@ -60,7 +60,7 @@ class TestNotes:
         assert said[: len(study.notes)] == study.notes
         check = looks(results)
         assert check.word == CARE
-        assert check.names == ("offset",)
+        assert check.names == ("offset", "drift", "displacement")
         assert check.more["sentences"][0].startswith("The record keeps an offset (shake")
 
     def test_a_key_cures_it(self, tmp_path):

@@ -312,7 +312,7 @@ def test_maps_of_blocks_without_an_area(finished):
         rates = few["rate"].copy(deep=True)
         rates[known:] = np.inf
         drawn = dict(maps(few.assign(rate=rates)))["map_rate"]
-        assert drawn.axes[0].get_ylabel() == "size R, m"
+        assert drawn.axes[0].get_ylabel() == "Size R (m)"
         assert len(drawn.axes[0].texts) == (known == 0)
 
 
