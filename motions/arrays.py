@@ -92,7 +92,7 @@ def digest(record: Record) -> str:
     for name, values in ((b"", record.acceleration), (b"", record.companion), (b"vertical", record.vertical)):
         if values is not None:
             found.update(name)
-            found.update(memoryview(np.ascontiguousarray(values)))
+            found.update(np.ascontiguousarray(values).data)
     return found.hexdigest()
 
 
