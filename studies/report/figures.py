@@ -109,10 +109,12 @@ def describe(figure: Figure) -> str:
         panels = "1 panel" if len(shown) == 1 else f"{len(shown)} panels"
         parts.append(f"{panels}: {'; '.join(titles[:MOST_PANELS_DESCRIBED])}{f'; and {more} more' if more > 0 else ''}")
     legends = [*figure.legends, *(one for one in (ax.get_legend() for ax in shown) if one is not None)]
+    entries = [text for legend in legends for text in legend.get_texts()]
+    names = [text for ax in shown for text in ax.texts if text.get_text()[:1].isalpha()]
     for word, labels in (
-        ("Across", [ax.get_xlabel() for ax in shown]),
+        ("Across", [*(ax.get_xlabel() for ax in shown), figure.get_supxlabel()]),
         ("Up", [ax.get_ylabel() for ax in shown]),
-        ("Drawn", [text.get_text() for legend in legends for text in legend.get_texts()]),
+        ("Drawn", [text.get_text() for text in (*entries, *names)]),
     ):
         found = list(dict.fromkeys(label for label in labels if label))
         if found:
