@@ -36,6 +36,8 @@ NOTABLE_BELOW = 0.02
 """Share of an annual value from below the levels above which it is worth a sentence."""
 ENOUGH_MOTIONS = 80
 """Motions from which intervals of totals, and of their ratios, hold at least 90 % (docs/coverage.md)."""
+TOTALS_HELD = "84 to 98 %"
+"""Measured coverage of 95 % intervals of totals with fewer motions."""
 COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 NEAR = 0.7
@@ -73,7 +75,7 @@ def notes(assessment: xr.Dataset) -> list[str]:
         found += _untried(assessment)
     if number_of_motions(assessment) < ENOUGH_MOTIONS:
         found.append(
-            "95 % intervals of totals held the true total in 84 to 98 % of simulated studies with fewer than "
+            f"95 % intervals of totals held the true total in {TOTALS_HELD} of simulated studies with fewer than "
             f"{ENOUGH_MOTIONS} motions"
         )
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:

@@ -49,6 +49,8 @@ MANY_COLUMNS = 8
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
+HOLDS = "intervals of (annual rates|totals) held the true"
+"""In the notes that a footnote says."""
 MOST_WORDS = 60
 """Most words of the answer; the others follow in the appendix."""
 EXPLAINED = (
@@ -101,7 +103,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
     within, checks = within_levels(results), checks_of(results, state)
     titles = value_of("titles", "checks")
-    # (the check of inputs says doubts)
+    # (the check of inputs says doubts, and a footnote how often intervals hold)
+    lines = str(results.attrs.get("notes", "")).splitlines()
     doubts = [str(sentence) for _, sentence, _ in json.loads(str(results.attrs.get("doubts", "[]")))]
     bad = [check for check in checks if check.word != GOOD]
     labels = value_of("titles", "method")
@@ -132,7 +135,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
         "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
         "remarks": [say(check, "checks") for check in checks if check.what in REMARKS and check.word == GOOD],
-        "notes": [line for line in str(results.attrs.get("notes", "")).splitlines() if line and line not in doubts],
+        "notes": [line for line in lines if line and line not in doubts and not re.search(HOLDS, line)],
     }
     return {
         **page,

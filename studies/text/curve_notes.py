@@ -337,18 +337,23 @@ def rate_notes(
     return found
 
 
+def coverage_of(form: str, design: str, motions: int) -> str:
+    """Return the key in `HELD` of the coverage of a study's intervals of annual rates."""
+    others = "few motions" if motions < ENOUGH_MOTIONS else "other capacities"
+    return next(key for key in (form, design, others) if key in HELD)
+
+
 def coverage_notes(form: str, design: str, motions: int) -> list[str]:
     """A note on intervals that are known to hold the true value less often than they should."""
-    others = "few motions" if motions < ENOUGH_MOTIONS else "other capacities"
-    kind = next(kind for kind in (form, design, others) if kind in HELD)
+    key = coverage_of(form, design, motions)
     what = {
         form: f"{form} curves",
         "cloud": "clouds",
         "few motions": f"few motions ({motions} here)",
         "other capacities": "capacities that are not lognormal",
-    }.get(kind, kind)
-    said = f"95 % intervals of annual rates held the true rate in {HELD[kind]} of simulated studies with {what}"
-    return [f"{said}, and intervals of the level of 10 % the true level in 79 to 98 %" if kind == "cloud" else said]
+    }.get(key, key)
+    said = f"95 % intervals of annual rates held the true rate in {HELD[key]} of simulated studies with {what}"
+    return [f"{said}, and intervals of the level of 10 % the true level in 79 to 98 %" if key == "cloud" else said]
 
 
 def _unknown_at(side: str, end: LevelEnd) -> str:
