@@ -24,12 +24,16 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the facts that a reader of the first screen needs about its numbers."""
     counts = "motion" in results.dims or "motions_run" in results
     if "confidence" in results.attrs:
-        more = {"motions": number_of_motions(results) if counts else 0, "branches": results.sizes.get("branch", 0)}
+        # (on several floors each floor's motion is one)
+        number = number_of_motions(results) // max(1, results.sizes.get("floor", 1)) if counts else 0
+        more = {"motions": number, "branches": results.sizes.get("branch", 0)}
         yield Fact("precision.interval_meaning", float(results.attrs["confidence"]), more=more)
     yield from _model_range(results)
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
-    if beta and str(results.attrs.get("modelling")) != "fractiles":
-        yield Fact("rate.modelling_included", beta)
+    if beta:
+        yearly = "item" not in results.dims or "annual_number" in results
+        more = {"yearly": yearly, "spread": str(results.attrs.get("modelling")) == "fractiles"}
+        yield Fact("rate.modelling_included", beta, more=more)
     if tests := str(results.attrs.get(TESTS, "")):
         yield Fact("validity.tests", names=(tests,))
     # (sensitivity studies compare laws with the reference themselves)
