@@ -232,7 +232,9 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("anchoring.lines", names=_names(lines), more={**more, **money})
         duty = [piece for piece in lines if piece.recommendation == DUTY]
         if duty and len(duty) < len(lines):  # (of all lines the answer says it)
-            yield Fact("code.required", names=_names(duty), more={"code": str(results.attrs["code"])})
+            yield Fact(
+                "code.required", names=_names(duty), more={"code": str(results.attrs["code"]), "verified": verified}
+            )
     yield from _code(pieces, results, money)
     yield from _budget(pieces, results, at, money)
     yield from _kit_sets(results, pieces, money)
