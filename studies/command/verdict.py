@@ -16,7 +16,7 @@ from ..text.reached import within_levels
 
 BESIDE_TABLE = (
     *("curve.half_level", "curve.rare", "curve.rank", "law.range", "rate.chance", "uncertainty.half_level"),
-    "curve.crossing_too",
+    *("curve.crossing_too", "law.crossing_too"),
 )
 """Facts that the short table shows, or that only the page gives."""
 OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unpriced")

@@ -226,8 +226,15 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
     if lines:
         forces = any(piece.code is not None and math.isfinite(piece.code.demand) for piece in lines)
         kits = tuple((piece.item, piece.meant.kit if piece.meant else "") for piece in lines if piece.tried)
-        more = {"number": sum(piece.number for piece in lines), "forces": forces, "kits": kits}
+        # (Eurocode 8 asks for a verification of the element and its fixing, ASCE 7 for the fixing)
+        verified = str(results.attrs.get("code")).startswith("EN 1998")
+        more = {"number": sum(piece.number for piece in lines), "forces": forces, "verified": verified, "kits": kits}
         yield Fact("anchoring.lines", names=_names(lines), more={**more, **money})
+        duty = [piece for piece in lines if piece.recommendation == DUTY]
+        if duty and len(duty) < len(lines):  # (of all lines the answer says it)
+            yield Fact(
+                "code.required", names=_names(duty), more={"code": str(results.attrs["code"]), "verified": verified}
+            )
     yield from _code(pieces, results, money)
     yield from _budget(pieces, results, at, money)
     yield from _kit_sets(results, pieces, money)

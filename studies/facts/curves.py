@@ -13,6 +13,7 @@ from ...core.aliases import Array, Index
 from ...fragility.fitting.states import ALL
 from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
 from ...models import Block
+from ...motions.intensity.naming import FLOOR, place_in
 from ..plan.gains import GAIN, comparable
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..region.rows import event_levels
@@ -92,7 +93,9 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     yield from _restraints(results, at)
     yield from _edges(results)
     yield from _other_side(results)
-    crossings = crossings_between(results, small, cases, ranked)[:MOST_SAID]
+    crossings = crossings_between(results, small, cases, ranked)
+    more = len(crossings[MOST_SAID:])
+    crossings = crossings[:MOST_SAID]
     # (where the curve of the first piece crosses another, its level of half does not make it the first at all levels)
     if cases.size > 1 and not (by == HALF and any(_name(first) in crossing.names for crossing in crossings)):
         yield _rank(small, cases, ranked, by, results)
@@ -100,7 +103,8 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     if by == RATE:
         yield from _level(first, results)
     for i, crossing in enumerate(crossings):
-        yield _crossing("curve.crossing_too" if i else "curve.crossing", crossing, results)
+        others = more if i == MOST_SAID - 1 else 0
+        yield _crossing("curve.crossing_too" if i else "curve.crossing", crossing, results, others)
     yield from _scatter(first, results)
     if cases.size > MANY:
         yield from _spread(small, cases, results)
@@ -120,8 +124,8 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
     if "size_along" in results.attrs:
         yield from _sizes(results)
     yield from _restraint_steps(results)
-    if "rate" not in results:
-        yield Fact("hazard.wanted")
+    if "rate" not in results and str(results.attrs.get("im")) != "scale":
+        yield Fact("hazard.wanted", more={"floor": place_in(str(axis_of(results).attrs.get("long_name", ""))) == FLOOR})
 
 
 def _rated(small: xr.Dataset) -> bool:
@@ -242,10 +246,10 @@ def _spread(small: xr.Dataset, cases: xr.DataArray, results: xr.Dataset) -> Iter
         yield Fact("rate.counts", int(np.isfinite(chances).sum()), more=more)
 
 
-def _crossing(what: str, crossing: Crossing, results: xr.Dataset) -> Fact:
+def _crossing(what: str, crossing: Crossing, results: xr.Dataset, others: int = 0) -> Fact:
     scale, unit = display_unit(axis_of(results))
     spans = [[(low / scale, high / scale) for low, high in part] for part in (crossing.higher, crossing.lower)]
-    more = {"higher": spans[0], "lower": spans[1], "chance": crossing.by_chance, **_what(results)}
+    more = {"higher": spans[0], "lower": spans[1], "chance": crossing.by_chance, "others": others, **_what(results)}
     return Fact(what, lower=crossing.most_lower, upper=crossing.most_higher, unit=unit, names=crossing.names, more=more)
 
 
@@ -316,8 +320,9 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
             fewer = values < own / DISAGREE if yearly else values > own * DISAGREE
         more = {"laws": others.size, "yearly": yearly, "throughout": damped_throughout(results, fewer)}
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
-    for crossing in crossings_of_laws(case, results)[:1]:
-        yield _crossing("law.crossing", crossing._replace(names=(*crossing.names, _name(case))), results)
+    for i, crossing in enumerate(crossings_of_laws(case, results)[:MOST_SAID]):
+        named = crossing._replace(names=(*crossing.names, _name(case)))
+        yield _crossing("law.crossing_too" if i else "law.crossing", named, results)
 
 
 def _scatter(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:

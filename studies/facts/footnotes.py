@@ -26,7 +26,9 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the facts that a reader of the first screen needs about its numbers."""
     motions = number_of_motions(results) if "motion" in results.dims or "motions_run" in results else 0
     if "confidence" in results.attrs:
-        more = {"motions": motions, "branches": results.sizes.get("branch", 0)}
+        # (on several floors each floor's motion is one)
+        number = motions // max(1, results.sizes.get("floor", 1))
+        more = {"motions": number, "branches": results.sizes.get("branch", 0)}
         yield Fact("precision.interval_meaning", float(results.attrs["confidence"]), more=more)
     if "rate" in results and "motion" in results.dims and RUN not in results.dims:
         key = coverage_of(str(results.attrs["form"]), str(results.attrs["design"]), motions)
@@ -35,8 +37,10 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("precision.coverage_of_totals", names=(TOTALS_HELD,), more={"motions": ENOUGH_MOTIONS})
     yield from _model_range(results)
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
-    if beta and str(results.attrs.get("modelling")) != "fractiles":
-        yield Fact("rate.modelling_included", beta)
+    if beta:
+        yearly = "item" not in results.dims or "annual_number" in results
+        more = {"yearly": yearly, "spread": str(results.attrs.get("modelling")) == "fractiles"}
+        yield Fact("rate.modelling_included", beta, more=more)
     if tests := str(results.attrs.get(TESTS, "")):
         yield Fact("validity.tests", names=(tests,))
     # (sensitivity studies compare laws with the reference themselves)

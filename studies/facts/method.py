@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import xarray as xr
 from ...fragility.fitting.states import DIRECTIONS, state_name
 from ...fragility.runs.provenance import EDGE, SCENE, about_both_axes, blocks_of, number_of_motions
 from ...fragility.validity.scenes import DRIFT, pushed_by_drift
+from ...models import Block
 from ...models.scenes.edge import FOOT
 from ...motions.arrays import POLARITY
 from ...motions.supports.stops import RESTITUTION
@@ -114,7 +115,21 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("anchoring.assumed", more={"kits": "anchored_with" in results.coords})
     if "kit_falls" in results:
         yield Fact("kit.tried")
-    yield Fact("validity.left_out", more={"slides": slides, "lifted": lifted(study), "scene": scene})
+    yield Fact(
+        "validity.left_out",
+        more={
+            "slides": slides,
+            "lifted": lifted(study),
+            "walls": any(block.wall is not None for block in _blocks(results)),
+        },
+    )
+
+
+def _blocks(results: xr.Dataset) -> Sequence[Block]:
+    """Return the blocks of a study with walls, restraints or beds; none of others."""
+    if SCENE not in results.coords:
+        return ()
+    return blocks_of(results if "block" in results.coords else results.rename(item="block"))
 
 
 def _tables(value: object) -> list[dict[str, Any]]:
@@ -203,9 +218,7 @@ def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fac
             yield Fact("support.on", more=more)
         elif (on := results["item"].values[results["support"].values == table["name"]]).size:
             yield Fact("support.on", names=(str(table["name"]), *map(str, on)), more=more)
-    if SCENE not in results.coords:
-        return
-    blocks = blocks_of(results if "block" in results.coords else results.rename(item="block"))
+    blocks = _blocks(results)
     if any(block.wall is not None for block in blocks):
         yield Fact("wall.model")
         moved = tuple(block_title(block.label) for block in blocks if pushed_by_drift(block))

@@ -62,7 +62,7 @@ TERMS = (
     ),
     Term(
         "fitted curve, median",
-        "The lognormal curve through the runs of all levels, and the level at which it passes 50 %.",
+        "The curve fitted to the runs of all levels, and the level at which it passes 50 %; not always the half level.",
         r"\b[Mm]edians?\b|\bfitted curves?\b",
     ),
     Term(

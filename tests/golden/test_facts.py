@@ -1,16 +1,27 @@
 """Every sentence that the corpus printed has its row in the table of facts, and every row its sentence."""
 
+import csv
 import re
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from sentences import HERE, facts, of_file, pattern
+
+import toppling
 
 PLACES = {
     *("answer", "figure", "action", "validity", "anchor-table", "footnote"),  # the first screen
     *("A", "B", "C", "D", "E", "F"),  # the appendix
     *("terminal", "progress", "help", "comparison", "single", "motions", "dropped"),
 }
+NEW = {
+    "anchoring.nothing_advised",  # (a page without advice said nothing)
+    "anchoring.rest_repays_nothing",  # (the recommendations of all other lines, in one sentence)
+}
+"""Facts that no page said before."""
+OTHERS = {"note", "glossary", "caption", "help", "unchanged", "dropped"}
+"""What a row may be now if no fact says it: a note of a study, a term, a caption; or as before."""
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +62,34 @@ def test_rows_are_whole():
         assert row["source"], row
         assert row["because"] or row["place"] != "dropped", row
     assert len({(row["fact"], row["sentence"]) for row in rows}) == len(rows)
+
+
+def names_of_facts():
+    """Return the names of facts: those in the code; a name put together there has macros instead."""
+    studies = Path(toppling.__file__).parent / "studies"
+    code = "".join(file.read_text(encoding="utf-8") for file in sorted((studies / "facts").glob("*.py")))
+    macros = set(re.findall(r"{% macro (\w+)\(", "".join(file.read_text() for file in studies.glob("templates/*.j2"))))
+    written = set(re.findall(r'"([a-z]+\.[a-z_]+)"', code))
+    assert {name for name in written if name.replace(".", "_") not in macros} == set()
+    made = [re.sub(r"{[^}]*}", ".+", text) for text in re.findall(r'f"([a-z]+\.[^"]*{[^"]*)"', code)]
+    assert made
+    named = {macro.replace("_", ".", 1) for macro in macros}
+    return written | {name for name in named for of_code in made if re.fullmatch(of_code, name)}
+
+
+def test_every_row_is_said_now_and_every_fact_has_a_row():
+    rows = facts()
+    with (HERE / "facts_unseen.csv").open(encoding="utf-8", newline="") as stream:
+        unseen = list(csv.DictReader(stream))
+    names = names_of_facts()
+    for row in rows:
+        assert row["now"], row
+        assert (row["now"] == "dropped") == (row["place"] == "dropped"), row
+    said = {part for row in [*rows, *unseen] if row["now"] for part in row["now"].split("; ")}
+    assert {
+        part for part in said if part not in names | OTHERS and not re.match("(table|terminal|dropped): ", part)
+    } == set()
+    assert names - said == NEW
 
 
 def test_sentences_of_a_page_and_a_terminal(tmp_path):

@@ -348,7 +348,7 @@ class TestFacts:
         assert (size.more["others"], size.more["target"], size.more["only"]) == ((0.5, 0.5), 0.01, ())
         assert say(size, "page") == (
             "Make the width at least about 0.38 m (0.37–0.40) for a chance of at most 1.0\u00a0% in 50 years, with the "
-            "other dimensions unchanged; other laws give 0.50 m. “shelf” misses that: anchor it if the size cannot "
+            "other dimensions unchanged. Other laws give 0.50 m. “shelf” misses that: anchor it if the size cannot "
             "change."
         )
 
