@@ -137,7 +137,8 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
     first = examples(results) if is_pooled(results) else shown(results)
     yield FRAGILITY, fragility_figure(first)
-    if first.sizes["model"] > 1 and bool((first["half_level"].isel(model=reference_law(first)[0]) < math.inf).any()):
+    half = first["half_level"].isel(model=reference_law(first)[0])
+    if first.sizes["model"] > 1 and bool(((half > 0.0) & (half < math.inf)).any()):
         yield "laws", laws_figure(first)
     if is_pooled(results):
         yield from maps(results)

@@ -377,7 +377,7 @@ def laws_figure(results: xr.Dataset) -> Figure:
     scale, unit = display_unit(_axis(results))
     every = [(str(block), floor) for block in results["block"].values for floor in selection.floors(results)]
     medians = [selection.one(shown, block=block, floor=floor)["half_level"].values[0] for block, floor in every]
-    cases = [case for case, median in zip(every, medians, strict=True) if np.isfinite(median)][:MOST_PANELS]
+    cases = [case for case, median in zip(every, medians, strict=True) if 0.0 < median < np.inf][:MOST_PANELS]
     height = 0.21 * len(laws) + 0.5
     figure, panels, columns = axes.panel_grid(len(cases), height, 0.6, shared=True)
     for i, (ax, (block, floor)) in enumerate(zip(panels, cases, strict=True)):

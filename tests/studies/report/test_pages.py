@@ -49,7 +49,7 @@ class TestPages:
         page = Page(*write_report(tmp_path / "results.nc"))
         outside(tmp_path / "report.html")
         accessible(page)
-        assert len(page.every("figure")) == 5
+        assert len(page.every("figure")) == 6
 
     @pytest.mark.slow
     def test_small(self, pages, hostile):
