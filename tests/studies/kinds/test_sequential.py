@@ -283,12 +283,12 @@ def test_curves_of_other_states(study, state, output):
     np.testing.assert_array_equal(results["half_level"], own["half_level"])
     assert results.attrs["state"] == own.attrs["state"]
     (panel, *_) = fragility_figure(results).axes
-    marks = {float(y) for line in panel.lines if line.get_marker() == "|" for y in line.get_ydata()}
-    assert marks == {-0.02, 1.02}
+    marks = [np.asarray(line.get_ydata()) for line in panel.lines if line.get_marker() == "|"]
+    of_runs = [ys for ys in marks if ys.min() > -0.1]  # (the rail of medians lies below)
+    assert {round(float(y), 3) for ys in of_runs for y in ys} == {-0.02, 1.02, -0.042, 1.042}  # of both blocks
     one = results.isel(run=results["run_block"].values == 0)
     reached = one[output].values > (0.5 * results["alpha"].values[0] if output == "peak_rotation" else 0)
-    drawn = next(line for line in panel.lines if line.get_marker() == "|").get_ydata()
-    assert (np.asarray(drawn) > 0.5).tolist() == reached.tolist()
+    assert (of_runs[0] > 0.5).tolist() == reached.tolist()
 
 
 @pytest.mark.slow
