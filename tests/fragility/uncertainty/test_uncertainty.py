@@ -638,7 +638,7 @@ class TestFigures:
         tops = [patch.get_y() + patch.get_height() for patch in ax.patches]
         assert max(tops) == pytest.approx(1.0)
         whole = plots.variance_bars(variance_shares(values.isel(level=2), ("motion", "model")))
-        assert whole.get_ylabel() == "share of the variance"
+        assert whole.get_ylabel() == "Share of the variance"
         inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
         indices = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
         assert [tick.get_text() for tick in plots_indices.sobol_bars(indices).get_yticklabels()] == ["e", "α"]
