@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.wording import currency_of
+from ...fragility.numerics.slabs import slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none
 from ...fragility.runs.provenance import number_of_motions
 from ...fragility.uncertainty.joint import INDEPENDENT
@@ -77,11 +78,14 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
     if "anchored_with" in results.coords and bool((results["anchored_with"] != "").any()):
         return math.nan  # (what falls with a kit, and breaks it, is no flag of these)
     at, _ = reference_law(results)
-    flags = fall_flags(results.isel(model=[at])).values
+    flags = fall_flags(results.isel(model=[at]))
     stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
     independent = str(results.attrs.get("pieces")) == INDEPENDENT
-    any_piece = chances_of_any(chances(flags), results["count"].values, independent)
-    falls = 1.0 - chances_of_none(any_piece, stands[None])[0, 0]
+    parts = []
+    for where in slabs({str(dim): size for dim, size in flags.sizes.items()}, ("motion",)):
+        any_piece = chances_of_any(chances(flags.isel(where).values), results["count"].values, independent)
+        parts.append(1.0 - chances_of_none(any_piece, stands[None])[0, 0])
+    falls = np.concatenate(parts, axis=-1)
     return float(Year.of(results, weights_of(results, None)).total(falls).mean())
 
 

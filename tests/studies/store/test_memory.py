@@ -119,7 +119,8 @@ def test_results_larger_than_the_memory(tmp_path):
     assert done.returncode == 0, done.stderr
     results = tmp_path / "disk" / "results.nc"
     assert results.stat().st_size > 1.6 * ROOM
-    assert sorted(path.name for path in results.parent.iterdir()) == ["fragility.png", "results.nc", "run.log"]
+    names = ["fragility.png", "laws.png", "results.nc", "run.log"]
+    assert sorted(path.name for path in results.parent.iterdir()) == names
     held = run(tmp_path, "memory", ROOM)
     assert held.returncode == 1
     assert held.stderr.strip() == "toppling: not enough memory for this study; make it smaller"
