@@ -7,14 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from markupsafe import Markup
-
 from ...core.wording import confidence_text, counted
 from ...core.writing import write_bytes
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN
 from ..report.cells import page_table
-from ..report.figures import pictures_of
-from ..report.page import environment, texts
+from ..report.page import drawn_of, environment, texts
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import csv_bytes
@@ -188,7 +185,7 @@ def _html_page(
 ) -> str:
     """Return the page of a comparison; the same results give the same text."""
     of_page = [page_table(plain_table(*rows)) for rows in tables]
-    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures_of(draw)]
+    drawn = drawn_of(draw)
     content = {
         "title": "Two studies side by side",
         "question": QUESTION,

@@ -221,7 +221,7 @@ def _zone(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def laws_of_answer(results: xr.Dataset) -> list[int]:
-    """Return the positions of the laws of the answer: the reference, those of branches, or all of a sensitivity."""
+    """Return the positions of the laws of the answer: the reference law, or all laws of branches and sensitivities."""
     every = list(range(results.sizes["model"]))
     if str(results.attrs["kind"]) == "sensitivity":
         return every

@@ -19,7 +19,7 @@ from .checks import fewest_motions
 from .law_choice import names_of
 
 APART = 0.02
-"""Difference of two probabilities from which one curve counts as the higher one (judgement: 2 of 100 earthquakes)."""
+"""Minimum difference of two probabilities for one curve to count as higher (assumed)."""
 POINTS = 12
 """Levels at which the curves of a cloud, which has no levels of its own, are compared."""
 
@@ -50,7 +50,7 @@ class Crossing(NamedTuple):
 
 
 def levels_of(results: xr.Dataset) -> Array:
-    """Return the levels at which curves are compared (SI): those that were run, or some within those of a cloud."""
+    """Return the levels (SI) for comparing curves: the levels of the runs, or `POINTS` within the range of a cloud."""
     axis = axis_of(results)
     values = np.unique(axis.values[np.isfinite(axis.values)])
     return values if "level" in results.coords else np.geomspace(values[0], values[-1], POINTS)

@@ -221,7 +221,7 @@ def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, result
     low, high = (small[f"{by}_{end}"].transpose(*cases.dims).values.ravel() for end in ("lower", "upper"))
     first, *rest = ranked.tolist()
     with np.errstate(invalid="ignore"):
-        close = [one for one in rest if (low[one] <= high[first] if by == HALF else high[one] >= low[first])]
+        close = [i for i in rest if (low[i] <= high[first] if by == HALF else high[i] >= low[first])]
     names = tuple(_name(_case(small, cases, other)) for other in close)
     single = "floor" not in small.dims and is_one_piece(small)
     more = {"name": _name(_case(small, cases, first)), "all": len(close) == len(rest) > 1, "single": single}
@@ -413,7 +413,7 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
         if seldom.any():
             level, above, what = float(small["level"].values[seldom].max()) / scale, True, "helps"
         elif math.isfinite(levels[0]):
-            # (fitted medians are compared: their intervals are narrower than those of the levels themselves)
+            # (fitted medians have narrower intervals than half levels)
             helps = float(here["median_lower"]) > float(other["median_upper"])
             hurts = float(here["median_upper"]) < float(other["median_lower"])
             level, above, what = levels[0], False, "helps" if helps else "hurts" if hurts else "no_effect"

@@ -45,7 +45,6 @@ def order_of(ranking: xr.Dataset) -> list[int]:
 def _objective(ranking: xr.Dataset) -> tuple[float, str, str]:
     """Return the factor to the unit of the objective, its name, and its unit in brackets."""
     scale, unit = objective_unit(ranking)
-    unit = unit.replace(" a year", " per year")
     return scale, str(ranking.attrs["objective_text"]), f" ({unit})" if unit else ""
 
 

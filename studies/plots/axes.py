@@ -42,7 +42,7 @@ LOOK: dict[Any, Any] = {
 }
 """Matplotlib's settings within which figures are drawn."""
 SHARED = {
-    ("ax",): "Matplotlib's axes to draw into; by default those of a new figure.",
+    ("ax",): "Matplotlib axes to draw into; by default, new axes in a new figure.",
     ("block", "model", "floor"): "Labels in the results; needed if there are several, but usually all laws are drawn.",
     ("label", "color", "linestyle"): "Matplotlib's properties of the line.",
 }

@@ -86,7 +86,7 @@ def surface_rows(results: xr.Dataset) -> Rows | None:
 def event_levels(results: xr.Dataset) -> list[tuple[float, float, float, float, int]]:
     """Return how much of a region falls in one event: level, mean share, its ends and the number of pieces.
 
-    Of many levels those of shares of about 10, 50 and 90 %, under the reference law.
+    If there are many levels: three, with shares of about 10, 50 and 90 % under the reference law.
     """
     if "fallen_mean" not in results:
         return []

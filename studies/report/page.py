@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
     from jinja2 import Environment
 
+    from .figures import Draw
+
 ReportFormat = Literal["html", "md"]
 
 _LINE = re.compile(r"\n\s*")
@@ -77,11 +79,11 @@ def write_report(
             found = content(results, result, state)
             written: list[Path] = []
             figures: list[tuple[Picture, str]] = []
-            for one in pictures_of(partial(show.figures, results), png=True):
-                beside = target.with_name(f"{target.stem}_{one.name}.png")
-                _write(beside, one.png)
+            for picture in pictures_of(partial(show.figures, results), png=True):
+                beside = target.with_name(f"{target.stem}_{picture.name}.png")
+                _write(beside, picture.png)
                 written.append(beside)
-                figures.append((one, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
+                figures.append((picture, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
             text = environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
             _write(target, text.encode("utf-8", "replace"))
             return [target, *written]
@@ -89,11 +91,15 @@ def write_report(
     return [target]
 
 
+def drawn_of(draw: Draw) -> list[tuple[Picture, Markup, Markup]]:
+    """Return figures as pictures, each with its drawings for a screen and a phone as HTML."""
+    return [(picture, Markup(picture.svg), Markup(picture.phone)) for picture in pictures_of(draw)]
+
+
 def html_page(results: xr.Dataset, path: Path, state: str) -> str:
     """Return the page of a study's results read from `path`, in a `state`; the same results give the same text."""
     found = content(results, path, state)
-    every = pictures_of(partial(show.figures, results))
-    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in every]
+    drawn = drawn_of(partial(show.figures, results))
     template = environment(escaping=True).get_template("report.html.j2")
     study = base64.b64encode(found["study"].encode()).decode()
     return template.render(**{**found, "study": study}, figures=drawn)

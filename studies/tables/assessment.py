@@ -199,7 +199,7 @@ def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
         return 1.0, ""
     if units == PER_YEAR:
         return span(ranking["left"])
-    return 1.0, units.replace(f" {PER_YEAR}", " a year")
+    return 1.0, units.replace(f" {PER_YEAR}", " per year")
 
 
 def _interval(one: xr.Dataset, name: str, scale: float = 1.0) -> str:

@@ -36,7 +36,7 @@ TERMS = (
     ),
     Term(
         "payback",
-        "Years until the prevented loss, discounted, has paid the cost; never if a year's saving is below a year's "
+        "Years until the prevented loss, discounted, equals the cost; never if the saving per year is below the "
         "interest.",
         r"\bpayback\b|\bpays back\b",
     ),

@@ -118,8 +118,8 @@ def missed_curves(results: xr.Dataset) -> tuple[list[str], int]:
     if "block" in stops.dims:
         _, allowed = asked_of(results)
         every = reached_by(results)
-        missed = [one for one in every if is_missed(one.stopped, one.half_width, allowed)]
-        return [f"{one.name}: {one.account}" for one in missed], len(every)
+        missed = [curve for curve in every if is_missed(curve.stopped, curve.half_width, allowed)]
+        return [f"{curve.name}: {curve.account}" for curve in missed], len(every)
     # (of a region's surfaces)
     return results["account"].values[stops.values.astype(str) != REACHED].tolist(), stops.size
 

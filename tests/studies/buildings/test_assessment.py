@@ -673,7 +673,7 @@ class TestTablesAndFigures:
 
     def test_ranking_rows(self, found):
         _, headings, rows = ranking_rows(anchoring(found), most=2)
-        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR a year", "share", "cost")
+        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR per year", "share", "cost")
         assert len(rows) == 2
         _, headings, rows = ranking_rows(anchoring(found, "blocks-exit"))
         assert headings[4] == "saves, a year" or headings[4] == "saves, in 1,000 years"
