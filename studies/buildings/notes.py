@@ -34,10 +34,6 @@ from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
 
 NOTABLE_BELOW = 0.02
 """Share of an annual value from below the levels above which it is worth a sentence."""
-ENOUGH_MOTIONS = 80
-"""Motions from which intervals of totals, and of their ratios, hold at least 90 % (docs/coverage.md)."""
-TOTALS_HELD = "84 to 98 %"
-"""Measured coverage of 95 % intervals of totals with fewer motions."""
 COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 NEAR = 0.7
@@ -73,11 +69,6 @@ def notes(assessment: xr.Dataset) -> list[str]:
         )
     if levels_have_own_motions(assessment) and "level_weight" in assessment:
         found += _untried(assessment)
-    if number_of_motions(assessment) < ENOUGH_MOTIONS:
-        found.append(
-            f"95 % intervals of totals held the true total in {TOTALS_HELD} of simulated studies with fewer than "
-            f"{ENOUGH_MOTIONS} motions"
-        )
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
         found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
     if FALLEN in assessment and assessment.attrs["pieces"] == TOGETHER and int(assessment["count"].max()) > 1:

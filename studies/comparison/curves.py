@@ -21,8 +21,10 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.modelling import MODELLING
 from ...fragility.risk.ratios import ratio_of
-from ...fragility.runs.provenance import RUN
+from ...fragility.runs.provenance import RUN, number_of_motions
 from ..buildings.recommendations import YEARS, Range
+from ..facts.coverage import coverage
+from ..facts.say import say
 from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
 from ..plan.estimates import Fit
@@ -30,7 +32,6 @@ from ..plan.form_free import modelling_factor
 from ..plan.ratios import verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
-from ..text.curve_notes import FEW_HELD, few_motions
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, FLAT, highest_level, open_ends
@@ -246,8 +247,9 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> list[str]:
         said.append(f"medians are not compared: they are of {measures[0]} in A and of {measures[1]} in B")
     if _of_uplift(a, b):
         said.append(f"medians and dispersions are not compared: those of the form {UPLIFT} are of what uplifted")
-    elif same_measure(a, b) and any(few_motions(side.results) for side in (a, b)):
-        said.append(f"95 % intervals of ratios of fitted medians: {FEW_HELD['ratio']}")
+    elif same_measure(a, b) and all("motion" in side.results.dims for side in (a, b)):
+        motions = min(number_of_motions(side.results) for side in (a, b))
+        said += [say(fact, "page") for fact in coverage(["ratio of medians"], motions)]
     if any("epistemic_rate" in one.results for one in (a, b)):
         said.append("rates are of the first law, motions and hazard curve; those over all branches are in the reports")
     return said

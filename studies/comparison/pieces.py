@@ -18,11 +18,12 @@ from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.anchoring import weights_of
 from ..buildings.assessment import BUILDING
-from ..buildings.notes import ENOUGH_MOTIONS
 from ..buildings.outcomes import DAY
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Piece, Range
 from ..buildings.variables import Year, fall_flags, level_index, per_year
+from ..facts.coverage import coverage
+from ..facts.say import say
 from ..plan.ratios import verdict_of
 from ..tables.unseen import at_most
 from ..text.words import floor_name, level_name, level_text
@@ -114,11 +115,8 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
             lines.append(_line((a, b), both, rates, names, yearly))
     alone = items.only_a or items.only_b
     notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
-    if min(number_of_motions(side.results) for side in (a, b)) < ENOUGH_MOTIONS:
-        notes.append(
-            "95 % intervals of ratios of totals held the true ratio in 87 to 94 % of simulated studies with 10 or 20 "
-            "motions"
-        )
+    motions = min(number_of_motions(side.results) for side in (a, b))
+    notes += [say(fact, "page") for fact in coverage(["ratio of totals"], motions)]
     if not _lossy(a, b) and any(map(_valued, (a, b))):
         notes.append("losses are not compared: one side has none, or another currency")
     for quantity, subject in ((DOWNTIME, "downtimes"), (INJURIES, "injuries")):

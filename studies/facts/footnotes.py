@@ -9,15 +9,14 @@ import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
-from ...fragility.runs.provenance import RUN, number_of_motions
-from ..buildings.notes import ENOUGH_MOTIONS, TOTALS_HELD
+from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS
 from ..plan.piece_classes import TESTS
 from ..text.block_order import HALF, RATE, places
-from ..text.curve_notes import HELD, coverage_of
 from ..text.spread import has_model_range
 from ..text.words import axis_of, display_unit, reference_law
 from .building import BUILDING
+from .coverage import coverage_in
 from .fact import Fact
 from .law_choice import choice_of_law
 
@@ -30,11 +29,7 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
         number = motions // max(1, results.sizes.get("floor", 1))
         more = {"motions": number, "branches": results.sizes.get("branch", 0)}
         yield Fact("precision.interval_meaning", float(results.attrs["confidence"]), more=more)
-    if "rate" in results and "motion" in results.dims and RUN not in results.dims:
-        key = coverage_of(str(results.attrs["form"]), str(results.attrs["design"]), motions)
-        yield Fact("precision.interval_coverage", names=(HELD[key],), more={"of": key})
-    if "item" in results.dims and 0 < motions < ENOUGH_MOTIONS:
-        yield Fact("precision.coverage_of_totals", names=(TOTALS_HELD,), more={"motions": ENOUGH_MOTIONS})
+    yield from coverage_in(results)
     yield from _model_range(results)
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     if beta:

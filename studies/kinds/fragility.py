@@ -26,7 +26,6 @@ from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
-from ...fragility.runs.provenance import RUN, number_of_motions
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.plausibility import level_doubts
 from ...fragility.validity.undecided import perturbed_runs
@@ -45,7 +44,7 @@ from ..plan.risk import Risk, without_replicates
 from ..plan.selections import UNSELECTED, selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
-from ..text.curve_notes import EXCEEDED, SLIPS_WITHOUT_BRANCHES, branches_beyond_note, coverage_notes, modelling_note
+from ..text.curve_notes import EXCEEDED, SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes, uplift_notes
 from ..text.spread import branch_names
 from .branches import weighted_hazards, weighted_laws, weighted_motions
@@ -457,8 +456,6 @@ class FragilityStudy(BlockStudy, Study):
         lowest = self.design.lowest(results)
         rates = risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell, lowest=lowest)
         said = risk.notes(rates, modelled, highest, self.configuration)
-        if "motion" in results.dims and RUN not in results.dims:  # (adaptive analyses have intervals of their own)
-            said += coverage_notes(str(curves.attrs["form"]), self.design.name, number_of_motions(results))
         said += component_notes(self.configuration["motions"].get("component"), self.design.im)
         found = dict(rates.assign(risk.modelling_range(curves, self.fit.modelling_dispersion)).data_vars)
         coordinates: dict[Hashable, xr.DataArray] = {}

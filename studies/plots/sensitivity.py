@@ -17,7 +17,6 @@ from ...core.wording import confidence_text, counted
 from ..buildings.variables import level_index
 from ..file.uncertainty import RIGID
 from ..tables.sensitivity import level_at, level_between, reference_name, reference_of
-from ..text.curve_notes import FEW_HELD, few_motions
 from ..text.words import block_title, display_unit, input_name, level_name
 from . import axes, selection
 
@@ -148,8 +147,7 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield every figure of a study's results with its name."""
     intervals = f"{confidence_text(results)} intervals"
     for quantity in ("median", "median_ratio", "dispersion", "probability", "flipped"):
-        few = f", of which {FEW_HELD['ratio']}" if quantity == "median_ratio" and few_motions(results) else ""
-        notes = counted(results.sizes["motion"], "motion"), f"bands: {intervals}{few}"
+        notes = counted(results.sizes["motion"], "motion"), f"bands: {intervals}"
         yield quantity, column(results, partial(sensitivity, quantity=quantity), QUANTITIES[quantity][0], *notes)
     for needed, title, note in (
         ("tornado_low", "One input at a time", "from 5 % (open) to 95 % (full) quantiles"),

@@ -39,7 +39,6 @@ TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount a year below which it is written as that of 1,000 years."""
-SAVED = ": 95 % intervals hold the true saving in 82 to 97 % of studies"  # (docs/coverage.md)
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
@@ -136,7 +135,7 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
             cells.append(short_digits(cost) if math.isfinite(cost) else "–")
         rows.append(tuple(cells))
     common = common_modelling(ranking)
-    title = f"What anchoring saves of the {ranking.attrs['objective_text']}{f' ({common})' if common else ''}{SAVED}"
+    title = f"What anchoring saves of the {ranking.attrs['objective_text']}{f' ({common})' if common else ''}"
     return Rows(f"{title} ({MARKED})" if marked else title, tuple(headings), rows)
 
 

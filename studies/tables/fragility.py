@@ -31,7 +31,7 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
-from ..text.curve_notes import FEW_HELD, few_motions, held_apart, infinitive_of, reached_of, state_in, verb_in
+from ..text.curve_notes import held_apart, infinitive_of, reached_of, state_in, verb_in
 from ..text.reached import dispersion_texts, fraction_text, level_texts, levels_run, other_levels, within_levels
 from ..text.rows import Rows
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
@@ -79,7 +79,7 @@ def fragility_table(results: xr.Dataset) -> Table:
     name = axis_of(results).attrs.get("long_name", "level")
     percent = confidence_text(results)
     fall = infinitive_of(verb_in(results))
-    less = f" (of β {FEW_HELD['dispersion']})" if few_motions(results) else held_apart(results)
+    less = held_apart(results)
     fractions = results["fraction"].values.tolist() if "fraction_level" in results else []
     table = _table(
         f"{name[:1].upper()}{name[1:]}{f' ({unit})' if unit else ''} at which half of the runs {fall}, and "
@@ -179,7 +179,7 @@ def size_table(results: xr.Dataset) -> Table:
     units = results[f"size_{along}"].attrs["units"]
     table = _table(
         f"Which {along} ({units}) {verb_in(results)} with a probability of {percent(target)} in {years:g} years "
-        f"({confidence_text(results)} intervals, for the given hazard curve; 58 to 98 % hold the true size)",
+        f"({confidence_text(results)} intervals, for the given hazard curve)",
         ("law", along, "interval", ""),
     )
     floors = results["floor"].values.tolist() if "floor" in results[f"size_{along}"].dims else [None]
@@ -218,8 +218,7 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
             label, long_name = (str(here[key].values[i]) for key in ("measure", "measure_long_name"))
             rows.append((measure_at(label, long_name, float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
-        less = f"; intervals: {FEW_HELD['measure']}" if few_motions(results) else ""
-        title = f"Dispersion by measure: {name} ({shown}≈: not distinguished from the best{less})"
+        title = f"Dispersion by measure: {name} ({shown}≈: not distinguished from the best)"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
 

@@ -37,23 +37,7 @@ ALIKE = 1e-6
 """Relative difference below which sizes are the same."""
 LARGE = 100.0
 """Ratio above which no number is given."""
-HELD = {
-    "isotonic": "73 to 97 %",
-    "uplift-lognormal": "91 to 97 %",
-    "stripes": "65 to 100 %",
-    "cloud": "24 to 98 %",
-    "few motions": "88 to 99 %",
-    "other capacities": "81 to 100 %",
-}
-"""Measured coverage of 95 % intervals of annual rates by form of curve or design (docs/coverage.md)."""
-ENOUGH_MOTIONS = 20
-"""Motions from which such intervals of other curves hold at least 93 %."""
 MEASURED = 0.95  # the confidence of the intervals whose coverage is measured
-FEW_HELD = {
-    quantity: f"{held} hold the true value with {ENOUGH_MOTIONS} motions or fewer"
-    for quantity, held in {"dispersion": "82 to 99 %", "measure": "77 to 90 %", "ratio": "90 to 94 %"}.items()
-}
-"""Measured coverage of 95 % intervals of dispersions, of those by measure, and of ratios of medians."""
 FAR_APART, MANY_MOTIONS = 1.5, 100
 """Dispersions between levels, and motions, from which on intervals between levels hold less than they say."""
 MOST_NAMED = 3  # curves that a note names
@@ -65,12 +49,6 @@ STATES = {
     state_name("fallen_off"): ("falls over an edge", "fell over an edge"),
 }
 """The verb for a block that reaches a state, and for runs that reached it."""
-
-
-def few_motions(results: xr.Dataset) -> bool:
-    """True if results are of so few motions that intervals hold less than they say (`FEW_HELD`)."""
-    usual = results.attrs.get("confidence", MEASURED) == MEASURED
-    return usual and "motion" in results.dims and number_of_motions(results) <= ENOUGH_MOTIONS
 
 
 def held_apart(results: xr.Dataset) -> str:
@@ -335,25 +313,6 @@ def rate_notes(
     if "rate_misfit" in rates:
         found += _misses(rates["rate_misfit"], "annual rate is not that of the runs; its interval contains both")
     return found
-
-
-def coverage_of(form: str, design: str, motions: int) -> str:
-    """Return the key in `HELD` of the coverage of a study's intervals of annual rates."""
-    others = "few motions" if motions < ENOUGH_MOTIONS else "other capacities"
-    return next(key for key in (form, design, others) if key in HELD)
-
-
-def coverage_notes(form: str, design: str, motions: int) -> list[str]:
-    """A note on intervals that are known to hold the true value less often than they should."""
-    key = coverage_of(form, design, motions)
-    what = {
-        form: f"{form} curves",
-        "cloud": "clouds",
-        "few motions": f"few motions ({motions} here)",
-        "other capacities": "capacities that are not lognormal",
-    }.get(key, key)
-    said = f"95 % intervals of annual rates held the true rate in {HELD[key]} of simulated studies with {what}"
-    return [f"{said}, and intervals of the level of 10 % the true level in 79 to 98 %" if key == "cloud" else said]
 
 
 def _unknown_at(side: str, end: LevelEnd) -> str:

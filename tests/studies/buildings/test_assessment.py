@@ -264,14 +264,6 @@ class TestInAYear:
         assert (high.annual_number_below.sel(place="building") > 0.0).all()
         assert any("come from below the first level, where it is a guess" in one for one in notes(high))
 
-    @pytest.mark.slow
-    def test_intervals_of_few_motions_say_what_they_hold(self):
-        few, many = (assess(INVENTORY, LAW, shaking(n), [6.0, 12.0], "pga", FRAME, CURVE) for n in (79, 80))
-        assert [any("intervals of totals held the true total" in note for note in notes(of)) for of in (few, many)] == [
-            True,
-            False,
-        ]
-
 
 def replace_curve(**changes):
     return SimpleNamespace(**{**CURVE.__dict__, "rates": [0.1, 1e-4], **changes})

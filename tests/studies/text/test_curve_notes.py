@@ -17,7 +17,6 @@ from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
 from toppling.studies.text.curve_notes import (
     LevelEnd,
-    coverage_notes,
     curve_notes,
     held_apart,
     misfit_notes,
@@ -599,17 +598,3 @@ def test_levels_far_apart(motions, step, confidence, design, said):
     )
     assert held_apart(curves).startswith(" (85 to 98 %") is said
     assert bool(held_apart(curves)) is said
-
-
-@pytest.mark.parametrize(
-    ("form", "design", "motions", "words"),
-    [
-        ("isotonic", "ida", 400, "in 73 to 97 % of simulated studies with isotonic curves"),
-        ("lognormal", "stripes", 400, "in 65 to 100 % of simulated studies with stripes"),
-        ("lognormal", "cloud", 10, "intervals of the level of 10 % the true level in 79 to 98 %"),
-        ("lognormal", "ida", 19, "with few motions (19 here)"),
-    ],
-)
-def test_intervals_that_hold_less_say_so(form, design, motions, words):
-    (note,) = coverage_notes(form, design, motions)
-    assert words in note
