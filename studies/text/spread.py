@@ -72,6 +72,11 @@ def of_what(results: xr.Dataset) -> str:
     return f"{MODEL_RANGE}: if all capacities are off by one factor, {two_digits(low)} to {two_digits(high)}"
 
 
+def model_note(results: xr.Dataset) -> str:
+    """Return the sentence of a note on model ranges; '' for results without."""
+    return f"{of_what(results)[:1].upper()}{of_what(results)[1:]}." if RANGE in results.attrs else ""
+
+
 def branch_names(results: xr.Dataset) -> list[str]:
     """Return the branches in words: law, motions and hazard of each."""
     named = (results[f"branch_{of}"].values for of in ("model", "motions", "hazard"))

@@ -14,10 +14,10 @@ import toppling as tp
 from toppling.fragility import rank_measures, uncertain_ida
 from toppling.fragility.runs.provenance import blocks_of
 from toppling.studies import StudyError, assess, read_inventory
+from toppling.studies.buildings.pieces import ranking_of
 from toppling.studies.command.cli import main
 from toppling.studies.facts import building
 from toppling.studies.facts.say import say
-from toppling.studies.kinds.performance import ranking_of
 from toppling.studies.plan.estimates import ranking_of_measures
 from toppling.studies.plan.risk import risk_of
 from toppling.studies.report.page import write_report
