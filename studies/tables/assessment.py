@@ -140,7 +140,7 @@ def ranked(ranking: xr.Dataset, model: int = 0, most: int = MOST_RANKED) -> Tabl
             "cost": float(item["cost"]),
         })  # fmt: skip
     columns = (
-        *(Column("rank", "rank", "whole"), Column("item", "item"), Column("floor", "floor", "count")),
+        *(Column("rank", "rank", "whole"), Column("item", "item"), Column("floor", "floor")),
         *(Column("pieces", "pieces", "count"), Column("saving", "saves", "three", unit)),
         *(Column("share", "share", "share"), Column("cost", "cost", "short", currency_of(ranking))),
     )

@@ -80,7 +80,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
         rows.append(row)
     years = years_text(float(results.attrs["years"])) if yearly else ""
     columns = (
-        *(Column("block", "block"), Column("floor", "floor", "count")),
+        *(Column("block", "block"), Column("floor", "floor")),
         Column("level", f"half {infinitive_of(verb_in(here))} at {level_name(here)}", "level2", unit),
         *(Column("dispersion", "β", "dispersion"), Column("others", "other laws", "three", unit)),
         Column("samples", "90 % range over its uncertain properties", "level2", unit),

@@ -40,7 +40,7 @@ def anchoring(results: xr.Dataset) -> Table:
         "cost": math.fsum(piece.cost_of_all for piece in lines),
     }
     columns = (
-        *(Column("item", "piece"), Column("floor", "floor", "count"), Column("pieces", "pieces", "count")),
+        *(Column("item", "piece"), Column("floor", "floor"), Column("pieces", "pieces", "count")),
         *(Column("consequences", "a fall could mean"), Column("force", "force, each", "two", "N")),
         Column("cost", "cost", "given", money),
     )
@@ -74,7 +74,7 @@ def sizes(results: xr.Dataset) -> Table:
 SIZES = (
     *(Column("width", "width", "short", "m"), Column("height", "height", "short", "m")),
     *(Column("cm_height", "mass centre", "short", "m"), Column("alpha", "α", "short", "rad")),
-    *(Column("R", "R", "short", "m"), Column("p", "p", "short", "rad/s"), Column("floor", "floor", "count")),
+    *(Column("R", "R", "short", "m"), Column("p", "p", "short", "rad/s"), Column("floor", "floor")),
     *(Column("direction", "direction of its width", "short"), Column("count", "pieces", "count")),
 )
 

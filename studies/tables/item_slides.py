@@ -17,7 +17,7 @@ from ..plan.slides import GATED, INSTEAD, SLIP, TRIP, TRIP_DISTANCE
 from ..text.words import floor_cell, level_text
 from .pieces import in_years
 from .slides import NO_SIMULATION, SLIDES
-from .table import Column, Table, intervals, range_of
+from .table import Column, Row, Table, intervals, range_of
 from .unseen import bound_of
 
 MOST = 60
@@ -49,7 +49,7 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
         row |= {"off": _chance(piece, OFF, OFF_RATE), "trips": _chance(piece, TRIP, ITEM_TRIP_RATE)}
         rows.append(row | {"alone": _chance(piece, *alone), "rocking": _chance(piece, GATED, GATED_RATE)})
     columns = (
-        *(Column("item", "piece"), Column("floor", "floor", "count"), Column("contact", "contact")),
+        *(Column("item", "piece"), Column("floor", "floor"), Column("contact", "contact")),
         Column(INSTEAD, "slides, never rocks", "chance"),
         *(Column(f"{slip:g}", f"slips over {100.0 * slip:g} cm", "chance") for slip in slips),
         *(Column("edge", "edge"), Column("off", "slides off it", "chance")),

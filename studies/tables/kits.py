@@ -190,7 +190,7 @@ def static_checks(results: xr.Dataset) -> Table:
                 "breaks": None if math.isnan(line.at_design.value) else _chance(line.at_design, False, bound),
             })  # fmt: skip
     columns = (
-        *(Column("item", "piece"), Column("floor", "floor", "count"), Column("peak", "peak of its floor", "two", "g")),
+        *(Column("item", "piece"), Column("floor", "floor"), Column("peak", "peak of its floor", "two", "g")),
         *(
             Column("kit", "kit"),
             Column("strength", "strength", "two", "N"),

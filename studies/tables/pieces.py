@@ -107,7 +107,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
                 row |= {f"level_{k}": level / scale for k, level in enumerate(piece.levels)}
         rows.append(row)
     columns = [
-        *(Column("item", "piece"), Column("room", "room"), Column("floor", "floor", "count")),
+        *(Column("item", "piece"), Column("room", "room"), Column("floor", "floor")),
         *(Column("pieces", "number", "count"), Column("anchored_with", "held by")),
         Column("chance_in_a_year", "falls in a year, each", "chance"),
         Column("chance", f"falls in {YEARS:g} years, each" if yearly else "falls, each", "chance"),
@@ -116,7 +116,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         *(Column("recommendation", "recommendation"), Column("kit", "with kit"), Column("code", "code")),
         Column("within_budget", "within the budget"),
         *(
-            Column(f"level_{k}", f"{100.0 * share:g} % fall at {level_name(results)}", "level2", unit, priority=2)
+            Column(f"level_{k}", f"{100.0 * share:g} % fall at", "level2", unit, priority=2)
             for k, share in enumerate(SHARES)
         ),
         Column("consequences", "consequence"),
@@ -139,6 +139,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         BRANCHES if spread else intervals(results),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
         model_note(results) if ranges else "",
+        f"Levels are {level_name(results)}." if results.sizes["level"] > 1 else "",
         f"The budget is {given_number(budget)} {money}".rstrip() + "." if math.isfinite(budget) else "",
         f"Paybacks are at a discount rate of {given_percent(*rates)}." if rates else "",
         f"Code: {results.attrs['code']}." if "code" in results.attrs else UNCHECKED,
@@ -177,7 +178,7 @@ def codes(results: xr.Dataset) -> Table:
         row["clause"] = "; ".join(filter(None, (code.clause, missing)))
         rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
     columns = (
-        *(Column("item", "piece"), Column("floor", "floor", "count"), Column("status", "code says")),
+        *(Column("item", "piece"), Column("floor", "floor"), Column("status", "code says")),
         *(Column("clause", "by clause"), Column("coefficient", "force / weight", "three")),
         *(Column("force", "force, each", "three", "N"), Column("demand", "anchor force, each", "three", "N")),
         Column("ratio", "demand / strength", "two"),
