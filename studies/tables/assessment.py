@@ -74,7 +74,7 @@ def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
         errors = values.get(f"number_quantile{DRAWING}", xr.zeros_like(values["number_quantile"])).values.tolist()
         for end, value, error in zip(ends, values["number_quantile"].values.tolist(), errors, strict=True):
             row[end] = Range(value, error, math.nan) if error > TENTH * value else value
-        rows.append(row | {"any": range_of(values, "any_probability")})
+        rows.append(row | {"any": _chance(values, "any_probability")})
     columns = (
         *(
             Column("place"),
@@ -104,9 +104,9 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
         row: Row = {"name": consequence_name(str(word))}
         for k, place in enumerate(places):
             values = here.sel(consequence=word, place=place)
-            value = _rate(values, "consequence_rate") if yearly else range_of(values, "consequence_probability")
+            value = _rate(values, "consequence_rate") if yearly else _chance(values, "consequence_probability")
             # (floors have no interval in the table, which must fit a page)
-            row |= {place: value if k == 0 or value.value == 0.0 else value.value}
+            row[place] = value.value if value is not None and k > 0 and value.value > 0.0 else value
         rows.append(row)
     columns = [Column(place, place_name(place), "years3" if yearly else "share") for place in places]
     what = "Numbers are mean return periods in years." if yearly else ""
@@ -193,6 +193,12 @@ def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
     if units == PER_YEAR:
         return span(ranking["left"])
     return 1.0, units.replace(f" {PER_YEAR}", " per year")
+
+
+def _chance(values: xr.Dataset, name: str) -> Range | None:
+    """Return a chance at a level with its interval; None of what cannot be."""
+    chance = range_of(values, name)
+    return chance if chance.upper > 0.0 else None
 
 
 def _rate(values: xr.Dataset, name: str) -> Range:

@@ -109,8 +109,10 @@ def _rate(curve: xr.Dataset, laws: xr.Dataset, years: float) -> tuple[Range, Ran
     """Return the rate and the chance in so many years, over all branches if there are any."""
     if "epistemic_rate" not in laws:
         rate = range_of(curve, "rate")
-        # (a bound without a rate: every run overturned)
-        return rate._replace(upper=math.nan) if math.isnan(rate.value) else rate, range_of(curve, "risk_probability")
+        chance = range_of(curve, "risk_probability")
+        if math.isnan(rate.value):  # (a bound without a rate: every run overturned)
+            return rate._replace(upper=math.nan), chance._replace(upper=math.nan)
+        return rate, chance
     ends = laws["epistemic_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values.tolist()
     rate = Range(float(laws["epistemic_rate"]), *ends)
     return rate, Range(*(float(probability_in(np.float64(end), years)) for end in rate))

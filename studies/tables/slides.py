@@ -102,6 +102,8 @@ def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -
         found = Range(*(float(probability_in(np.float64(max(end, 0.0)), float(block.attrs["years"]))) for end in ends))
     else:
         found = range_of(block if adaptive else block.isel(level=middle_level(block["probability"])), chance)
+    if adaptive and found.value == 0.0:  # (a block whose friction is never low enough)
+        return Range(0.0, math.nan, math.nan)
     return found if adaptive or chance not in block else _seen(found, block[chance])
 
 

@@ -78,7 +78,13 @@ class Column(NamedTuple):
             return f"{self.text(value.value)} {value.mark}"
         if value is None or isinstance(value, str):
             return DASH if value is None else clean(value)
-        return FORMATS[self.format](*value) if isinstance(value, Range) else FORMATS[self.format](value, np.nan, np.nan)
+        if not isinstance(value, Range):
+            return FORMATS[self.format](value, np.nan, np.nan)
+        text = FORMATS[self.format](*value)
+        bare = (
+            self.format in ESTIMATES and 0.0 < value.value < np.inf and np.isnan(value.lower) and np.isnan(value.upper)
+        )
+        return f"{text} (no interval)" if bare else text
 
 
 @dataclass(frozen=True)
@@ -339,3 +345,5 @@ FORMATS: dict[str, Format] = {
     "dispersion": _dispersion,
 }
 """Text of a value with the ends of its interval (NaN without) by the name of its format."""
+ESTIMATES = {"level", "level2", "years", "years3", "dispersion"}
+"""Formats that name a missing interval."""

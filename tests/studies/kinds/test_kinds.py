@@ -1,7 +1,6 @@
 """Studies of every kind from TOML: what the file asks for is what the functions give, and mistakes get one sentence."""
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -154,9 +153,7 @@ class TestRisk:
             np.testing.assert_array_equal(own[name], direct[name])
         out = capsys.readouterr().out
         assert "in 20 years" in out
-        assert re.search(r"10 / 50 %\s+at PGA of", out)
-        said = " ".join(out.split())
-        assert "Which width (m) overturns with a probability of 5 % in 20 years" in said
+        assert "overturns with 5\u00a0% in 20 years" in out.replace("\n", " ")
         width = found.size_width.values
         rates = found.rate.values
         goal = -np.log1p(-0.05) / 20.0
@@ -257,9 +254,8 @@ class TestPerformance:
         assert set(ranked.item.values) == {"shelf", "cabinet"}
         assert ranked.attrs["objective"] == "loss"
         out = capsys.readouterr().out
-        assert "In a year, EUR" in out
-        assert "What anchoring saves of the expected annual value overturned" in out
-        assert out.index("Each piece (95 % intervals, values in EUR, model range: ") < out.index("What anchoring saves")
+        titles = "Pieces", "Expected per year", "Savings from anchoring"
+        assert [out.index(title) for title in titles] == sorted(out.index(title) for title in titles)
         assert sorted(one.name for one in (tmp_path / "out").glob("*.png")) == [
             "anchoring.png", "exceedance.png", "loss.png", "number.png",
         ]  # fmt: skip
@@ -278,7 +274,7 @@ class TestPerformance:
         np.testing.assert_allclose(found["code_ratio"].values, [0.3 / 2.0 * 9.80665, np.nan])
         assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
         out = capsys.readouterr().out
-        assert "Code requirements (EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2, T_a = 0 s; forces on one piece" in out
+        assert "EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2, T_a = 0 s" in " ".join(out.split())
         actions = facts_of(building.actions, found)
         assert [name.split("”")[0] for name in actions["code.weak_anchors"].names] == ["“shelf"]
         lines = actions["anchoring.lines"]
