@@ -6,7 +6,6 @@ import base64
 import json
 import math
 import re
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -182,9 +181,7 @@ def texts(part: object) -> Iterator[str]:
 
 def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
     """Return the tables of some names, without the sentences that the footnotes of the page say for all of them."""
-    said = {intervals(results), model_note(results)}
-    made = tables(results, names)
-    return [replace(table, notes=[note for note in table.notes if note not in said]) for table in made]
+    return [table.without(intervals(results), model_note(results)) for table in tables(results, names)]
 
 
 def _study_text(results: xr.Dataset) -> str:

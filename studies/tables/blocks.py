@@ -79,13 +79,14 @@ def blocks(results: xr.Dataset, most: int) -> Table:
             row["model_range"] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
         rows.append(row)
     years = years_text(float(results.attrs["years"])) if yearly else ""
+    form = ("chance", "") if yearly else ("two", unit)
     columns = (
         *(Column("block", "block"), Column("floor", "floor")),
         Column("level", f"half {infinitive_of(verb_in(here))} at {level_name(here)}", "level2", unit),
         *(Column("dispersion", "β", "dispersion"), Column("others", "other laws", "three", unit)),
         Column("samples", "90 % range over its uncertain properties", "level2", unit),
         *(Column("rate", "once in", "years", "years"), Column("chance", f"chance in {years}", "chance")),
-        Column("model_range", MODEL_RANGE, "chance" if yearly else "two", "" if yearly else unit),
+        Column("model_range", MODEL_RANGE, *form, note=model_note(here)),
     )
     notes = [BRANCHES] if "epistemic_rate" in here else []
     for mark, found, where in (("*", starred, BEYOND_CURVE), ("‡", extrapolated, BEYOND_RUNS)):
@@ -94,7 +95,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
     notes += [BOTH_WAYS] if any(str(block) in either for block in here["block"].values) else []
     notes += [f"Not reliable: the {here.attrs['form']} curves rise to 1, see validity."] if FORCED in here.attrs else []
     notes += ["Rates do not assume a form of curve."] if FITTED_RATE in here else []
-    return Table.of("Blocks", columns, rows, intervals(here), *notes, model_note(here), chosen(here))
+    return Table.of("Blocks", columns, rows, intervals(here), *notes, chosen(here))
 
 
 def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:

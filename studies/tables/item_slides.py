@@ -15,9 +15,9 @@ from ..buildings.recommendations import YEARS, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE, SLIP_RATE
 from ..plan.slides import GATED, INSTEAD, SLIP, TRIP, TRIP_DISTANCE
 from ..text.words import floor_cell, level_text
-from .pieces import in_years
-from .slides import NO_SIMULATION, SLIDES
-from .table import Column, Row, Table, intervals, range_of
+from .pieces import chance_of
+from .slides import SLIDES, TRIPS
+from .table import Column, Row, Table, intervals
 from .unseen import bound_of
 
 MOST = 60
@@ -53,7 +53,7 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
         Column(INSTEAD, "slides, never rocks", "chance"),
         *(Column(f"{slip:g}", f"slips over {100.0 * slip:g} cm", "chance") for slip in slips),
         *(Column("edge", "edge"), Column("off", "slides off it", "chance")),
-        *(Column("obstacle", "obstacle at", "short", "mm"), Column("trips", "trips over it", "chance")),
+        *(Column("obstacle", "obstacle at", "short", "mm"), Column("trips", "trips over it", "chance", note=TRIPS)),
         Column("alone", "overturns, if it could not slide", "chance"),
         Column("rocking", "overturns, if it rocks", "chance"),
     )
@@ -61,9 +61,8 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
     if "item_rate" not in results:
         when = f"at {level_text(float(results.attrs['at_level']), results['level'])}"
     locked = f"{LOCKED.capitalize()} are as on feet, as long as the brakes hold." if LOCKED in contacts else ""
-    decided = f"Trips over obstacles: {NO_SIMULATION}." if TRIP in results else ""
     title = f"Sliding of the pieces {when}"
-    return Table.of(title, columns, rows, intervals(results), SLIDES, locked, decided, most=MOST)
+    return Table.of(title, columns, rows, intervals(results), SLIDES, locked, most=MOST)
 
 
 def contacts_of(results: xr.Dataset) -> list[str]:
@@ -81,12 +80,7 @@ def edges_of(results: xr.Dataset) -> list[Edge | None]:
     return [None if one is None else Edge(**one) for one in every]
 
 
-def _chance(piece: xr.Dataset, name: str, rate: str) -> Range | None:
+def _chance(piece: xr.Dataset, name: str, rate: str) -> Range:
     """Return a chance in 50 years, or at the level; of what no motion showed 0 with the upper end of its interval."""
-    if name not in piece:
-        return None
-    if "item_rate" in piece:
-        chance = in_years(range_of(piece, rate), YEARS, 0.0)
-    else:
-        chance = range_of(piece.sel(level=float(piece.attrs["at_level"])), name)
+    chance = chance_of(piece, name, rate)
     return Range(0.0, math.nan, bound_of(piece)) if chance.value == 0.0 else chance

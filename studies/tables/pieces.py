@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -68,13 +69,15 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     every = pieces_of(results, model)
     spread = over_branches(results) if model == reference_law(results)[0] else {}
     yearly, roof, money = "item_rate" in results, roof_of(results), currency_of(results)
-    ranges, breaking, bound = model_ranges(results, model), _breaks(results, model), bound_of(results)
+    bound, of_law = bound_of(results), results.isel(model=model)
     spans = {name: span(results[f"item_annual_{name}"]) for name in DRAWN if f"item_annual_{name}" in results}
     means = results["cost_median"].notnull().values if "cost_median" in results.coords else np.zeros(0)
     mean = dict(zip(results["item"].values.tolist(), means.tolist(), strict=False))
     scale, unit = display_unit(results["level"])
     rows: list[Row] = []
     for piece in every:
+        values = of_law.sel(item=piece.item)
+        breaks = chance_of(values, f"{RUPTURE.name}_probability", f"item_{RUPTURE.name}_rate")
         row: Row = {
             "item": piece.item,
             "room": piece.room,
@@ -92,45 +95,44 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
             "payback": Range(
                 piece.payback, piece.payback_best if piece.recommendation == UNRESOLVED else math.nan, math.nan
             ),
-            "breaks": bounded(breaking[piece.item], bound) if piece.item in breaking else None,
+            "breaks": None if math.isnan(breaks.value) else bounded(breaks, bound),
         }
         if not piece.held:
             rate = spread.get(piece.item, piece.chance)
             row["chance"] = bounded(in_years(rate, YEARS) if yearly else piece.chance, bound)
             if yearly:
-                row["chance_in_a_year"] = bounded(
-                    Range(in_years(rate, 1.0).value, math.nan, math.nan), bound_of(results, 1.0)
-                )
-            row |= {"model_range": ranges.get(piece.item), "lost": piece.saving.value if mean else None}
+                row["chance_in_a_year"] = in_years(rate, 1.0).value or Range(0.0, math.nan, bound_of(results, 1.0))
+            row |= {"model_range": _model_range(values), "lost": piece.saving.value if mean else None}
             row |= {name: years * getattr(piece, name).value or None for name, (years, _) in spans.items()}
             if results.sizes["level"] > 1:
                 row |= {f"level_{k}": level / scale for k, level in enumerate(piece.levels)}
         rows.append(row)
+    levels = f"Levels are {level_name(results)}."
+    bought = f"The budget is {given_number(float(results.attrs.get('budget', math.nan)))} {money}".rstrip() + "."
+    paid = f"Paybacks are at a discount rate of {given_percent(every[0].discount if every else 0.0)}."
     columns = [
         *(Column("item", "piece"), Column("room", "room"), Column("floor", "floor")),
         *(Column("pieces", "number", "count"), Column("anchored_with", "held by")),
         Column("chance_in_a_year", "falls in a year, each", "chance"),
         Column("chance", f"falls in {YEARS:g} years, each" if yearly else "falls, each", "chance"),
-        Column("model_range", MODEL_RANGE, "chance"),
+        Column("model_range", MODEL_RANGE, "chance", note=model_note(results)),
         Column("breaks", f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks", "chance"),
         *(Column("recommendation", "recommendation"), Column("kit", "with kit"), Column("code", "code")),
-        Column("within_budget", "within the budget"),
+        Column("within_budget", "within the budget", note=bought),
         *(
-            Column(f"level_{k}", f"{100.0 * share:g} % fall at", "level2", unit, priority=2)
+            Column(f"level_{k}", f"{100.0 * share:g} % fall at", "level2", unit, priority=2, note=levels)
             for k, share in enumerate(SHARES)
         ),
         Column("consequences", "consequence"),
         Column("value", "mean cost, each" if mean else "value, each", "given", money, priority=2),
         Column("anchoring_cost", "anchoring, each", "given", money, priority=2),
-        Column("payback", "payback", "payback", "years"),
+        Column("payback", "payback", "payback", "years", note=paid),
         Column("lost", "lost per year, all", "two", money, priority=2),
         *(
             Column(name, f"{DRAWN[name]} {years}, {'each' if name == 'downtime' else 'all'}", "two", priority=2)
             for name, (_, years) in spans.items()
         ),
     ]
-    budget = float(results.attrs.get("budget", math.nan))
-    rates = {piece.discount for piece in every if not math.isnan(piece.payback)}
     level = "" if yearly else level_text(float(results.attrs["at_level"]), results["level"])
     return Table.of(
         "Pieces",
@@ -138,10 +140,6 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         rows,
         BRANCHES if spread else intervals(results),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
-        model_note(results) if ranges else "",
-        f"Levels are {level_name(results)}." if results.sizes["level"] > 1 else "",
-        f"The budget is {given_number(budget)} {money}".rstrip() + "." if math.isfinite(budget) else "",
-        f"Paybacks are at a discount rate of {given_percent(*rates)}." if rates else "",
         f"Code: {results.attrs['code']}." if "code" in results.attrs else UNCHECKED,
         most=MOST_ROWS,
     )
@@ -218,59 +216,31 @@ def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False)
 
 def _sliding(here: xr.Dataset) -> dict[str, Row]:
     """Return what is known of the sliding of each item, and its chance if all capacities are off, by column."""
-    yearly = "item_rate" in here
-    end = IN_50 if yearly else AT_LEVEL
+    chance, end = ("chance", IN_50) if "item_rate" in here else ("probability", AT_LEVEL)
     found = {}
     for i, item in enumerate(here["item"].values.tolist()):
         piece = here.isel(item=i)
-        row: Row = {
-            name: piece[name].item() for name in ("contact", "friction", INSTEAD, TRIP_DISTANCE) if name in here
-        }
-        piece = piece if yearly else piece.sel(level=float(here.attrs["at_level"]))
-        for name, chances in CHANCES.items():
-            if chances[0] in here:
-                rate = range_of(piece, chances[yearly])
-                row[f"{name}{end}"] = in_years(rate, YEARS, 0.0) if yearly else rate
-        name, of = ("chance", "item_rate") if yearly else ("probability", "probability")
-        if f"{of}{LOWER}" in here:
-            low, high = (float(piece[f"{of}{side}"]) for side in (LOWER, UPPER))
-            ends = in_years(Range(math.nan, low, high), YEARS, 0.0) if yearly else ends_of(low, high)
-            known = ends if ends.upper != 0.0 else UNKNOWN  # (no range is known of what never fell)
-            row |= {f"{name}{end}{LOWER}": known.lower, f"{name}{end}{UPPER}": known.upper}
+        row: Row = {key: piece[key].item() for key in ("contact", "friction", INSTEAD, TRIP_DISTANCE) if key in here}
+        row |= {f"{name}{end}": chance_of(piece, *chances) for name, chances in CHANCES.items() if chances[0] in here}
+        if f"{'item_rate' if chance == 'chance' else chance}{LOWER}" in here:
+            ends = _model_range(piece.drop_vars("epistemic_item_rate", errors="ignore"))
+            row |= {f"{chance}{end}{LOWER}": ends.lower, f"{chance}{end}{UPPER}": ends.upper}
         found[str(item)] = row
     return found
 
 
-def _breaks(results: xr.Dataset, model: int) -> dict[str, Range]:
-    """Return how likely the kits of pieces break in `YEARS`, or at the level, by item; empty where nothing says so."""
-    yearly = "item_rate" in results
-    name = f"item_{RUPTURE.name}_rate" if yearly else f"{RUPTURE.name}_probability"
-    if name not in results:
-        return {}
-    here = results[[f"{name}{end}" for end in ("", "_lower", "_upper")]].isel(model=model)
-    here = here if yearly else here.sel(level=float(results.attrs["at_level"]))
-    values = {
-        str(item): Range(*map(float, each))
-        for item, *each in zip(here["item"].values, *(one.values for one in here.data_vars.values()), strict=True)
-    }
-    known = {item: one for item, one in values.items() if not math.isnan(one.value)}
-    return {item: in_years(one, YEARS) for item, one in known.items()} if yearly else known
+def chance_of(piece: xr.Dataset, chance: str, rate: str, ends: Sequence[str] = ENDS) -> Range:
+    """Return a chance of a piece in `YEARS`, or at the level; NaN if the results have none."""
+    if "item_rate" in piece:
+        return in_years(range_of(piece, rate, ends=ends), YEARS, 0.0)
+    return range_of(piece.sel(level=float(piece.attrs["at_level"])), chance, ends=ends)
 
 
-def model_ranges(results: xr.Dataset, model: int) -> dict[str, Range]:
-    """Return the model ranges of the chances that pieces fall, in `YEARS` or at the level, by item."""
-    yearly = "item_rate" in results
-    name = "epistemic_item_rate" if "epistemic_item_rate" in results else "item_rate" if yearly else "probability"
-    here = results[[f"{name}{end}" for end in (LOWER, UPPER) if f"{name}{end}" in results]]
-    if not here:
-        return {}
-    here = here.isel(model=model) if "model" in here.dims else here
-    here = here.clip(0.0).map(probability_in, args=(YEARS,)) if yearly else here.sel(level=results.attrs["at_level"])
-    ends = {
-        str(item): ends_of(*map(float, pair))
-        for item, *pair in zip(results["item"].values, *(side.values for side in here.data_vars.values()), strict=True)
-    }
-    return {item: pair for item, pair in ends.items() if pair.upper > 0.0}
+def _model_range(piece: xr.Dataset) -> Range:
+    """Return the range of the chance that a piece falls if all capacities are off; NaN if it is not known."""
+    rate = "epistemic_item_rate" if "epistemic_item_rate" in piece else "item_rate"
+    ends = chance_of(piece, "probability", rate, ("", LOWER, UPPER))._replace(value=math.nan)
+    return ends if ends.upper > 0.0 else UNKNOWN  # (no range is known of what never fell)
 
 
 def over_branches(results: xr.Dataset) -> dict[str, Range]:

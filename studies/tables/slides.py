@@ -33,8 +33,7 @@ from .table import Column, Row, Table, intervals, range_of
 
 MOST = 100
 """Most blocks in a table."""
-NO_SIMULATION = "a criterion, not a simulation"
-"""How trips are decided."""
+TRIPS = "Trips over obstacles: a criterion, not a simulation."
 
 
 def slides(results: xr.Dataset) -> Table:
@@ -64,7 +63,7 @@ def slides(results: xr.Dataset) -> Table:
             Column(f"{slip:g}", f"slips over {100.0 * slip:g} cm", *(("plain", unit) if halves else ("chance",)))
             for slip in slips
         ),
-        *(Column("obstacle", "obstacle at", "short", "mm"), Column("trips", "trips over it", "chance")),
+        *(Column("obstacle", "obstacle at", "short", "mm"), Column("trips", "trips over it", "chance", note=TRIPS)),
     )
     half = f"Levels are {quantity_name(axis_of(results))} at which half of the blocks that slide slip further."
     level = float(json.loads(str(results.attrs["until"]))[PROBABILITY]["level"]) if adaptive and SLIP in here else None
@@ -78,7 +77,6 @@ def slides(results: xr.Dataset) -> Table:
         SLIDES,
         # (slips that a study gives have their own meaning)
         TEARS if tuple(slips) == DISTANCES else "",
-        f"Trips over obstacles: {NO_SIMULATION}." if any("trips" in row for row in rows) else "",
         most=MOST,
     )
 

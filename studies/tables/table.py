@@ -52,7 +52,7 @@ class Column(NamedTuple):
     """A column: key, title, format and unit of its values.
 
     ends: suffixes of the keys of a range's value and ends in files.  priority: columns with higher numbers follow the
-    others on narrow screens.
+    others on narrow screens.  note: a sentence of the table's note, if the table has the column.
     """
 
     key: str
@@ -61,6 +61,7 @@ class Column(NamedTuple):
     unit: str = ""
     ends: tuple[str, ...] = ()
     priority: int = 1
+    note: str = ""
 
     @property
     def heading(self) -> str:
@@ -152,7 +153,8 @@ class Table:
     def note(self) -> str:
         """The sentences below the table."""
         dashed = self.dash and any(DASH in cells for _, group in self.groups for cells in group)
-        return " ".join([*self.notes, *([f"{DASH}: {self.dash}."] if dashed else [])])
+        of_columns = dict.fromkeys(column.note for column in self.columns if column.note)
+        return " ".join([*self.notes, *of_columns, *([f"{DASH}: {self.dash}."] if dashed else [])])
 
     def cells(self, row: Row) -> list[str]:
         """Return the texts of a row."""
@@ -175,6 +177,11 @@ class Table:
     def noted(self, *sentences: str) -> Table:
         """Return the table with further sentences in its note."""
         return replace(self, notes=[*self.notes, *sentences])
+
+    def without(self, *sentences: str) -> Table:
+        """Return the table without some sentences of its note."""
+        columns = [column._replace(note="" if column.note in sentences else column.note) for column in self.columns]
+        return replace(self, columns=columns, notes=[note for note in self.notes if note not in sentences])
 
     def first(self, most: int) -> Table:
         """Return the table with its first lines, at most `most`."""
@@ -204,9 +211,9 @@ def chosen(results: xr.Dataset) -> str:
     return f"The table has {chosen_of(results)}." if chosen_of(results) else ""
 
 
-def range_of(values: xr.Dataset, name: str, scale: float = 1.0) -> Range:
+def range_of(values: xr.Dataset, name: str, scale: float = 1.0, ends: Sequence[str] = ENDS) -> Range:
     """Return a value with the ends of its interval, divided by `scale`; NaN if the results have none."""
-    return Range(*(float(values[f"{name}{end}"]) / scale if f"{name}{end}" in values else np.nan for end in ENDS))
+    return Range(*(float(values[f"{name}{end}"]) / scale if f"{name}{end}" in values else np.nan for end in ends))
 
 
 def dispersion_of(values: xr.Dataset, name: str = "dispersion") -> Range | None:

@@ -378,7 +378,7 @@ class TestBudget:
         table = pieces(given)
         anchored = dict(zip(table.column("item"), table.column("within_budget"), strict=True))
         assert [name for name in LINES if anchored[name] == "anchor"] == ["rack", "shelf", "crate"]
-        assert "The budget is 2,420 EUR." in table.notes
+        assert "The budget is 2,420 EUR." in table.note
         values = {row["item"]: row for row in exported_pieces(given).lines}
         assert values["rack"]["within_budget"] == "yes"
         assert values["vase"]["within_budget"] == "no"
@@ -407,7 +407,7 @@ class TestTables:
         table = pieces(results())
         assert table.notes[0] == "Ranges in brackets are 95 % intervals."
         assert "Code requirements are not checked." in table.notes
-        assert "Paybacks are at a discount rate of 4 %." in table.notes
+        assert "Paybacks are at a discount rate of 4 %." in table.note
         keys = ["item", "room", "floor", "pieces", "chance_in_a_year", "chance"]
         assert [column.key for column in table.columns][:6] == keys
         texts = {row["item"]: dict(zip((column.key for column in table.columns), table.cells(row), strict=True))

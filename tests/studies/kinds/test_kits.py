@@ -195,9 +195,9 @@ class TestResults:
 
     def test_tables(self, results):
         table = kits(results)
-        keys = ["kit", "falls", "front", "share", "effect", "breaks"]
+        keys = ["kit", "falls", "front_falls", "share_saved", "effect", "breaks"]
         assert [column.key for column in table.columns][:6] == keys
-        names = [(line.piece.item, line.kit) for line in kit_lines(results)]
+        names = [(piece.item, kit) for piece, kit, _ in kit_lines(results)]
         assert sorted(names) == sorted(
             [(name, kit) for name in ("case", "desk shelf") for kit in ("", "strap", "bracket")]
             + [("strapped", ""), ("strapped", "bracket")]
@@ -237,8 +237,8 @@ class TestResults:
         text = console.file.getvalue()
         assert max(map(len, text.splitlines())) <= 80
         assert len(table.lines) == len(kit_lines(results))
-        for line in kit_lines(results):
-            assert line.piece.item in text
+        for piece, _, _ in kit_lines(results):
+            assert piece.item in text
         chosen = {name for name in ("budget", "target") if "yes" in table.column(name)}
         assert chosen == {name for name in ("budget", "target") if any(results[f"{name}_kit"].values.ravel() != "")}
         assert len(short_kits(results, 4).lines) == 4

@@ -125,7 +125,7 @@ class TestResults:
         assert "motions end while a block slides" in notes
         assert "motions end while a block slides" in slid.attrs["notes"]
         table = slides(results)
-        assert "Trips over obstacles: a criterion, not a simulation." in table.notes
+        assert "Trips over obstacles: a criterion, not a simulation." in table.note
         assert table.column("obstacle") == pytest.approx([40.0, 10.0])
         assert "%" in table.texts("trips")[0]
 
