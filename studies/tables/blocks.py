@@ -24,7 +24,7 @@ from .table import Column, Marked, Row, Table, Value, chosen, dispersion_of, end
 MOST, MOST_SHORT = 30, 8
 """Most blocks on a page; most lines on a terminal."""
 LEAD = "block", "floor", "level", "samples", "rate", "chance", "model_range"
-SHORT = "block", "floor", "level", "dispersion", "others", "rate", "chance", "model_range"
+SHORT = "block", "floor", "level", "others", "chance", "model_range"
 NOT_FOUND = {ALL: "at every level", NONE: "never seen"}
 """In place of a level, by the status of the curve."""
 BEYOND = "{}: {} of the rate comes from shaking {}."
@@ -74,7 +74,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
             extrapolated += shares
             marks = " ".join([*(["*"] if far > NOTABLE else []), *(["‡"] if shares else [])])
             rate, chance = _rate(curve, laws, float(results.attrs["years"]))
-            row |= {"rate": Marked(rate, marks) if marks else rate, "chance": chance}
+            row |= {"rate": rate, "chance": Marked(chance, marks) if marks else chance}
         if has_model_range(here, ranged):
             row["model_range"] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
         rows.append(row)

@@ -60,7 +60,7 @@ def sizes(results: xr.Dataset) -> Table:
     rows: list[Row] = [
         {
             "name": _with_key(label),
-            **{column.key: results[column.key].values[i].item() for column in columns},
+            **{column.key: results[column.key][i].item() for column in columns},
             "p58": float(medians.get(_key(label), math.nan)),
             "stands": _stands(blocks[i]) if stands else None,
         }

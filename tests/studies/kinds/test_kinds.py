@@ -117,7 +117,7 @@ motions = { seed = 8 }
         found = run(tmp_path, BLOCKS, MODELS, strong, '[cloud]\nim = "pgv"\n', "[screen]\nundecided = 0.0\n")
         assert "level" not in found.dims
         assert found.overturned.dims == ("block", "model", "motion")
-        assert "Peak ground velocity (m/s) at which half of the runs" in capsys.readouterr().out
+        assert "Fragility curves" in capsys.readouterr().out
 
     @pytest.mark.slow
     def test_several_buildings(self, tmp_path):
@@ -153,7 +153,7 @@ class TestRisk:
             np.testing.assert_array_equal(own[name], direct[name])
         out = capsys.readouterr().out
         assert "in 20 years" in out
-        assert "overturns with 5\u00a0% in 20 years" in out.replace("\n", " ")
+        assert "overturns with 5\u00a0% in 20 years" in " ".join(out.split("\n")).replace("  ", " ")
         width = found.size_width.values
         rates = found.rate.values
         goal = -np.log1p(-0.05) / 20.0
@@ -196,7 +196,7 @@ R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower =
         assert found.sobol_total.dims == ("block", "model", "input", "output")
         assert {"sobol_first_upper", "friction_uplift"} <= {*found.data_vars}
         out = capsys.readouterr().out
-        assert "Sobol' indices of the probability of overturning" in " ".join(out.split())
+        assert "Sobol’ indices" in out
         for name in ("uncertainty", "sobol"):
             assert (tmp_path / f"out/{name}.png").stat().st_size > 10_000
 
@@ -301,7 +301,7 @@ class TestPerformance:
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')
         assert found.attrs["basis"] == "intensity"
-        assert "At PGA of the ground = 0.408 g, EUR" in capsys.readouterr().out
+        assert "Expected at PGA of the ground = 0.408 g" in capsys.readouterr().out
         scenario = '[performance]\ninventory = "things.csv"\n'
         (tmp_path / "two").mkdir()
         (tmp_path / "two/things.csv").write_text(INVENTORY, encoding="utf-8")

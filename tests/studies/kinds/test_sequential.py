@@ -33,7 +33,7 @@ from toppling.studies.facts.say import remedy, say
 from toppling.studies.plan.designs import KeptMotions
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
-from toppling.studies.tables.blocks import short_blocks
+from toppling.studies.tables.blocks import lead_blocks, short_blocks
 from toppling.studies.tables.precision import precision
 from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
@@ -234,7 +234,7 @@ def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
     fact = next(curves.answer(results))
     assert np.isnan([fact.lower, fact.upper]).all()
     assert f"with a chance of {about_percent(fact.value)} (interval not known) in 50 years" in say(fact, "page")
-    assert "no interval" in short_blocks(results).texts("rate")[0]
+    assert "no interval" in lead_blocks(results).texts("rate")[0]
     assert write_report(tmp_path / "out/results.nc", tmp_path / "report.html")
 
 

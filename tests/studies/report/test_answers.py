@@ -352,7 +352,7 @@ class TestFacts:
         results = loaded(folder).copy(deep=True)
         results["rate_share_above"][:] = [[0.0, 0.01], [0.0, 0.78]]
         table = lead_blocks(results)
-        assert [text.endswith(" *") for text in table.texts("rate")] == [False, True]
+        assert [text.endswith(" *") for text in table.texts("chance")] == [False, True]
         assert "*: 78\u00a0% of the rate" in table.note
         results["rate_share_above"][:, 1] = [0.12, 0.78]
         assert "*: 12\u00a0% to 78\u00a0% of the rate" in lead_blocks(results).note

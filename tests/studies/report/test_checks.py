@@ -141,7 +141,7 @@ class TestChecks:
         assert said == say(found, "page")
         table = lead_blocks(results)
         assert "‡: 30\u00a0% of the rate" in table.note
-        assert all(row["rate"].mark.endswith("‡") for row in table.lines)
+        assert all(row["chance"].mark.endswith("‡") for row in table.lines)
         assert said in verdict(results, True)[0]
         results["probability_at_highest_level"][:] = 0.97
         results["rate_above_highest_level"][:] = 0.31 * results["rate"]

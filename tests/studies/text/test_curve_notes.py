@@ -384,8 +384,7 @@ class TestUncertainRates:
         study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
         assert main(["run", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         out = capsys.readouterr().out
-        assert "mean of the samples" in " ".join(out.split())
-        assert "10 % overturn at" in " ".join(out.split())
+        assert {"Fragility curves", "Return periods and chances"} <= {line.strip() for line in out.splitlines()}
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv", "--model", "housner"]) == 0
         assert "2 curves for csv" in capsys.readouterr().out
         rows = (tmp_path / "out/export/curves.csv").read_text(encoding="utf-8").splitlines()
