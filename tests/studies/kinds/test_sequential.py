@@ -35,9 +35,9 @@ from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.tables.blocks import lead_blocks, short_blocks
 from toppling.studies.tables.precision import precision
+from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
-from toppling.studies.text.precision import precision_rows
 
 STUDY = """
 title = "As many as needed"
@@ -244,7 +244,7 @@ def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
     fact = facts_of(curves.answer, results)["rate.fitted_differs"]
     assert fact.value == float(results["fitted_risk_probability"][0, 0])
     assert say(fact, "page") in verdict(results, True)[0]
-    assert precision_rows(results).rows[0][-1] == "by +30 %"
+    assert precision(results).lines[0]["apart"] == 0.3
 
 
 @pytest.mark.slow
@@ -445,12 +445,12 @@ def test_motions_forecast_are_those_measured(until, measured):
 
 def test_the_table_says_what_was_asked_and_reached(finished):
     results, _ = finished
-    rows = precision_rows(results)
-    assert "±15 % of the half level" in rows.title
-    assert len(rows.rows) == 2
-    assert sum(int(row[4].replace(",", "")) for row in rows.rows) == results.sizes["run"]
-    assert {row[5] for row in rows.rows} == {"precision reached"}
-    assert precision_rows(xr.Dataset()) is None
+    table = precision(results)
+    assert "15 % of the half level" in table.note
+    assert len(table.rows) == 2
+    assert sum(table.column("runs")) == results.sizes["run"]
+    assert {*table.column("stopped")} == {"precision reached"}
+    assert not REGISTRY["precision"].applies(xr.Dataset())
 
 
 def test_what_is_not_reached_is_a_note(study):
@@ -524,15 +524,15 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
 
 def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
     results, _ = slipping
-    rows = precision_rows(results).rows
+    rows = precision(results).lines
     assert len(rows) == 2 + 4
-    name, median, reached, motions, runs, why = rows[2]
+    name, median, reached, motions, runs, why = rows[2].values()
     assert name == f"{results['block'].values[0]}, slip over 5 cm where it slides"
-    assert median == "{:.3g} ({:.3g}–{:.3g})".format(
-        *(float(results[f"slip_target{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
+    assert [*median] == pytest.approx(
+        [float(results[f"slip_target{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
     )
-    assert reached == f"±{100.0 * float(results['slip_half_width'][0, 0]):.1f} %"
-    assert float(reached[1:-2]) < 15.0
+    assert reached == float(results["slip_half_width"][0, 0])
+    assert reached < 0.15
     assert (int(motions), int(runs)) == (results["slip_motions_run"][0, 0], results["slip_runs"][0, 0])
     assert why == "precision reached"
 
