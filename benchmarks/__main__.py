@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..models.runs import prepare
-from ..studies.text.rows import plain_table
+from ..studies.tables.terminal import rendered
 from ..studies.text.terminal import say, terminal
 from . import flags, page, precision, scale, scenes, speed, whole
 from .measure import Row, machine
@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     console = terminal()
     for table in page.summary(results):
-        console.print(plain_table(table.title, table.headings, table.rows))
+        console.print(*rendered(table, console.width), sep="\n", end="")
     say(console, *(f"written: {path}" for path in written))
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined
 
 from ..core.writing import whole_file, write_bytes
-from ..studies.text.rows import Rows
+from ..studies.tables.table import Table
 from . import figures, scenes, whole
 from .measure import ENGINE, Row
 from .pages.tables import table as markdown
@@ -94,7 +94,10 @@ def text(results: Row) -> str:
     if "flags" in results:
         numbers |= _of_flags(results["flags"])
     shown = {
-        part: [markdown(rows.headings, rows.rows) for rows in tables(results[part])]
+        part: [
+            markdown([column.heading for column in made.columns], map(made.cells, made.lines))
+            for made in tables(results[part])
+        ]
         for part, tables in TABLES.items()
         if part in results
     }
@@ -102,9 +105,9 @@ def text(results: Row) -> str:
     return environment.from_string(template).render(numbers, tables=shown)
 
 
-def summary(results: Row) -> list[Rows]:
+def summary(results: Row) -> list[Table]:
     """Return all tables."""
-    return [rows for part, tables in TABLES.items() if part in results for rows in tables(results[part])]
+    return [table for part, tables in TABLES.items() if part in results for table in tables(results[part])]
 
 
 def span(values: Iterable[float], digits: int = 1) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from ..studies.text.rows import Rows
+from ..studies.tables.table import Column, Table
 from .measure import ENGINE, Row
 from .problems import CASES
 from .speed import YARDSTICK
@@ -50,16 +50,22 @@ def short(law: str) -> str:
     return f"{name} geometry=exact" if name == "housner" else name
 
 
-def _speed(rows: Sequence[Row]) -> Iterator[Rows]:
+def table(title: str, headings: Sequence[str], lines: Sequence[Sequence[str]]) -> Table:
+    """Return a table of texts, with numbers to the right of the first column."""
+    columns = [Column(str(i), heading, "short" if i else "text") for i, heading in enumerate(headings)]
+    return Table(title, columns, [{str(i): cell for i, cell in enumerate(line)} for line in lines])
+
+
+def _speed(rows: Sequence[Row]) -> Iterator[Table]:
     headings = ("engine", "RK4", "ratio")
     cells = [(row["law"], (cost(row["engine"]), cost(row["yardstick"]), f"{row['share']:.2f}")) for row in rows]
     laws = dict.fromkeys(law for law, _ in cells)
     lines = [(short(law), *(cell for of, row in cells if of == law for cell in row)) for law in laws]
     title = f"ns per sample and run, engine without skipping and {YARDSTICK.name}"
-    yield Rows(title, ("law", *(f"{case}: {heading}" for case in CASES for heading in headings)), lines)
+    yield table(title, ("law", *(f"{case}: {heading}" for case in CASES for heading in headings)), lines)
 
 
-def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
+def _scenes(rows: Sequence[Row]) -> Iterator[Table]:
     laws = list(dict.fromkeys(row["law"] for row in rows))
     known = {(row["scene"], row["law"]): (f"{row['cost']:.1f}", f"{row['ratio']:.2f}") for row in rows}
     lines = [
@@ -67,16 +73,16 @@ def _scenes(rows: Sequence[Row]) -> Iterator[Rows]:
         for scene in dict.fromkeys(row["scene"] for row in rows)
     ]
     headings = ("scene", *(f"{short(law)}: {heading}" for law in laws for heading in ("µs", "ratio")))
-    yield Rows("Cost of a run in a scene, and over a run of the free block", headings, lines)
+    yield table("Cost of a run in a scene, and over a run of the free block", headings, lines)
 
 
-def _sliding(found: Row) -> Iterator[Rows]:
+def _sliding(found: Row) -> Iterator[Table]:
     headings = ("shaking", "PFA, m/s²", "vertical, m/s²", "slips in 1,000 samples", "ns", "with skips, ns")
     lines: list[tuple[str, ...]] = []
     for row in found["cost"]:
         shaking = (row["case"], f"{row['horizontal']:g}", f"{row['vertical']:g}" if row["vertical"] else "–")
         lines.append((*shaking, f"{row['slips']:.1f}", f"{row['whole']:.2f}", f"{row['skipping']:.2f}"))
-    yield Rows("ns per sample and run of sliding blocks", headings, lines)
+    yield table("ns per sample and run of sliding blocks", headings, lines)
     rows = found["newmark"]["rows"]
     if not rows:
         return
@@ -87,10 +93,10 @@ def _sliding(found: Row) -> Iterator[Rows]:
         here = [row for row in rows if row["ratio"] == ratio]
         cells = [percent(row[name]) for row in here for name in ("median", "largest")]
         lines.append((f"{ratio:g}", f"{here[0]['slip']:.2g}", *cells))
-    yield Rows("pyslammer's slips of Newmark's block: difference by samples for one of the record", columns, lines)
+    yield table("pyslammer's slips of Newmark's block: difference by samples for one of the record", columns, lines)
 
 
-def _scale(found: Row) -> Iterator[Rows]:
+def _scale(found: Row) -> Iterator[Table]:
     lines: list[tuple[str, ...]] = []
     for point in found["points"]:
         wall, memory, before = point["wall"], point["memory"] / 1e6, point["memory_before"] / 1e6
@@ -101,29 +107,29 @@ def _scale(found: Row) -> Iterator[Rows]:
         *("runs", "wall time, s", "cores in use", "CPU time a run, µs"),
         *("peak memory, MB", "of it before the analysis, MB"),
     )
-    yield Rows("Cost of an IDA with two threads, flags only", headings, lines)
+    yield table("Cost of an IDA with two threads, flags only", headings, lines)
     threads = found["threads"]
     lines = [
         (str(row["threads"]), *(f"{row[name]:.2f}" for name in ("wall", "cpu", "engine", "alone")))
         for row in threads["rows"]
     ]
     headings = ("threads", "wall time, s", "CPU time, s", "of it the engine's, s", "the calling thread's, s")
-    yield Rows(f"An analysis of {threads['runs']:,} runs by threads", headings, lines)
+    yield table(f"An analysis of {threads['runs']:,} runs by threads", headings, lines)
 
 
-def _motions(rows: Sequence[Row]) -> Iterator[Rows]:
+def _motions(rows: Sequence[Row]) -> Iterator[Table]:
     lines = [(row["what"], f"{row['cpu']:.2f}", f"{row['target']:g}") for row in rows]
-    yield Rows("Motions, CPU time of one thread", ("what", "ms a motion", "target, ms"), lines)
+    yield table("Motions, CPU time of one thread", ("what", "ms a motion", "target, ms"), lines)
 
 
-def _start(rows: Sequence[Row]) -> Iterator[Rows]:
+def _start(rows: Sequence[Row]) -> Iterator[Table]:
     lines = [
         (row["what"], f"{row['cpu']:.2f}", "–" if row["target"] is None else f"{row['target']:.2f}") for row in rows
     ]
-    yield Rows("Starting up, CPU time of a whole process", ("what", "CPU time, s", "target, s"), lines)
+    yield table("Starting up, CPU time of a whole process", ("what", "CPU time, s", "target, s"), lines)
 
 
-def _studies(found: Row) -> Iterator[Rows]:
+def _studies(found: Row) -> Iterator[Table]:
     names = {
         "first": "office study, first run after installation",
         "compiling": "of it, compiling",
@@ -134,7 +140,7 @@ def _studies(found: Row) -> Iterator[Rows]:
         "large_cpu": f"large study, {found['large_runs']:,} runs, two threads",
     }
     lines = [(text, f"{found[name]:.1f}") for name, text in names.items()]
-    yield Rows("Frozen studies, CPU time", ("what", "CPU time, s"), lines)
+    yield table("Frozen studies, CPU time", ("what", "CPU time, s"), lines)
     columns = {
         "one thread, s": f"{found['wall_one']:.1f}",
         "two threads, s": f"{found['wall_two']:.1f}",
@@ -143,7 +149,7 @@ def _studies(found: Row) -> Iterator[Rows]:
         "of one thread's time": percent(found["serial"] / found["wall_one"]),
         f"bound on {CORES} cores": f"{found['bound']:.1f}",
     }
-    yield Rows("The large study by threads, wall time", [*columns], [[*columns.values()]])
+    yield table("The large study by threads, wall time", [*columns], [[*columns.values()]])
 
 
 def next_right(law: str, rows: Sequence[Row]) -> Row | None:
@@ -160,7 +166,7 @@ def next_right(law: str, rows: Sequence[Row]) -> Row | None:
     return min(right, key=lambda row: float(row["cost"]), default=None)
 
 
-def _precision(found: Row) -> Iterator[Rows]:
+def _precision(found: Row) -> Iterator[Table]:
     headings = (
         *("law", "ns", "error", "1e-13 moves the truth by", "wrong flags"),
         *("cheapest right rival", "its ns", "its error"),
@@ -174,10 +180,10 @@ def _precision(found: Row) -> Iterator[Rows]:
         flags = f"{ours['wrong_flags']} of {ours['flags']}"
         cells = (short(ours["law"]), cost(ours["cost"]), error(ours["trajectory_max"]), error(ours["twin"]), flags)
         lines.append((*cells, *theirs))
-    yield Rows("The engine against the 40-digit truth: largest error of the trajectory over α", headings, lines)
+    yield table("The engine against the 40-digit truth: largest error of the trajectory over α", headings, lines)
 
 
-def _flags(rows: Sequence[Row]) -> Iterator[Rows]:
+def _flags(rows: Sequence[Row]) -> Iterator[Table]:
     headings = (
         *("law", "integrator", "wrong flags", "share", "of them overturned"),
         *("median: mean change", "largest", "β: mean change", "largest"),
@@ -194,10 +200,10 @@ def _flags(rows: Sequence[Row]) -> Iterator[Rows]:
         )
         for row in rows
     ]
-    yield Rows("Wrong verdicts", headings, lines)
+    yield table("Wrong verdicts", headings, lines)
 
 
-TABLES: dict[str, Callable[[Any], Iterator[Rows]]] = {
+TABLES: dict[str, Callable[[Any], Iterator[Table]]] = {
     "speed": _speed,
     "scenes": _scenes,
     "sliding": _sliding,

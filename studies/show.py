@@ -15,15 +15,13 @@ from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
 from .text.error import writing
 from .text.names import drawable
 from .text.reached import within_levels
-from .text.rows import Rows, plain_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.table import Table
+
+    from .tables.table import Table
 
 FRAGILITY, SENSITIVITY = "fragility", "sensitivity"
-MOST_SPREAD = 30
-"""Most places and pieces in the table of rates over branches; the results hold all of them."""
 MOST_RANKINGS = 8
 """Figures of rankings at the most, one for each block (and floor); the results hold all rankings."""
 
@@ -32,27 +30,16 @@ MOST_RANKINGS = 8
 
 def tables(results: xr.Dataset) -> list[Table]:
     """Return the tables of a study's results."""
-    kind, results = str(results.attrs["kind"]), within_levels(results)
-    if kind == FRAGILITY:
-        return list(_TABLES[kind](results))
-    first = shown(results)
-    made = list(_TABLES[kind](first))
-    # (each table of a sensitivity study is of one block: the title of the first names the selection for all)
-    said = made[:1] if kind == SENSITIVITY else made
-    for table in said if chosen_of(first) else ():
-        table.title = f"{table.title}; {chosen_of(first)}"
-    return made
+    from .tables import registry  # noqa: PLC0415
+
+    return list(registry.tables(results))
 
 
 def short(results: xr.Dataset) -> list[Table]:
-    """Return the tables that a study ends with on a terminal; none where sentences say it."""
-    from .tables.kits import short_kit_rows  # noqa: PLC0415
-    from .tables.short import MOST, short_rows  # noqa: PLC0415
-    from .text.words import reference_law  # noqa: PLC0415
+    """Return the tables that a study ends with on a terminal."""
+    from .tables import registry  # noqa: PLC0415
 
-    kits = short_kit_rows(results, reference_law(results)[0], MOST)
-    first = short_rows(within_levels(results))
-    return [plain_table(*rows, wrapped=rows is kits) for rows in (first, kits) if rows is not None]
+    return list(registry.tables(results, registry.SHORT))
 
 
 def hints(results: xr.Dataset) -> list[str]:
@@ -95,36 +82,6 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
     return written
 
 
-def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .region.rows import event_rows, region_rows, surface_rows  # noqa: PLC0415
-    from .tables.axes import axis_rows  # noqa: PLC0415
-    from .tables.branches import spread_rows  # noqa: PLC0415
-    from .tables.breaks import break_rows  # noqa: PLC0415
-    from .tables.fragility import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
-    from .tables.gains import gain_rows  # noqa: PLC0415
-    from .tables.selections import selection_rows  # noqa: PLC0415
-    from .tables.slides import edge_rows, slide_rows  # noqa: PLC0415
-    from .text.precision import precision_rows  # noqa: PLC0415
-
-    first = shown(results)
-    rated = shown(results, RATE) if "rate" in results else results
-    yield from _there(surface_rows(results), *region_rows(results), *event_rows(results))
-    yield fragility_table(first)
-    if "rate" in results:
-        yield risk_table(rated)
-    yield from _there(precision_rows(first), gain_rows(results), break_rows(results), edge_rows(results))
-    yield from _there(slide_rows(results), axis_rows(first), selection_rows(results), spread_rows(rated))
-    if "size_along" in results.attrs:
-        yield size_table(results)
-    if "measure_rank" in results:
-        yield from _there(*measure_rows(first))
-
-
-def _there(*rows: Rows | None) -> Iterator[Table]:
-    """Yield the tables for a terminal of those rows that results have."""
-    return (plain_table(*one) for one in rows if one is not None)
-
-
 def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plan.estimates import ranking_of_measures  # noqa: PLC0415
     from .plots.branches import spread_figure  # noqa: PLC0415
@@ -157,13 +114,6 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
             yield f"measures_{i}", ranking_figure(ranking, str(block), floor)
 
 
-def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .tables.uncertainty import index_rows, median_rows, rate_rows, share_rows  # noqa: PLC0415
-
-    rated = rate_rows(results) if "rate" in results else None
-    yield from _there(median_rows(results), rated, share_rows(results), index_rows(results))
-
-
 def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots.indices import index_figure  # noqa: PLC0415
     from .plots.uncertainty import uncertainty_figure  # noqa: PLC0415
@@ -171,35 +121,6 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     yield "uncertainty", uncertainty_figure(results)
     if "sobol_first" in results:
         yield "sobol", index_figure(results)
-
-
-def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .kinds.performance import ranking_of  # noqa: PLC0415
-    from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
-    from .tables.axes import axis_rows  # noqa: PLC0415
-    from .tables.branches import amount_spread_rows, consequence_spread_rows, spread_rows  # noqa: PLC0415
-    from .tables.item_slides import item_slide_rows  # noqa: PLC0415
-    from .tables.kits import kit_rows, level_break_rows, static_rows  # noqa: PLC0415
-    from .tables.pieces import code_rows, piece_rows  # noqa: PLC0415
-    from .text.spread import rates_of_building  # noqa: PLC0415
-    from .text.words import reference_law  # noqa: PLC0415
-
-    at, _ = reference_law(results)
-    for k, model in enumerate(results["model"].values):
-        level = None if "annual_number" in results else float(results.attrs["at_level"])
-        whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
-        pieces = piece_rows(results, k, branches=k == at)
-        for rows in (pieces, kit_rows(results, k), item_slide_rows(results, k), whole):
-            if rows is not None:
-                yield plain_table(f"{rows.title}: {model}", *rows[1:])
-        consequences = consequence_rows(results, level, str(model))
-        yield from _there(consequences, ranking_rows(ranking_of(results), str(model)))
-    if "branch" in results.dims:
-        spread = spread_rows(rates_of_building(results).isel(block=slice(MOST_SPREAD)))
-        for rows in (spread, amount_spread_rows(results), consequence_spread_rows(results)):
-            if rows is not None and rows.rows:
-                yield plain_table(*rows)
-    yield from _there(axis_rows(results), static_rows(results), level_break_rows(results, at), code_rows(results))
 
 
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
@@ -221,24 +142,12 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     yield "anchoring", anchoring_figure(results)
 
 
-def _sensitivity_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .tables.sensitivity import median_rows, probability_rows  # noqa: PLC0415
-
-    return _there(*median_rows(results), *probability_rows(results))
-
-
 def _sensitivity_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots.sensitivity import figures  # noqa: PLC0415
 
     yield from figures(results)
 
 
-_TABLES: dict[str, Callable[[xr.Dataset], Iterator[Table]]] = {
-    FRAGILITY: _fragility_tables,
-    "uncertainty": _uncertainty_tables,
-    "performance": _performance_tables,
-    SENSITIVITY: _sensitivity_tables,
-}
 _FIGURES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, Figure]]]] = {
     FRAGILITY: _fragility_figures,
     "uncertainty": _uncertainty_figures,

@@ -14,7 +14,8 @@ from typing import NamedTuple
 from ...core.writing import write_bytes
 from ...models.runs import engine_identity
 from ...studies.show import save_figures
-from ...studies.tables.values import Cell, ValueTable, csv_bytes, known
+from ...studies.tables.files import csv_bytes
+from ...studies.tables.table import Column, Table, Value
 from .classes import ClassFit
 from .figures import calibration_figure
 from .predictions import Prediction, predict, predict_measured
@@ -51,7 +52,7 @@ def validate(path: Path, folder: Path, granite_folder: Path | None = None, blind
     replays = None if granite_folder is None else replay(*read_runs(granite_folder))
     made = predict_all([row.test for row in rows], replays, {} if blind is None else read_predictions(blind))
     folder.mkdir(parents=True, exist_ok=True)
-    write_bytes(folder / PREDICTIONS, csv_bytes(ValueTable(HEADINGS, [[*_cells(one), of] for one, of in made])))
+    write_bytes(folder / PREDICTIONS, _csv(HEADINGS, [[*_cells(one), of] for one, of in made]))
     # (outcomes from here on)
     rocks: list[Granite] = []
     outcomes = None
@@ -59,18 +60,17 @@ def validate(path: Path, folder: Path, granite_folder: Path | None = None, blind
         outcomes = read_granite_outcomes(granite_folder, replays.runs)
         rocks = granite(replays, outcomes)
     second = [second_prediction(row, replays, rocks) for row in rows]
-    measured = ValueTable(HEADINGS[:-1], [_cells(one) for one in second if one is not None])
-    write_bytes(folder / MEASURED, csv_bytes(measured))
+    write_bytes(folder / MEASURED, _csv(HEADINGS[:-1], [_cells(one) for one in second if one is not None]))
     found = [
         compared(row, one, other, None if replays is None or outcomes is None else units_of(row, replays, outcomes))
         for row, (one, _), other in zip(rows, made, second, strict=True)
     ]
-    seen = [
-        [row.row.test.id, *map(known, (row.observed, row.lower, row.upper)), row.overlap if row.judged else None]
+    seen: list[list[Value]] = [
+        [row.row.test.id, row.observed, row.lower, row.upper, row.overlap if row.judged else None]
         for row in found
         if row.prediction.made
     ]
-    write_bytes(folder / OUTCOMES, csv_bytes(ValueTable(["id", "observed", "lower", "upper", "overlap"], seen)))
+    write_bytes(folder / OUTCOMES, _csv(["id", "observed", "lower", "upper", "overlap"], seen))
     figure = calibration_figure(found)
     if figure is not None:
         save_figures([(FIGURE, figure)], folder)
@@ -134,5 +134,9 @@ def read_predictions(path: Path) -> dict[str, tuple[Prediction, str]]:
     return found
 
 
-def _cells(one: Prediction) -> list[Cell]:
-    return [one.id, *(known(value) for value in (one.value, one.lower, one.upper, one.dispersion)), one.how]
+def _cells(one: Prediction) -> list[Value]:
+    return [one.id, one.value, one.lower, one.upper, one.dispersion, one.how]
+
+
+def _csv(headings: list[str], rows: list[list[Value]]) -> bytes:
+    return csv_bytes(Table("", [*map(Column, headings)], [dict(zip(headings, row, strict=True)) for row in rows]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -33,8 +34,10 @@ from .recommendations import (
     settled,
 )
 from .sliding import ITEM_MOVES_SHARE, MOVES_SHARE, shares_with_moving_supports
-from .variables import ITEM_SAVING, JOINT, variable
+from .variables import DOUBTFUL, ITEM_SAVING, JOINT, variable
 
+RANKING = "ranked_"
+"""Prefix of the names of the ranking's variables, beside those of the assessment."""
 TEXTS = {
     "status": "what the code says of anchoring it",
     "clause": "clause that says so",
@@ -172,6 +175,16 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
         )
     moving = {str(below) for below in here["stands_on"].values[uncertain]} if uncertain.any() else set()
     return _sorted(carriers(recommended(found), moving), str(results.attrs.get("sort", SORTS[0])))
+
+
+def ranking_of(results: xr.Dataset) -> xr.Dataset:
+    """Return the ranking held by a performance study's results, as `anchoring` returns it."""
+    own = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
+    ranked = results[own].rename({name: name.removeprefix(RANKING) for name in own})
+    keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
+    doubtful = squat_items(results) | on_moving_supports(results)
+    ranked = ranked.assign_coords({DOUBTFUL: ("item", doubtful)})
+    return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
 def squat_items(results: xr.Dataset) -> Flags:

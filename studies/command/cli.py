@@ -26,7 +26,7 @@ from ...core.limits import memory_limit
 from ...core.wording import counted, system_reason
 from ..single.command import simulate_one
 from ..text.encoding import json_text, printable, write_anything
-from ..text.terminal import fitted, say, terminal
+from ..text.terminal import say, terminal
 from .choices import ExportFormat, Starter
 
 if TYPE_CHECKING:
@@ -173,6 +173,7 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
     """Print a study's answer, or all its tables and notes, and write its figures; `told`: notes that are printed."""
     from .. import show
     from ..store.folder import RESULT_NAME
+    from ..tables.terminal import rendered
     from .verdict import verdict
 
     tables = show.tables(results) if verbose else show.short(results)
@@ -180,8 +181,7 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
     if not verbose:
         say(console, *answer)
     for table in tables:
-        for part in fitted(table, console.width):
-            console.print(part)
+        console.print(*rendered(table, console.width), sep="\n", end="")
     notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in told]
     say(console, *show.hints(results), *([f"note: {note}" for note in notes] if verbose else validity))
     more = f" ({counted(len(notes), 'further note')}; --verbose prints them)" if notes and not verbose else ""
@@ -424,8 +424,8 @@ def compare(
         The other results; may be left out with --laws.
     """
     from ..comparison.compare import compare as compared
+    from ..tables.terminal import rendered
     from ..text.error import StudyError
-    from ..text.rows import plain_table
 
     if b is None and laws is None:
         raise StudyError(f"{a}: name a second result to compare it with, or two of its laws with --laws")
@@ -433,9 +433,8 @@ def compare(
     with console.status("fitting the curves again to resampled motions"):
         found = compared(a, a if b is None else b, out, laws, verify)
     say(console, *found.head)
-    for rows in found.tables:
-        for part in fitted(plain_table(*rows), console.width):
-            console.print(part)
+    for table in found.tables:
+        console.print(*rendered(table, console.width), sep="\n", end="")
     say(console, *found.tail, *(f"written: {path}" for path in found.written))
 
 

@@ -21,9 +21,9 @@ from ...motions.readers.lines import RecordError
 from ..file.analyses import LevelsTable
 from ..file.schema import read_study_file
 from ..inventory.reading import KIND, example_path
+from ..tables.files import timeless
 from ..text.error import StudyError
 from .choices import Starter
-from .piece_files import timeless
 
 STUDY = "study.toml"
 EARTHQUAKES: dict[Starter, tuple[float, float]] = {

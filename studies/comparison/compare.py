@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...core.wording import confidence_text, counted
 from ...core.writing import write_bytes
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN
-from ..report.cells import page_table
 from ..report.page import drawn_of, environment, texts
 from ..show import save_figures
 from ..store.outputs import own_files
-from ..tables.values import csv_bytes
+from ..tables.files import csv_bytes
+from ..tables.table import Column, Table
 from ..text.error import StudyError, writing
 from ..text.glossary import used
-from ..text.rows import Rows, plain_table
 from .curves import compare_curves
 from .inputs import differences_in_words
 from .pieces import compare_pieces
-from .ratios import ANCHORED_IN, Line, Quantity, law_text, rows_of, value_table, whole_rows
+from .ratios import ANCHORED_IN, Line, Quantity, exported_lines, law_text, table_of
 from .sides import PIECES, Side, titles_of, two_sides
 
 ONE = {
@@ -124,7 +123,7 @@ class Comparison(NamedTuple):
     """Two results side by side: lines to print before and after the tables, the tables, and the files written."""
 
     head: list[str]
-    tables: list[Rows]
+    tables: list[Table]
     tail: list[str]
     written: list[Path]
 
@@ -156,16 +155,16 @@ def compare(
         differences = differences_in_words(a, b, found.names, found.laws)
         compared = {line.quantity for line in found.lines}
         told = [one for one in found.quantities if one.name in compared and one.shown]
-        tables = [rows_of(found.lines, one, sure) for one in told if not one.whole]
-        whole = [one for one in told if one.whole]
-        tables += [whole_rows(found.lines, whole, sure)] if whole else []
+        whole = [quantity for quantity in told if quantity.whole]
+        tables = [table_of(found.lines, [quantity], sure) for quantity in told if not quantity.whole]
+        tables += [table_of(found.lines, whole, sure)] if whole else []
         said = [answer(found.lines, one) for one in told]
         legend = reading([line for line in found.lines if line.quantity in {one.name for one in told}])
         page = _html_page(a, b, titles, said, differences, tables, [legend, *found.notes], draw)
         drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [
-            _write(folder / TABLE, csv_bytes(value_table(found.lines, found.quantities))),
+            _write(folder / TABLE, csv_bytes(exported_lines(found.lines, found.quantities))),
             *save_figures(drawn, folder),
             _write(folder / PAGE, page.encode("utf-8")),
         ]
@@ -179,12 +178,11 @@ def _html_page(
     titles: tuple[str, str],
     sentences: Sequence[str],
     differences: Sequence[str],
-    tables: Sequence[Rows],
+    tables: Sequence[Table],
     reading: Sequence[str],
     draw: Draw,
 ) -> str:
     """Return the page of a comparison; the same results give the same text."""
-    of_page = [page_table(plain_table(*rows)) for rows in tables]
     drawn = drawn_of(draw)
     content = {
         "title": "Two studies side by side",
@@ -192,7 +190,7 @@ def _html_page(
         "cover": list(zip("AB", titles, strict=True)),
         "sentences": _as_sentences(sentences),
         "differences": _as_sentences(differences),
-        "tables": of_page,
+        "tables": list(tables),
         "reading": [RATIOS, *_as_sentences(reading)],
     }
     rows = [
@@ -200,7 +198,8 @@ def _html_page(
         ("made by toppling", *(str(one.results.attrs.get("toppling_version", "")) for one in (a, b))),
         ("content (SHA-256)", *(str(one.results.attrs.get("content_sha256", "not stated")) for one in (a, b))),
     ]
-    provenance = page_table(plain_table(*Rows("The results that are compared", ("", "A", "B"), rows)), words=True)
+    columns = Column("what"), Column("a", "A"), Column("b", "B")
+    provenance = Table("Compared results", columns, [{"what": what, "a": of_a, "b": of_b} for what, of_a, of_b in rows])
     terms = used(texts(content))
     template = environment(escaping=True).get_template("comparison.html.j2")
     return template.render(**content, provenance=provenance, terms=terms, figures=drawn)

@@ -8,10 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.wording import about_percent, chances_between, interval_text, ratio_text, three_digits
 from ..buildings.recommendations import Range
-from ..tables.values import ValueTable, known
-from ..text.rows import Rows
+from ..tables.table import ENDS, INTERVALS, Column, Row, Table, Value
 from .sides import Matched
 
 MOST_ROWS = 60
@@ -20,36 +18,56 @@ MOST_ROWS = 60
 
 MOST_RATIO = 1e4
 """Ratio beyond which an end of its interval is open: no study has runs over such a range."""
-SIDES = ("A", "B", "B/A", "B against A")
 
 
-def rows_of(lines: Sequence[Line], quantity: Quantity, confidence: str) -> Rows:
-    """Return the table of one quantity."""
-    own = [line for line in lines if line.quantity == quantity.name]
-    kept = furthest(own, MOST_ROWS)
-    laws = len({line.laws for line in own}) > 1
-    headings = ("", *(["law"] if laws else []), *SIDES)
-    rows = []
-    for line in kept:
-        name = f"{line.name} ({line.place})" if line.place else line.name
-        rows.append((name, *([law_text(line.laws)] if laws else []), *_cells(line, quantity)))
-    first = f"; the {MOST_ROWS} of {len(own):,} with the largest changes" if len(kept) < len(own) else ""
-    unit = f" ({quantity.unit})" if quantity.unit else ""
-    reading = f"; {quantity.reading}" if quantity.reading else ""
-    return Rows(f"{quantity.title}{unit} with {confidence} intervals{reading}{first}", headings, rows)
+def table_of(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: str) -> Table:
+    """Return the table of one quantity by block or piece, or of quantities of the whole building."""
+    first = quantities[0]
+    names = {quantity.name for quantity in quantities}
+    of_names = [line for line in lines if line.quantity in names]
+    kept = of_names if first.whole else furthest(of_names, MOST_ROWS)
+    several = len({line.laws for line in (lines if first.whole else of_names)}) > 1
+    rows = [
+        {
+            "name": _title(quantity) if first.whole else f"{line.name} ({line.place})" if line.place else line.name,
+            "law": law_text(line.laws) if several else None,
+            "a": _value(line.a, line.said_a, quantity),
+            "b": _value(line.b, line.said_b, quantity),
+            "ratio": _open(line.ratio),
+            "verdict": line.verdict or None,
+        }
+        for quantity in quantities
+        for line in kept
+        if line.quantity == quantity.name
+    ]
+    form = "text" if first.whole else "chance" if first.chance else "three"
+    columns = (
+        *(Column("name"), Column("law", "law"), Column("a", "A", form), Column("b", "B", form)),
+        *(Column("ratio", "B/A", "ratio3"), Column("verdict", "B against A")),
+    )
+    most = f"The table has the {MOST_ROWS} of {len(of_names):,} rows with the largest changes."
+    reading = f"{first.reading[:1].upper()}{first.reading[1:]}." if first.reading else ""
+    notes = INTERVALS.format(confidence), reading, most if len(kept) < len(of_names) else ""
+    return Table.of("The whole building" if first.whole else _title(first), columns, rows, *notes)
 
 
-def whole_rows(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: str) -> Rows:
-    """Return the table of quantities of the whole building, a row each."""
-    laws = len({line.laws for line in lines}) > 1
-    rows = []
-    for quantity in quantities:
-        name = f"{quantity.title} ({quantity.unit})" if quantity.unit else quantity.title
-        for line in lines:
-            if line.quantity == quantity.name:
-                rows.append((name, *([law_text(line.laws)] if laws else []), *_cells(line, quantity)))
-    headings = ("", *(["law"] if laws else []), *SIDES)
-    return Rows(f"The whole building with {confidence} intervals", headings, rows)
+def _title(quantity: Quantity) -> str:
+    return f"{quantity.title} ({quantity.unit})" if quantity.unit else quantity.title
+
+
+def _value(value: Range, words: str, quantity: Quantity) -> Value:
+    """Return a number in the unit of the screen, or the words instead of it; text if a column holds several units."""
+    if words or math.isnan(value.value):
+        return words or None
+    shown = Range(*(end / quantity.scale for end in value))
+    form = "observed" if quantity.chance else "three"
+    return Column("", format=form).text(shown) if quantity.whole else shown
+
+
+def _open(ratio: Range) -> Range:
+    """Return a ratio with open ends beyond the range of a study's runs."""
+    low = -math.inf if ratio.lower < 1.0 / MOST_RATIO else ratio.lower
+    return Range(ratio.value, low, math.inf if ratio.upper > MOST_RATIO else ratio.upper)
 
 
 def furthest(lines: Sequence[Line], most: int) -> list[Line]:
@@ -61,39 +79,30 @@ def furthest(lines: Sequence[Line], most: int) -> list[Line]:
     return [lines[i] for i in sorted(chosen)]
 
 
-def value_table(lines: Sequence[Line], quantities: Sequence[Quantity]) -> ValueTable:
+def exported_lines(lines: Sequence[Line], quantities: Sequence[Quantity]) -> Table:
     """Return all lines as values in SI units, for a spreadsheet: a row for each quantity of each block or piece."""
-    units = {one.name: one.stored for one in quantities}
-    titles = {one.name: one.title for one in quantities}
-    ends = ("", "_lower", "_upper")
-    headings = ["quantity", "units", "name", "place", "law_a", "law_b"]
-    headings += [f"{side}{end}" for side in ("a", "b", "ratio") for end in ends]
-    headings += ["verdict", "a_is", "b_is"]
-    rows = []
-    for line in lines:
-        numbers = [known(float(x)) for value in (line.a, line.b, line.ratio) for x in value]
-        head = [titles[line.quantity], units[line.quantity], line.name, line.place, *line.laws]
-        rows.append([*head, *numbers, line.verdict, line.said_a, line.said_b])
-    return ValueTable(headings, rows)
-
-
-def _cells(line: Line, quantity: Quantity) -> tuple[str, str, str, str]:
-    a, b = _cell(line.a, line.said_a, quantity), _cell(line.b, line.said_b, quantity)
-    value, low, high = line.ratio
-    low, high = 0.0 if low < 1.0 / MOST_RATIO else low, math.inf if high > MOST_RATIO else high
-    ratio = "–" if math.isnan(value) else ratio_text(value, low or -math.inf, high, digits=3)
-    return a, b, ratio, line.verdict or "–"
-
-
-def _cell(value: Range, said: str, quantity: Quantity) -> str:
-    if said or math.isnan(value.value):
-        return said or "–"
-    if quantity.chance:
-        ends = "" if math.isnan(value.lower) else f" ({chances_between(value.lower, value.upper, about_percent)})"
-        return f"{about_percent(value.value)}{ends}".replace("\u00a0%)", ")")
-    shown = [one / quantity.scale for one in value]
-    ends = "" if math.isnan(shown[1]) else f" ({interval_text(shown[1], shown[2])})"
-    return f"{three_digits(shown[0])}{ends}"
+    of = {quantity.name: quantity for quantity in quantities}
+    keys = "quantity", "units", "name", "place", "law_a", "law_b"
+    columns = (
+        *map(Column, keys),
+        *(Column(key, ends=ENDS) for key in ("a", "b", "ratio")),
+        *map(Column, ("verdict", "a_is", "b_is")),
+    )
+    rows: list[Row] = [
+        {
+            **dict(
+                zip(
+                    keys,
+                    (of[line.quantity].title, of[line.quantity].stored, line.name, line.place, *line.laws),
+                    strict=True,
+                )
+            ),
+            **{"a": line.a, "b": line.b, "ratio": line.ratio},
+            **{"verdict": line.verdict, "a_is": line.said_a, "b_is": line.said_b},
+        }
+        for line in lines
+    ]
+    return Table("Comparison", columns, rows)
 
 
 ANCHORED_IN = {where: f"anchored in {where}" for where in ("A", "B", "both")}

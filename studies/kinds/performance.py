@@ -52,12 +52,12 @@ from ..buildings.notes import (
     notes,
     polarity_notes,
 )
-from ..buildings.pieces import SAFETY, budget_set, code_variables, on_moving_supports, squat_items
+from ..buildings.pieces import RANKING, SAFETY, budget_set, code_variables
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
 from ..buildings.sliding import item_slide_notes
-from ..buildings.variables import DOUBTFUL, ITEM_SAVING, JOINT, fall_flags, range_of_a_year, variable
+from ..buildings.variables import ITEM_SAVING, JOINT, fall_flags, range_of_a_year, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable
@@ -105,8 +105,6 @@ OSCILLATOR_BYTES = 5500.0
 """Most memory of an oscillator, with its description in the runs of its floor."""
 NOT_ASKED = Screening()
 USUAL = Slipping()
-RANKING = "ranked_"
-"""Prefix of the names of the ranking's variables, beside those of the assessment."""
 SMALLER = (0.04, 0.03, 0.02, 0.01)
 """Half widths of an elastic zone that a refusal tries."""
 DECIDED = ("code_", "budget_", "target_", "kit_cost")
@@ -850,16 +848,6 @@ def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
         "budget_gap": variable(("model",), gaps, DIMENSIONLESS, text),
     }
     return results.assign(found).assign_attrs(budget=budget)
-
-
-def ranking_of(results: xr.Dataset) -> xr.Dataset:
-    """Return the ranking held by a performance study's results, as `anchoring` returns it."""
-    own = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
-    ranked = results[own].rename({name: name.removeprefix(RANKING) for name in own})
-    keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
-    doubtful = squat_items(results) | on_moving_supports(results)
-    ranked = ranked.assign_coords({DOUBTFUL: ("item", doubtful)})
-    return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
 def _level_of(levels: Array, asked: float, table: LevelsTable | None, im: str) -> float:

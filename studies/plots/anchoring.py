@@ -25,7 +25,7 @@ def ranking_in(results: xr.Dataset) -> xr.Dataset:
         return results
     if "ranking" in results.attrs and "place" in results.dims:
         # (that module reads study files, which a ranking that `anchoring` returned does not need)
-        from ..kinds.performance import ranking_of  # noqa: PLC0415
+        from ..buildings.pieces import ranking_of  # noqa: PLC0415
 
         ranking = ranking_of(results)
         advised = [piece.item for piece in pieces_of(results.assign_attrs(sort=SORTS[0]), reference_law(results)[0])]
@@ -69,7 +69,7 @@ def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
     doubtful = doubtful_items(ranking)
     places = [place_name(f"floor {ranking['floor'].values[i]}").replace(" ", "\u00a0") for i in order]
     names = [
-        f"{ranking['item'].values[i]} ({place}){MARK if doubtful[i] else ''}"
+        f"{ranking['item'].values[i]} ({place}){f' {MARK}' if doubtful[i] else ''}"
         for i, place in zip(order, places, strict=True)
     ]
     axes.named_rows(ax, names, 0.55)

@@ -25,19 +25,19 @@ from ..facts.method import inputs_of, method_of, study_of
 from ..facts.say import environment as templates, remedy, say, value_of
 from ..file.report import ReportTable
 from ..store.content import check_content
-from ..tables.client import lead_rows
-from ..text.block_order import shown
+from ..tables.inputs import provenance
+from ..tables.page import longest_word, markdown, whole_intervals
+from ..tables.registry import INPUTS, LEAD, TABLES, tables
+from ..tables.table import Table, intervals
 from ..text.error import StudyError, writing
 from ..text.glossary import used
 from ..text.reached import within_levels
-from ..text.rows import Rows, plain_table
-from .cells import PageTable, longest_word, markdown, page_table, whole_intervals
+from ..text.spread import model_note
 from .figures import Picture, pictures_of
-from .inputs import anchor_rows, block_rows, provenance_rows
 from .results_file import read_results
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from jinja2 import Environment
 
@@ -119,7 +119,6 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     facts = list(subject.answer(within))
     answer, more = _first_words([say(fact, "page") for fact in facts])
     steps = [say(fact, "page") for fact in subject.actions(within)]
-    lead = anchor_rows(within) if of_building else None
     page = {
         "title": str(results.attrs.get("title", "")) or "A study",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
@@ -129,14 +128,14 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "further": steps[MOST_STEPS:],
         "badge": badge(checks),
         "verdict": say(badge(checks), "checks"),
-        "lead": _tables_of([lead] if of_building else list(lead_rows(results))),
+        "lead": _page_tables(results, LEAD),
         "footnotes": [say(fact, "page") for fact in footnotes(within)],
         "details": [*more, *(say(fact, "page") for fact in (building.details(within) if of_building else ()))],
         "after": next((fact for fact in facts if fact.what == "anchoring.after" and math.isfinite(fact.value)), None),
         "hints": show.hints(results),
-        "tables": [page_table(table) for table in show.tables(results)],
+        "tables": _page_tables(results, TABLES),
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in inputs_of(results)],
-        "input_tables": _tables_of([block_rows(shown(results))]),
+        "input_tables": _page_tables(results, INPUTS),
         "method": [say(fact, "method") for fact in method_of(results)],
         "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
         "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
@@ -146,7 +145,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     return {
         **page,
         "terms": [term for term in used(texts(page)) if term.name in EXPLAINED],
-        "provenance": _tables_of([provenance_rows(results, path, state)], words=True),
+        "provenance": [provenance(results, path, state)],
         "study": _study_text(results),
     }
 
@@ -173,13 +172,16 @@ def texts(part: object) -> Iterator[str]:
         yield part
     elif isinstance(part, dict):
         yield from texts(list(part.values()))
+    elif isinstance(part, Table):
+        yield from texts([part.title, part.note, [column.heading for column in part.columns], [*part.groups]])
     elif isinstance(part, list | tuple):
         for one in part:
             yield from texts(one)
 
 
-def _tables_of(every: list[Rows | None], words: bool = False) -> list[PageTable]:
-    return [page_table(plain_table(*rows), words) for rows in every if rows is not None and rows.rows]
+def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
+    """Return the tables of some names, without the sentences that the footnotes of the page say for all of them."""
+    return [table.without(intervals(results), model_note(results)) for table in tables(results, names)]
 
 
 def _study_text(results: xr.Dataset) -> str:

@@ -1,9 +1,8 @@
-"""Tables of a performance assessment as rows of text, for a terminal or a report."""
+"""Tables of a performance assessment: totals in a year or at a level, consequences, and what anchoring saves."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
@@ -11,132 +10,142 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Flags
 from ...core.units import DIMENSIONLESS
-from ...core.wording import (
-    about_years,
-    confidence_text,
-    currency_of,
-    given_percent,
-    short_digits,
-    three_digits,
-    value_text,
-    whole_percent,
-    years_between,
-)
+from ...core.wording import currency_of, given_percent
 from ...fragility.risk.modelling import MODELLING
+from ..buildings.pieces import ranking_of
+from ..buildings.recommendations import Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
-from ..text.rows import Rows
 from ..text.words import consequence_name, floor_cell, floor_name, level_name, level_text
+from .table import Column, Marked, Row, Table, intervals, range_of
 from .unseen import most_rate
 
-ABOVE = "above "
-"""Before the fewest years between two events of which no motion showed one."""
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
-MARK, MARKED = " ‡", "‡ outside the model, or on a support that moves: no ground for advice"
+MARK, MARKED = "‡", "‡ outside the model, or on a support that moves: no ground for advice"
 """After the name of a piece whose chance of falling is no ground for advice, and why."""
 TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
-"""Amount a year below which it is written as that of 1,000 years."""
+"""Amount per year below which it is written for 1,000 years."""
+MOST_RANKED = 10
+CANNOT_FALL = "nothing in that place can fall"
 
 
-def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
-    """Expected values in a year, by place."""
-    here = of_model(assessment, model)
+def totals(results: xr.Dataset, model: int = 0) -> Table:
+    """Return the expected values in a year by place, or those at the study's level."""
+    yearly = "annual_number" in results
+    return annual(results, model) if yearly else at_level(results, float(results.attrs["at_level"]), model)
+
+
+def annual(assessment: xr.Dataset, model: int = 0) -> Table:
+    """Return the expected values in a year by place."""
+    here = assessment.isel(model=model)
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
-    has_loss = "annual_loss" in here
-    amounts = {name: f"annual_{name}" for name in DRAWN if f"annual_{name}" in here}
-    spans = {name: span(here[one]) for name, one in amounts.items()}
-    headings = ["", "unanchored pieces", f"{fallen_word(here)} a year", *(["lost a year"] if has_loss else [])]
-    headings += [*(drawn_heading(name, spans[name][1]) for name in amounts), "anything falls, once in"]
-    rows = []
+    spans = {name: span(here[f"annual_{name}"]) for name in DRAWN if f"annual_{name}" in here}
+    rows: list[Row] = []
     for place in here["place"].values:
-        one = here.sel(place=place)
-        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "annual_number")]
-        cells += [_interval(one, "annual_loss")] if has_loss else []
-        cells += [_interval(one, variable, spans[name][0]) for name, variable in amounts.items()]
-        rows.append((*cells, _period(one, "any_rate")))
-    money = currency_of(here)
-    sure = f"{confidence_text(here)} intervals, for the given hazard curve"
-    title = f"In a year{f', {money}' if money and has_loss else ''} ({sure})"
-    return Rows(_dashed(title, rows), tuple(headings), rows)
-
-
-def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -> Rows:
-    """Overturned pieces and losses at one of the levels, by place."""
-    at = level_index(assessment, level)
-    here = of_model(assessment, model).isel(level=at)
-    has_loss = "loss_mean" in here
-    amounts = {f"{name}_mean": heading for name, heading in DRAWN.items() if f"{name}_mean" in here}
-    ends = [given_percent(float(q)) for q in here["quantile"].values]
-    headings = ["", "unanchored pieces", fallen_word(here), " / ".join(ends), *(["lost"] if has_loss else [])]
-    headings += [*amounts.values(), "anything falls"]
-    rows = []
-    for place in here["place"].values:
-        one = here.sel(place=place)
-        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "number_mean")]
-        cells.append(" / ".join(_quantiles(one)))
-        cells += [_interval(one, name) for name in (*(["loss_mean"] if has_loss else []), *amounts)]
-        rows.append((*cells, _percent(one, "any_probability")))
-    shaken = f"{level_name(assessment)} = {level_text(float(here['level']), assessment['level'])}"
-    money = currency_of(here)
-    said = f"{confidence_text(here)} intervals"
-    said += f"; ±: {OF_DRAWS} of pieces" if any("±" in cell for row in rows for cell in row) else ""
-    title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({said})"
-    return Rows(_dashed(title, rows), tuple(headings), rows)
-
-
-def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: str | None = None) -> Rows | None:
-    """Rates of each consequence by place, or its probabilities at a level; None where nothing has a consequence."""
-    here = of_model(assessment, model)
-    words = [str(word) for word in here["consequence"].values] if "consequence" in here.coords else []
-    if not words:
-        return None
-    if level is not None:
-        here = here.isel(level=level_index(assessment, level))
-    said, name, title = (
-        (_years, "consequence_rate", "Consequences: mean return period, years")
-        if level is None
-        else (_percent, "consequence_probability", "Consequences: probability")
+        values = here.sel(place=place)
+        row: Row = {"place": place_name(str(place)), "pieces": pieces_at(here, str(place))}
+        row |= {name: range_of(values, f"annual_{name}") for name in ("number", "loss") if f"annual_{name}" in here}
+        row |= {name: range_of(values, f"annual_{name}", 1.0 / years) for name, (years, _) in spans.items()}
+        rows.append(row | {"any": _rate(values, "any_rate")})
+    columns = (
+        *(Column("place"), Column("pieces", "unanchored pieces", "count")),
+        Column("number", f"{fallen_word(here)} per year", "three"),
+        Column("loss", "lost per year", "three", currency_of(here)),
+        *(Column(name, f"{DRAWN[name]} {years}", "three") for name, (_, years) in spans.items()),
+        Column("any", "anything falls, once in", "years3", "years"),
     )
+    return Table.of("Expected per year", columns, rows, intervals(here), dash=CANNOT_FALL)
+
+
+def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
+    """Return the numbers of fallen pieces and losses at one of the levels, by place."""
+    here = assessment.isel(model=model).isel(level=level_index(assessment, level))
+    ends = [f"{given_percent(float(q))}" for q in here["quantile"].values]
+    rows: list[Row] = []
+    for place in here["place"].values:
+        values = here.sel(place=place)
+        row: Row = {"place": place_name(str(place)), "pieces": pieces_at(here, str(place))}
+        row |= {name: range_of(values, f"{name}_mean") for name in ("number", "loss", *DRAWN) if f"{name}_mean" in here}
+        errors = values.get(f"number_quantile{DRAWING}", xr.zeros_like(values["number_quantile"])).values.tolist()
+        for end, value, error in zip(ends, values["number_quantile"].values.tolist(), errors, strict=True):
+            row[end] = Range(value, error, math.nan) if error > TENTH * value else value
+        rows.append(row | {"any": _chance(values, "any_probability")})
+    columns = (
+        *(
+            Column("place"),
+            Column("pieces", "unanchored pieces", "count"),
+            Column("number", fallen_word(here), "three"),
+        ),
+        *(Column(end, end, "drawn") for end in ends),
+        Column("loss", "lost", "three", currency_of(here)),
+        *(Column(name, heading, "three") for name, heading in DRAWN.items()),
+        Column("any", "anything falls", "share"),
+    )
+    shaken = f"{level_name(assessment)} = {level_text(float(here['level']), assessment['level'])}"
+    drawn = any(isinstance(row[end], Range) for row in rows for end in ends)
+    note = f"±: {OF_DRAWS} of pieces." if drawn else ""
+    return Table.of(f"Expected at {shaken}", columns, rows, intervals(here), note, dash=CANNOT_FALL)
+
+
+def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
+    """Return the rates of each consequence by place, or its probabilities at the study's level."""
+    here = assessment.isel(model=model)
+    yearly = "annual_number" in here
+    if not yearly:
+        here = here.isel(level=level_index(assessment, float(assessment.attrs["at_level"])))
     places = [str(place) for place in here["place"].values]
-    rows = []
-    for word in words:
-        one = here.sel(consequence=word)
-        # (floors have no interval in the table, which must fit a page)
-        whole, *floors = (said(one.sel(place=place), name) for place in places)
-        rows.append((consequence_name(word), whole, *(text.partition(" (")[0] for text in floors)))
-    return Rows(_dashed(title, rows, "nothing there has it"), ("", *map(place_name, places)), rows)
+    rows: list[Row] = []
+    for word in here["consequence"].values:
+        row: Row = {"name": consequence_name(str(word))}
+        for k, place in enumerate(places):
+            values = here.sel(consequence=word, place=place)
+            value = _rate(values, "consequence_rate") if yearly else _chance(values, "consequence_probability")
+            # (floors have no interval in the table, which must fit a page)
+            row[place] = value.value if value is not None and k > 0 and value.value > 0.0 else value
+        rows.append(row)
+    columns = [Column(place, place_name(place), "years3" if yearly else "share") for place in places]
+    what = "Numbers are mean return periods in years." if yearly else ""
+    title, dash = "Consequences", "nothing in that place has the consequence"
+    return Table(title, [Column("name"), *columns], rows, [*filter(None, (what, intervals(here)))], dash)
 
 
-def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:
-    """The items whose anchoring saves most, as `anchoring` ranks them, with a mark on those that no advice rests on."""
-    here = of_model(ranking, model)
-    paid = bool(np.isfinite(here["cost"].values).any())
+def savings(results: xr.Dataset, model: int = 0) -> Table:
+    """Return the items of the study's ranking whose anchoring saves most."""
+    return ranked(ranking_of(results), model)
+
+
+def ranked(ranking: xr.Dataset, model: int = 0, most: int = MOST_RANKED) -> Table:
+    """Return the items whose anchoring saves most, as `anchoring` ranks them, with a mark on items without advice."""
+    here = ranking.isel(model=model)
     scale, unit = objective_unit(ranking)
-    saves = f"saves, {unit}" if unit else "saves"
-    headings = ["rank", "item", "floor", "pieces", saves, "share", *(["cost"] if paid else [])]
-    rows = []
     order = np.argsort(here["rank"].values)
-    doubtful, marked = doubtful_items(here), False
+    doubtful = doubtful_items(here)
+    rows: list[Row] = []
     for i in order[: checks.count("most", most, at_least=1)]:
-        one = here.isel(item=int(i))
-        first, last = int(one["rank_lower"]), int(one["rank_upper"])
-        rank = f"{int(one['rank'])}" + (f" ({first}–{last})" if first < last else "")
-        share = float(one["saving_share"])
-        name = f"{one['item'].item()}{MARK if doubtful[i] else ''}"
-        marked = marked or bool(doubtful[i])
-        cells = [rank, name, floor_cell(str(one["floor"].item())), str(int(one["count"]))]
-        cells += [_interval(one, "saving", scale), "–" if math.isnan(share) else whole_percent(share)]
-        if paid:
-            cost = float(one["cost"])
-            cells.append(short_digits(cost) if math.isfinite(cost) else "–")
-        rows.append(tuple(cells))
-    common = common_modelling(ranking)
-    title = f"What anchoring saves of the {ranking.attrs['objective_text']}{f' ({common})' if common else ''}"
-    return Rows(f"{title} ({MARKED})" if marked else title, tuple(headings), rows)
+        item = here.isel(item=int(i))
+        first, last = int(item["rank_lower"]), int(item["rank_upper"])
+        name = str(item["item"].item())
+        rows.append({
+            "rank": Range(int(item["rank"]), *((first, last) if first < last else (math.nan, math.nan))),
+            "item": Marked(name, MARK) if doubtful[i] else name,
+            "floor": floor_cell(str(item["floor"].item())),
+            "pieces": int(item["count"]),
+            "saving": range_of(item, "saving", 1.0 / scale),
+            "share": float(item["saving_share"]),
+            "cost": float(item["cost"]),
+        })  # fmt: skip
+    columns = (
+        *(Column("rank", "rank", "whole"), Column("item", "item"), Column("floor", "floor")),
+        *(Column("pieces", "pieces", "count"), Column("saving", "saves", "three", unit)),
+        *(Column("share", "share", "share"), Column("cost", "cost", "short", currency_of(ranking))),
+    )
+    saves = f"Savings are of the {ranking.attrs['objective_text']}."
+    marked = f"{MARKED}." if doubtful[order[:most]].any() else ""
+    return Table.of("Savings from anchoring", columns, rows, saves, common_modelling(ranking), marked)
 
 
 def doubtful_items(ranking: xr.Dataset) -> Flags:
@@ -146,20 +155,15 @@ def doubtful_items(ranking: xr.Dataset) -> Flags:
 
 
 def common_modelling(ranking: xr.Dataset) -> str:
-    """Return the clause on the modelling uncertainty that a ranking holds for all pieces together; '' for none."""
+    """Return the sentence on the modelling uncertainty that all pieces of a ranking share; '' for none."""
     held = float(ranking.attrs.get(MODELLING, 0.0)) > 0.0
     yearly = "at_level" not in ranking.attrs and str(ranking.attrs.get("modelling", IN_MEAN)) == IN_MEAN
-    return "the modelling uncertainty β_m is taken as common to all pieces" if held and yearly else ""
+    return "The modelling uncertainty β_m is assumed to be common to all pieces." if held and yearly else ""
 
 
 def span(annual: xr.DataArray) -> tuple[float, str]:
     """Return the years for which an annual amount is written, so that it is no small fraction, and those in words."""
-    return (1000.0, "in 1,000 years") if float(annual.max()) < SELDOM else (1.0, "a year")
-
-
-def drawn_heading(name: str, years: str) -> str:
-    """Return the heading of a downtime or of injuries in so many years."""
-    return f"{DRAWN[name]} {years}"
+    return (1000.0, "in 1,000 years") if float(annual.max()) < SELDOM else (1.0, "per year")
 
 
 def fallen_word(results: xr.Dataset) -> str:
@@ -170,17 +174,6 @@ def fallen_word(results: xr.Dataset) -> str:
 def place_name(place: str) -> str:
     """The written name of a place."""
     return floor_name(place.removeprefix("floor ")) if place.startswith("floor ") else place
-
-
-def of_model(dataset: xr.Dataset, model: str | None) -> xr.Dataset:
-    """Return the part of a dataset under one model, the first where none is named."""
-    labels = [str(one) for one in dataset["model"].values]
-    return dataset.isel(model=labels.index(checks.choice("model", model or labels[0], labels)))
-
-
-def _dashed(title: str, rows: list[tuple[str, ...]], why: str = "nothing there can fall") -> str:
-    """Return a title that explains the dash where the rows hold one."""
-    return f"{title} (–: {why})" if any("–" in row for row in rows) else title
 
 
 def pieces_at(here: xr.Dataset, place: str) -> int:
@@ -201,38 +194,17 @@ def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
     return 1.0, units.replace(f" {PER_YEAR}", " per year")
 
 
-def _interval(one: xr.Dataset, name: str, scale: float = 1.0) -> str:
-    value, lower, upper = (scale * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
-    if math.isnan(lower) or math.isnan(upper):
-        return three_digits(value)
-    return value_text(value, lower, upper)
+def _chance(values: xr.Dataset, name: str) -> Range | None:
+    """Return a chance at a level with its interval; None of what cannot be."""
+    chance = range_of(values, name)
+    return chance if chance.upper > 0.0 else None
 
 
-def _quantiles(one: xr.Dataset) -> Iterator[str]:
-    """Yield the quantiles of the number of pieces, with the errors of their draws where these are above a tenth."""
-    values = one["number_quantile"].values
-    errors = one[f"number_quantile{DRAWING}"].values if f"number_quantile{DRAWING}" in one else np.zeros(values.size)
-    for value, error in zip(values.tolist(), errors.tolist(), strict=True):
-        yield short_digits(value) + (f" ± {short_digits(error)}" if error > TENTH * value else "")
-
-
-def _percent(one: xr.Dataset, name: str) -> str:
-    value, lower, upper = (100.0 * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
-    if value == 0.0 and upper > 0.0:
-        return f"at most {upper:.0f} %"
-    return "–" if upper == 0.0 else f"{value:.0f} % ({lower:.0f}–{upper:.0f})"
-
-
-def _period(one: xr.Dataset, name: str, unit: str = " years") -> str:
-    """The mean number of years between two events of a rate, with its interval."""
-    rate, lower, upper = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
-    if rate == 0.0:
-        probability = name.replace("_rate", "_probability_upper")
-        possible = probability in one and float(one[probability].max()) > 0.0
-        return f"{ABOVE}{about_years(most_rate(one))}{unit}" if possible else "–"
-    text = f"{three_digits(1.0 / rate)}{unit}"
-    return text if math.isnan(lower) else f"{text} ({years_between(upper, lower)})"
-
-
-def _years(one: xr.Dataset, name: str) -> str:
-    return _period(one, name, "")
+def _rate(values: xr.Dataset, name: str) -> Range:
+    """Return an annual rate with its interval; of what no motion showed 0 with the upper end, NaN of what cannot be."""
+    rate = range_of(values, name)
+    if rate.value > 0.0:
+        return rate
+    probability = name.replace("_rate", "_probability_upper")
+    possible = probability in values and float(values[probability].max()) > 0.0
+    return Range(0.0, math.nan, most_rate(values) if possible else math.nan)

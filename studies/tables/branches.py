@@ -4,95 +4,95 @@ from __future__ import annotations
 
 from itertools import product
 
-import numpy as np
 import xarray as xr
 
-from ...core.wording import about_years, currency_of, given_percent, two_digits, whole_percent
+from ...core.wording import currency_of, given_percent, whole_percent
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ..buildings.assessment import BUILDING
+from ..text.block_order import RATE, shown
 from ..text.curve_notes import branches_beyond, state_in, verb_in
-from ..text.rows import Rows
-from ..text.spread import SOURCES, building_spread, rates_of_consequences, sources
+from ..text.spread import SOURCES, building_spread, rates_of_building, rates_of_consequences, sources
 from ..text.words import by_place
 from .assessment import place_name, span
+from .table import Column, Row, Table
+
+MOST = 30
+"""Most places and pieces in the table of rates over branches; the results have all of them."""
+AMOUNTS = {"number": "pieces", "loss": "loss", "downtime": "days out of use", "injuries": "injured"}
 
 
-def spread_rows(results: xr.Dataset) -> Rows | None:
-    """Return the rates over all branches, and what spreads them, for a terminal or a report; None without branches."""
-    if "epistemic_rate" not in results:
-        return None
-    names = [str(one) for one in results["epistemic_source"].values]
-    there = [one for one in names if float(results["epistemic_spread"].sel(epistemic_source=one).max()) > 0.0]
+def branch_rates(results: xr.Dataset) -> Table:
+    """Return the rates over all branches, and the sources of their spread."""
+    here = rates_of_building(results).isel(block=slice(MOST)) if "item" in results.dims else shown(results, RATE)
+    return _rates("Return periods over all branches", here)
+
+
+def consequence_branches(results: xr.Dataset) -> Table:
+    """Return the return periods of the consequences in the building over all branches."""
+    here = rates_of_consequences(results, BUILDING)
+    title = "Return periods of consequences over all branches"
+    return Table(title, (), ()) if here is None else _rates(title, here)
+
+
+def _rates(title: str, here: xr.Dataset) -> Table:
+    fractiles = here["epistemic_fractile"].values[::-1].tolist()
+    names = [str(source) for source in here["epistemic_source"].values]
+    spread = here["epistemic_spread"]
+    parts = [name for name in names if float(spread.sel(epistemic_source=name).max()) > 0.0]
+    rows: list[Row] = []
+    for name, place in by_place(here, here["epistemic_rate"].dims):
+        block = here.isel(place)
+        row: Row = {"name": name, "mean": block["epistemic_rate"].item()}
+        for p in fractiles:
+            row[given_percent(1.0 - p)] = float(block["epistemic_rate_fractile"].sel(epistemic_fractile=p))
+        rows.append(row | {part: float(block["epistemic_spread"].sel(epistemic_source=part)) for part in parts})
+    columns = (
+        *(Column("name"), Column("mean", "1 / mean rate", "years", "years")),
+        *(Column(given_percent(1.0 - p), given_percent(1.0 - p), "years") for p in fractiles),
+        *(Column(part, SOURCES[part][0], "share", priority=2) for part in parts),
+    )
+    fallen = state_in(here) == state_name(OVERTURNED)
+    events = "falls" if fallen else f"times that a block {verb_in(here)}"
+    beyond, beta = branches_beyond(here), float(here.attrs.get("modelling_dispersion", 0.0))
+    return Table.of(
+        title,
+        columns,
+        rows,
+        f"Numbers are mean years between two {events} over {here.sizes['branch']:,} weighted branches.",
+        "The last columns are the parts of the spread that each source explains.",
+        f"The branches include β_m = {beta:g}." if beta and str(here.attrs.get("modelling")) == "fractiles" else "",
+        f"{beyond}." if beyond else "",
+    )
+
+
+def amount_branches(results: xr.Dataset) -> Table:
+    """Return the annual numbers and losses of a building over all branches."""
+    places = [str(place) for place in results["place"].values]
     fractiles = results["epistemic_fractile"].values.tolist()
-    rows = []
-    for name, place in by_place(results, results["epistemic_rate"].dims):
-        one = results.isel(place)
-        mean = one["epistemic_rate"].item()
-        years = [about_years(rate) for rate in one["epistemic_rate_fractile"].values]
-        shares = [float(one["epistemic_spread"].sel(epistemic_source=source)) for source in there]
-        rows.append((
-            name,
-            about_years(mean),
-            *years[::-1],
-            *(_share(share) if np.isfinite(share) else "–" for share in shares),
-        ))  # fmt: skip
-    ends = [f"{given_percent(1.0 - p)}" for p in fractiles[::-1]]
-    headings = ("", "1 / mean rate", *ends, *(SOURCES[name][0] for name in there))
-    beta = float(results.attrs.get("modelling_dispersion", 0.0))
-    held = f", β_m = {beta:g}" if beta and str(results.attrs.get("modelling")) == "fractiles" else ""
-    over = f"{results.sizes['branch']:,} weighted branches{held}"
-    fallen = state_in(results) == state_name(OVERTURNED)
-    events = "falls" if fallen else f"times that a block {verb_in(results)}"
-    title = f"Mean years between two {events} over {over}, and where their range comes from"
-    beyond = branches_beyond(results)
-    title += f" ({beyond})" if beyond else ""
-    return Rows(title, headings, rows)
-
-
-def amount_spread_rows(results: xr.Dataset) -> Rows | None:
-    """Return the annual numbers and losses of a building over all branches; None without them."""
-    named = {
-        "annual_number": "pieces",
-        "annual_loss": currency_of(results) or "loss",
-        "annual_downtime": "days out of use",
-        "annual_injuries": "injured",
-    }
-    found = [(name, unit) for name, unit in named.items() if f"epistemic_{name}" in results]
-    if not found:
-        return None
-    rows = []
-    places = [str(one) for one in results["place"].values]
-    for (name, unit), place in product(found, (places[:1] if len(places) == 2 else places)):
-        one = building_spread(results, name, place)
-        if not float(one["epistemic_rate"]) > 0.0:
+    rows: list[Row] = []
+    names = [name for name in AMOUNTS if f"epistemic_annual_{name}" in results]
+    for name, place in product(names, places[:1] if len(places) == 2 else places):
+        spread = building_spread(results, f"annual_{name}", place)
+        if not float(spread["epistemic_rate"]) > 0.0:
             continue
-        shown = unit
-        if name in ("annual_downtime", "annual_injuries"):
-            years, words = span(results[f"epistemic_{name}"])
-            one = one.assign({kind: years * one[kind] for kind in _VALUES})
-            shown = f"{unit} {words}"
-        parts = [f"{_share(share)} {what}" for what, share in sources(one)[:2]]
-        values = [two_digits(float(value)) for value in one["epistemic_rate_fractile"].values]
-        rows.append(
-            (f"{place_name(place)}, {shown}", two_digits(float(one["epistemic_rate"])), *values, ", ".join(parts))
-        )
-    ends = [given_percent(float(p)) for p in results["epistemic_fractile"].values]
-    title = f"Expected per year over {results.sizes['branch']:,} weighted branches, and where the range comes from"
-    return Rows(title, ("", "mean", *ends, "largest parts of the range"), rows)
-
-
-_VALUES = ("epistemic_rate", "epistemic_rate_fractile")
-
-
-def consequence_spread_rows(results: xr.Dataset) -> Rows | None:
-    """Return how often each consequence comes about in the building over all branches; None without any."""
-    rates = rates_of_consequences(results, BUILDING)
-    rows = None if rates is None else spread_rows(rates)
-    if rows is None:
-        return None
-    return rows._replace(title=f"Consequences: {rows.title[:1].lower()}{rows.title[1:]}")
-
-
-def _share(share: float) -> str:
-    """A share of a variance in whole per cent, as its sampling allows."""
-    return "below 1 %" if 0.0 < share < 0.005 else whole_percent(share)
+        unit = (currency_of(results) if name == "loss" else "") or AMOUNTS[name]
+        few = name in ("downtime", "injuries")
+        years, words = span(results[f"epistemic_annual_{name}"]) if few else (1.0, "")
+        values = (years * spread["epistemic_rate_fractile"]).values.tolist()
+        rows.append({
+            "name": f"{place_name(place)}, {unit} {words}".rstrip(),
+            "mean": years * float(spread["epistemic_rate"]),
+            **{given_percent(p): value for p, value in zip(fractiles, values, strict=True)},
+            "parts": ", ".join(f"{whole_percent(share)} {source}" for source, share in sources(spread)[:2]),
+        })  # fmt: skip
+    columns = (
+        *(Column("name"), Column("mean", "mean", "two")),
+        *(Column(given_percent(p), given_percent(p), "two") for p in fractiles),
+        Column("parts", "largest parts of the range"),
+    )
+    return Table.of(
+        "Expected per year over all branches",
+        columns,
+        rows,
+        f"There are {results.sizes['branch']:,} weighted branches.",
+    )

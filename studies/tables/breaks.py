@@ -8,58 +8,38 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.wording import (
-    about_percent,
-    chances_between,
-    confidence_text,
-    two_digits,
-)
+from ..buildings.recommendations import Range
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
-from ..text.rows import Rows
 from ..text.words import by_place, display_unit, quantity_name, reference_law
+from .table import ENDS, Column, Row, Table, intervals
 
-ENDS = ("", "_lower", "_upper")
 MOST_COLUMNS = 6
 """Most restraints in a table of breaks by level; the results hold all of them."""
 HALF = 0.5
 
 
-def breaks_by_level(
-    every: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArray, confidence: str, what: str
-) -> Rows | None:
-    """Return a table of the shares of motions in which restraints break: a row a level, a column a restraint."""
-    if not every:
-        return None
+def breaks_by_level(of: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArray, what: str, *notes: str) -> Table:
+    """Return a table of the shares of motions in which restraints break: a row per level, a column per restraint."""
     scale, unit = display_unit(levels)
-    shown = list(every)[:MOST_COLUMNS]
-    rows = []
-    for k, level in enumerate(levels.values):
-        cells = [share_text(*(float(one[k]) for one in every[name])) for name in shown]
-        rows.append((two_digits(float(level) / scale), *cells))
-    first = f"; the first {len(shown)} of {len(every):,}" if len(every) > len(shown) else ""
-    name = f"{quantity_name(levels)}{f', {unit}' if unit else ''}"
-    title = f"Share of the motions in which {what} break, at each level ({confidence} intervals{first})"
-    return Rows(title, (name, *shown), rows)
+    names = list(of)[:MOST_COLUMNS]
+    rows: list[Row | str] = [
+        {"level": float(level) / scale, **{name: Range(*(float(end[k]) for end in of[name])) for name in names}}
+        for k, level in enumerate(levels.values)
+    ]
+    columns = Column("level", quantity_name(levels), "two", unit), *(Column(name, name, "observed") for name in names)
+    first = f"The table has {len(names)} of {len(of):,} {what}." if len(of) > len(names) else ""
+    return Table.of(f"Breaks of {what}", columns, rows, "Numbers are shares of the motions.", *notes, first)
 
 
-def share_text(share: float, low: float, high: float) -> str:
-    """Return a share of motions with its interval."""
-    text = "0\u00a0%" if share == 0.0 else about_percent(share)
-    return f"{text} ({chances_between(low, high, about_percent)})".replace("\u00a0%)", ")")
-
-
-def break_rows(results: xr.Dataset) -> Rows | None:
-    """Return the shares of the motions in which restraints break at each level; None where no block has one."""
-    if BROKEN not in results:
-        return None
+def breaks(results: xr.Dataset) -> Table:
+    """Return the shares of the motions in which restraints break at each level."""
     at, _ = reference_law(results)
-    every = {}
+    found = {}
     for name, where in _held(results):
-        one = results.isel(where, drop=True).isel(model=at)
-        every[name] = [one[f"{BROKEN}{end}"] for end in ENDS]
-    found = breaks_by_level(every, results["level"], confidence_text(results), "restraints")
-    several = results.sizes["model"] > 1
-    return found._replace(title=f"{found.title}: {results['model'].values[at]}") if found and several else found
+        block = results.isel(where, drop=True).isel(model=at)
+        found[name] = [block[f"{BROKEN}{end}"] for end in ENDS]
+    law = f"Law: {results['model'].values[at]}." if results.sizes["model"] > 1 else ""
+    return breaks_by_level(found, results["level"], "restraints", intervals(results), law)
 
 
 def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:

@@ -1,4 +1,4 @@
-"""Chances of blocks with walls and restraints beside those without them, as a table and in sentences."""
+"""Chances of blocks with walls and restraints compared with blocks without them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.wording import about_percent, confidence_text, ratio_text, years_text
+from ...core.wording import years_text
 from ...fragility.risk.ratios import Ratio
+from ..buildings.recommendations import Range
 from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import verdict_of
-from ..text.rows import Rows
 from ..text.words import floor_name
+from .table import Column, Row, Table, intervals
 
 
 class Gain(NamedTuple):
@@ -48,22 +49,28 @@ def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
         yield Gain(labels[i], other, where, law, chance, of_other, ratio)
 
 
-def gain_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of what walls and restraints change, under every law; None where nothing can be compared."""
-    found = list(gains_of(results, list(range(results.sizes["model"]))))
-    if not found:
-        return None
-    years = float(results.attrs["years"])
-    headings = ("", "law", f"in {years_text(years)}", "compared with", f"in {years_text(years)}", "ratio", "")
-    rows = []
-    for one in found:
-        name = f"{one.block}, {one.floor}" if one.floor else one.block
-        ratio = ratio_text(*one.ratio)
-        chances = about_percent(one.chance), one.other, about_percent(one.of_other)
-        rows.append((name, one.law, *chances, ratio, verdict_of(one.ratio) or "–"))
-    first = f"the first {MOST} blocks; " if len({one.block for one in found}) == MOST else ""
-    title = (
-        f"What walls and restraints change ({first}ratios with {confidence_text(results)} intervals; both pieces are "
-        "shaken by the same motions)"
+def gains(results: xr.Dataset) -> Table:
+    """Return the table of what walls and restraints change, under every law."""
+    rows: list[Row] = [
+        {
+            "name": f"{gain.block}, {gain.floor}" if gain.floor else gain.block,
+            "law": gain.law,
+            "chance": gain.chance,
+            "other": gain.other,
+            "of_other": gain.of_other,
+            "ratio": Range(*gain.ratio),
+            "verdict": verdict_of(gain.ratio) or None,
+        }
+        for gain in gains_of(results, list(range(results.sizes["model"])))
+    ]
+    years = years_text(float(results.attrs["years"]))
+    columns = (
+        *(Column("name", "block"), Column("law", "law"), Column("chance", f"in {years}", "chance")),
+        *(Column("other", "compared with"), Column("of_other", f"in {years}", "chance")),
+        *(Column("ratio", "ratio", "ratio"), Column("verdict", "result")),
     )
-    return Rows(title, headings, rows)
+    first = f"The table has the first {MOST} blocks." if len({row["name"] for row in rows}) >= MOST else ""
+    return Table.of("Effects of walls and restraints", columns, rows, intervals(results), PAIRED, first)
+
+
+PAIRED = "Both blocks of a ratio are shaken by the same motions."

@@ -8,16 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.wording import (
-    about_percent,
-    chances_between,
-    confidence_text,
-    currency_of,
-    given_number,
-    given_percent,
-    three_digits,
-    two_digits,
-)
+from ...core.wording import about_percent, currency_of, given_number, given_percent
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.pieces import SHARES, pieces_of
@@ -25,295 +16,231 @@ from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
-from ..text.rows import Rows
-from ..text.spread import MODEL_RANGE, NOT_GIVEN, OUTER, model_range, of_what
-from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, roof_of
-from .assessment import drawn_heading, span
-from .unseen import at_most, most_rate
-from .values import ValueTable, known, of_kind, with_ends, with_units
+from ..text.spread import MODEL_RANGE, OUTER, model_note
+from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
+from .assessment import DRAWN, span
+from .table import ENDS, Column, Row, Table, Value, ends_of, intervals, range_of
+from .unseen import bound_of, most_rate
 
-OVER_BRANCHES = (
-    "chances: means and 90 % ranges over all stated uncertainties; all else: one law, one set of motions and one "
-    "hazard curve"
+BRANCHES = (
+    "Chances are means and 90 % ranges over all stated uncertainties. Other numbers are of one law, one set of motions "
+    "and one hazard curve."
 )
-UNCHECKED = "code requirements not checked"
-CODE = "Code requirements"
-"""Beginning of the title of what a building code says of each piece."""
-MOST_ROWS = 60
-"""Most pieces that a table in a terminal or a report shows."""
-COLUMNS = {
-    **of_kind("", "item", "room", "floor", "pieces", "anchored_with", "damping_law"),
-    **with_ends("1", "chance_in_a_year", "chance_in_50_years"),
-    **of_kind("1", *(f"chance_in_50_years{end}" for end in (LOWER, UPPER))),
-    **of_kind("1", *(f"chance_in_50_years_over_branches{end}" for end in ("", "_5_percent", "_95_percent"))),
-    "level": "level",
-    **with_ends("1", "probability_at_level"),
-    **of_kind("1", *(f"probability_at_level{end}" for end in (LOWER, UPPER))),
-    "contact": "",
-    **of_kind("1", "friction", "slides_instead"),
-    **with_ends("1", "sliding_off_in_50_years", "sliding_off_at_level"),
-    "trip_distance": "metre",
-    **with_ends("1", "tripping_in_50_years", "tripping_at_level"),
-    **with_ends("1", "overturning_alone_in_50_years", "overturning_alone_at_level"),
-    **with_ends("1", "overturning_where_it_rocks_in_50_years", "overturning_where_it_rocks_at_level"),
-    **of_kind("level", "level_at_10_percent", "level_at_50_percent"),
-    "consequences": "",
-    **of_kind("money", "value", "anchoring_cost", "anchoring_cost_of_all"),
-    **with_ends("money a year", "saving_a_year"),
-    "payback": "year",
-    **with_ends("days a year", "downtime_of_one_a_year"),
-    **with_ends("persons a year", "injured_a_year"),
-    **of_kind("", "recommendation", "kit", "within_budget", "code", "code_clause", "code_factors"),
-    **of_kind("newton", "code_force", "code_anchor_force"),
-    "code_demand_over_strength": "1",
-}
-"""Columns of the table in a file, and the kind of their units."""
-SLIDING = {
+UNCHECKED = "Code requirements are not checked."
+MOST_ROWS, MOST_SHORT = 60, 8
+"""Most pieces that a table shows, and most on a terminal by default."""
+FRACTILES = "", "_5_percent", "_95_percent"
+CHANCES = {
     "sliding_off": (OFF, OFF_RATE),
     "tripping": (TRIP, ITEM_TRIP_RATE),
     "overturning_alone": (OVERTURNING, OVERTURNING_RATE),
     "overturning_where_it_rocks": (GATED, GATED_RATE),
 }
 """Chances of what sliding changes, by the beginning of their columns: at a level, and annual rates."""
+IN_50, AT_LEVEL = "_in_50_years", "_at_level"
+EXPORTED = (
+    *(Column(key) for key in ("item", "room", "floor", "pieces", "anchored_with", "damping_law")),
+    *(Column(f"chance_in_{years}", unit="1", ends=ENDS) for years in ("a_year", "50_years")),
+    *(Column(f"chance{IN_50}{end}", unit="1") for end in (LOWER, UPPER)),
+    Column(f"chance{IN_50}_over_branches", unit="1", ends=FRACTILES),
+    Column("level", unit="level"),
+    Column(f"probability{AT_LEVEL}", unit="1", ends=ENDS),
+    *(Column(f"probability{AT_LEVEL}{end}", unit="1") for end in (LOWER, UPPER)),
+    *(Column("contact"), Column("friction", unit="1"), Column(INSTEAD, unit="1")),
+    *(Column(f"sliding_off{when}", unit="1", ends=ENDS) for when in (IN_50, AT_LEVEL)),
+    Column(TRIP_DISTANCE, unit="m"),
+    *(Column(f"{key}{when}", unit="1", ends=ENDS) for key in [*CHANCES][1:] for when in (IN_50, AT_LEVEL)),
+    *(Column(f"level_at_{100.0 * share:g}_percent", unit="level") for share in SHARES),
+    Column("consequences"),
+    *(Column(key, unit="money") for key in ("value", "anchoring_cost", "anchoring_cost_of_all")),
+    Column("saving_a_year", unit="money/year", ends=ENDS),
+    Column("payback", unit="years"),
+    Column("downtime_of_one_a_year", unit="days/year", ends=ENDS),
+    Column("injured_a_year", unit="1/year", ends=ENDS),
+    *(Column(key) for key in ("recommendation", "kit", "within_budget", "code", "code_clause", "code_factors")),
+    *(Column(key, unit="N") for key in ("code_force", "code_anchor_force")),
+    Column("code_demand_over_strength", unit="1"),
+)
+"""Columns of the table in a file; units that depend on the results are replaced."""
 
 
-def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> Rows:
-    """Return the table of the pieces under one law; with `branches` chances are means and ranges over them."""
-    pieces = pieces_of(results, model)
-    spread = over_branches(results) if branches else {}
-    yearly = "item_rate" in results
-    rooms = any(one.room for one in pieces)
-    meant = any(one.consequences for one in pieces)
-    valued = any(one.value > 0.0 for one in pieces)
-    priced = any(math.isfinite(one.cost) for one in pieces)
-    pays = any(not math.isnan(one.payback) for one in pieces)
-    tried = any(one.tried for one in pieces)
-    most = at_most(results)
-    bounds = [at_most(results, 1.0), most] if yearly else [most]
-    coded = any(one.code is not None for one in pieces)
-    spent = any(one.chosen is not None for one in pieces)
-    kits = any(one.kit for one in pieces)
-    budget = float(results.attrs.get("budget", math.nan))
-    money = currency_of(results)
+def pieces(results: xr.Dataset, model: int = 0) -> Table:
+    """Return the table of the pieces under one law; under the law of the answer chances are over all branches."""
+    every = pieces_of(results, model)
+    spread = over_branches(results) if model == reference_law(results)[0] else {}
+    yearly, roof, money = "item_rate" in results, roof_of(results), currency_of(results)
+    bound, of_law = bound_of(results), results.isel(model=model)
+    spans = {name: span(results[f"item_annual_{name}"]) for name in DRAWN if f"item_annual_{name}" in results}
+    means = results["cost_median"].notnull().values if "cost_median" in results.coords else np.zeros(0)
+    mean = dict(zip(results["item"].values.tolist(), means.tolist(), strict=False))
     scale, unit = display_unit(results["level"])
-    label, several = level_name(results), results.sizes["level"] > 1
-    headings = ["piece", *(["room"] if rooms else []), "floor", "number", *(["held by"] if kits else [])]
-    # (a chance is that of each of the pieces of a line)
-    headings += ["chance of falling in a year, each", f"in {YEARS:g} years"] if yearly else ["chance of falling, each"]
-    ranges = model_ranges(results, model)
-    headings += [f"{MODEL_RANGE} of this chance"] if ranges else []
-    breaking = _breaks(results, model) if kits else {}
-    headings += [f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks"] if breaking else []
-    headings.append("recommendation")
-    headings += ["with kit"] if tried else []
-    headings += ["code"] if coded else []
-    headings += [f"with a budget of {given_number(budget)} {money}".rstrip()] if spent else []
-    shares = " / ".join(f"{100.0 * share:g}" for share in SHARES)
-    headings += [f"{label} at which {shares} % fall{f', {unit}' if unit else ''}"] if several else []
-    headings += ["consequence"] if meant else []
-    headings += ["mean cost, each" if "cost_median" in results.coords else "value, each"] if valued else []
-    headings += ["anchoring, each"] if priced else []
-    headings += [f"payback, years{at_rate(pieces)}"] if pays else []
-    amounts = _annual_amounts(results)
-    headings += [heading for heading, _ in amounts.values()]
-    rows, roof = [], roof_of(results)
-    for one in pieces[:MOST_ROWS]:
-        held = one.held
-        cells = [one.item, *([one.room] if rooms else []), floor_cell(one.floor, roof)]
-        cells.append(f"{one.number:,}")
-        cells += [one.kit or "–"] if kits else []
-        chances: list[Range | float] = [one.chance]
-        if yearly:
-            rate = spread.get(one.item, one.chance)
-            chances = [in_years(rate, 1.0).value, in_years(rate, YEARS)]
-        cells += ["–" if held else chance_cell(chance, text) for chance, text in zip(chances, bounds, strict=True)]
-        cells += ["–" if held else ranges.get(one.item, NOT_GIVEN)] if ranges else []
-        cells += [chance_cell(breaking[one.item], most) if one.item in breaking else "–"] if breaking else []
-        cells.append(one.recommendation)
-        cells += ["–" if one.meant is None or one.held else one.meant.kit] if tried else []
-        cells += ["–" if one.code is None else one.code.status] if coded else []
-        cells += ["anchor" if one.chosen else "–"] if spent else []
-        if several:
-            at = [_level(level, results["level"], scale) for level in one.levels]
-            cells.append("–" if held else at[0] if at[0] == at[1] else " / ".join(at))
-        cells += [", ".join(map(consequence_name, one.consequences)) or "–"] if meant else []
-        mean = "cost_median" in results.coords and bool(results["cost_median"].sel(item=one.item).notnull())
-        write = two_digits if mean else given_number  # (a mean is computed, a value is as it was given)
-        cells += [write(one.value) if one.value > 0.0 else "–"] if valued else []
-        cells += [given_number(one.cost) if math.isfinite(one.cost) else "–"] if priced else []
-        best = one.payback_best if one.recommendation == UNRESOLVED else math.nan
-        cells += [payback_text(one.payback, best)] if pays else []
-        cells += ["–" if held else _amount(years * getattr(one, name).value) for name, (_, years) in amounts.items()]
-        rows.append(tuple(cells))
-    when = (
-        ""
-        if yearly or not several
-        else f" at {label} = {level_text(float(results.attrs['at_level']), results['level'])}"
-    )
-    said = [
-        OVER_BRANCHES if spread else f"{confidence_text(results)} intervals",
-        *([f"values in {money}"] if money and (valued or priced) else []),
+    rows: list[Row] = []
+    for piece in every:
+        values = of_law.sel(item=piece.item)
+        breaks = chance_of(values, f"{RUPTURE.name}_probability", f"item_{RUPTURE.name}_rate")
+        row: Row = {
+            "item": piece.item,
+            "room": piece.room,
+            "floor": floor_cell(piece.floor, roof),
+            "pieces": piece.number,
+            "anchored_with": piece.kit,
+            "recommendation": piece.recommendation,
+            "kit": "" if piece.meant is None or piece.held else piece.meant.kit,
+            "code": None if piece.code is None else piece.code.status,
+            "within_budget": "anchor" if piece.chosen else None,
+            "consequences": ", ".join(map(consequence_name, piece.consequences)) or None,
+            # (a mean is computed, a value is as it was given)
+            "value": float(f"{piece.value:.2g}" if mean.get(piece.item) else piece.value) or None,
+            "anchoring_cost": piece.cost,
+            "payback": Range(
+                piece.payback, piece.payback_best if piece.recommendation == UNRESOLVED else math.nan, math.nan
+            ),
+            "breaks": None if math.isnan(breaks.value) else bounded(breaks, bound),
+        }
+        if not piece.held:
+            rate = spread.get(piece.item, piece.chance)
+            row["chance"] = bounded(in_years(rate, YEARS) if yearly else piece.chance, bound)
+            if yearly:
+                row["chance_in_a_year"] = in_years(rate, 1.0).value or Range(0.0, math.nan, bound_of(results, 1.0))
+            row |= {"model_range": _model_range(values), "lost": piece.saving.value if mean else None}
+            row |= {name: years * getattr(piece, name).value or None for name, (years, _) in spans.items()}
+            if results.sizes["level"] > 1:
+                row |= {f"level_{k}": level / scale for k, level in enumerate(piece.levels)}
+        rows.append(row)
+    levels = f"Levels are {level_name(results)}."
+    bought = f"The budget is {given_number(float(results.attrs.get('budget', math.nan)))} {money}".rstrip() + "."
+    paid = f"Paybacks are at a discount rate of {given_percent(every[0].discount if every else 0.0)}."
+    columns = [
+        *(Column("item", "piece"), Column("room", "room"), Column("floor", "floor")),
+        *(Column("pieces", "number", "count"), Column("anchored_with", "held by")),
+        Column("chance_in_a_year", "falls in a year, each", "chance"),
+        Column("chance", f"falls in {YEARS:g} years, each" if yearly else "falls, each", "chance"),
+        Column("model_range", MODEL_RANGE, "chance", note=model_note(results)),
+        Column("breaks", f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks", "chance"),
+        *(Column("recommendation", "recommendation"), Column("kit", "with kit"), Column("code", "code")),
+        Column("within_budget", "within the budget", note=bought),
+        *(
+            Column(f"level_{k}", f"{100.0 * share:g} % fall at", "level2", unit, priority=2, note=levels)
+            for k, share in enumerate(SHARES)
+        ),
+        Column("consequences", "consequence"),
+        Column("value", "mean cost, each" if mean else "value, each", "given", money, priority=2),
+        Column("anchoring_cost", "anchoring, each", "given", money, priority=2),
+        Column("payback", "payback", "payback", "years", note=paid),
+        Column("lost", "lost per year, all", "two", money, priority=2),
+        *(
+            Column(name, f"{DRAWN[name]} {years}, {'each' if name == 'downtime' else 'all'}", "two", priority=2)
+            for name, (_, years) in spans.items()
+        ),
     ]
-    said += [of_what(results)] if ranges else []
-    said += _first(len(pieces))
-    return Rows(f"Each piece{when} ({', '.join([*said, code_text(results)])})", tuple(headings), rows)
-
-
-def code_text(results: xr.Dataset) -> str:
-    """Return which building code was checked, or that none was."""
-    return f"code: {results.attrs['code']}" if "code" in results.attrs else UNCHECKED
-
-
-def code_rows(results: xr.Dataset) -> Rows | None:
-    """Return what the building code says of each piece, with the design forces; None where the study names no code."""
-    if "code" not in results.attrs:
-        return None
-    forces = ("force / weight", "force, N", "anchor force, N", "demand / strength")
-    headings = ("piece", "floor", "code says", "by clause", *forces)
-    rows = []
-    pieces = pieces_of(results)
-    for one in pieces[:MOST_ROWS]:
-        found = one.code
-        assert found is not None  # (the study names a code)
-        numbers = (found.coefficient, found.force, found.demand)
-        texts = [three_digits(value) if math.isfinite(value) else "–" for value in numbers]
-        ratio = two_digits(found.ratio) if math.isfinite(found.ratio) else "–"
-        missing = found.factors if math.isnan(found.coefficient) else ""
-        clause = "; ".join(filter(None, (found.clause, missing)))
-        rows.append((one.item, floor_cell(one.floor), found.status, clause, *texts, ratio))
-    about = "; ".join([str(results.attrs["code"]), str(results.attrs["code_site"]), *_first(len(pieces))])
-    title = (
-        f"{CODE} ({about}; forces on one piece; the horizontal force on its anchors follows from moments about the "
-        "base where their height is given, and is else the whole force; neither the share of the base nor the fixing "
-        "of the anchors to the building is checked)"
+    level = "" if yearly else level_text(float(results.attrs["at_level"]), results["level"])
+    return Table.of(
+        "Pieces",
+        columns,
+        rows,
+        BRANCHES if spread else intervals(results),
+        f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
+        f"Code: {results.attrs['code']}." if "code" in results.attrs else UNCHECKED,
+        most=MOST_ROWS,
     )
-    return Rows(title, headings, rows)
 
 
-def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> ValueTable:
+def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
+    """Return the first pieces with their chance of falling and the recommendation."""
+    at = reference_law(results)[0]
+    table = pieces(results, at).only(*SHORT)
+    every = pieces_of(results, at)
+    # (pieces are in the order of what to do about them: one below may fall more often than one above)
+    least = min((piece.chance.value for piece in every[:most] if not piece.held), default=math.inf)
+    above = [piece.chance for piece in every[most:] if not piece.held and piece.chance.value > least]
+    if not above:
+        return table.first(most)
+    highest = max(above, key=lambda chance: chance.value)
+    highest = in_years(highest, YEARS) if "item_rate" in results else highest
+    more = f"{len(above):,} of the others fall more often than some of these (up to {about_percent(highest.value)})."
+    return table.first(most).noted(more)
+
+
+SHORT = "item", "floor", "pieces", "chance", "model_range", "recommendation"
+"""Columns of the short table."""
+
+
+def codes(results: xr.Dataset) -> Table:
+    """Return what the building code says of each piece, with the design forces."""
+    rows = []
+    for piece in pieces_of(results):
+        code = piece.code
+        assert code is not None  # (the study names a code)
+        missing = code.factors if math.isnan(code.coefficient) else ""
+        row = {"item": piece.item, "floor": floor_cell(piece.floor), "status": code.status}
+        row["clause"] = "; ".join(filter(None, (code.clause, missing)))
+        rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
+    columns = (
+        *(Column("item", "piece"), Column("floor", "floor"), Column("status", "code says")),
+        *(Column("clause", "by clause"), Column("coefficient", "force / weight", "three")),
+        *(Column("force", "force, each", "three", "N"), Column("demand", "anchor force, each", "three", "N")),
+        Column("ratio", "demand / strength", "two"),
+    )
+    checked = f"{results.attrs['code']}; {results.attrs['code_site']}."
+    return Table.of("Code requirements", columns, rows, checked, ANCHORS, most=MOST_ROWS)
+
+
+ANCHORS = (
+    "The horizontal force on the anchors follows from moments about the base if their height is given, and is else the "
+    "whole force. The share of the base and the fixing to the building are not checked."
+)
+
+
+def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False) -> Table:
     """Return the pieces under one law as values in SI, or for people (`readable`) in the tables' units and per cent."""
     scale, level = display_unit(results["level"]) if readable else (1.0, str(results["level"].attrs.get("units", "1")))
     money = currency_of(results)
     units = {
-        "": "",
         "1": "" if readable else "1",
         "level": level,
         "money": money,
-        "money a year": f"{money}/year" if money else "",
-        "year": "years",
-        "days a year": "days/year",
-        "persons a year": "1/year",
-        "newton": "N",
-        "metre": "m",
+        "money/year": f"{money}/year" if money else "",
     }
     yearly = "item_rate" in results
-    left = [name for name in COLUMNS if name.startswith("probability_at" if yearly else "chance_in")]
-    left += ["level"] if yearly else []
-    left += [] if "branch" in results.dims else [name for name in COLUMNS if "over_branches" in name]
-    ranged = f"{'item_rate' if yearly else 'probability'}{LOWER}" in results
-    left += [] if ranged else [name for name in COLUMNS if "_modelling_" in name]
-    left += [] if "code" in results.attrs else [name for name in COLUMNS if name.startswith("code")]
-    for name, quantity in (("downtime", "downtime"), ("injured", "injuries")):
-        if f"item_annual_{quantity}" not in results:
-            left += [column for column in COLUMNS if column.startswith(name)]
-    left += [] if "budget_chosen" in results else ["within_budget"]
-    left += [] if "kit_falls" in results else ["kit"]
-    left += [] if "anchored_with" in results.coords else ["anchored_with"]
-    left += [name for name in ("contact", "friction", TRIP_DISTANCE) if name not in results.coords]
-    left += [] if INSTEAD in results else [INSTEAD]
-    for name, variables in SLIDING.items():
-        last = "_at_level" if yearly else "_in_50_years"
-        left += [one for one in COLUMNS if one.startswith(name) and (last in one or variables[0] not in results)]
-    kept = [name for name in COLUMNS if name not in left]
-    headings = [with_units(name, units[COLUMNS[name]]) for name in kept]
-    of_all: dict[str, str | float | int] = {
-        "damping_law": str(results["model"].values[model]),
-        "level": math.nan if yearly else float(results.attrs["at_level"]),
-    }
+    of_all: dict[str, Value] = {"damping_law": str(results["model"].values[model])}
+    of_all |= {} if yearly else {"level": float(results.attrs["at_level"]) / scale}
     spread = over_branches(results)
-    bound = most_rate(results) if yearly else math.nan
-    every = [of_all | _values(one, yearly, spread.get(one.item), bound) for one in pieces_of(results, model)]
-    beside = _beside(results, model)
-    every = [one | beside[str(one["item"])] for one in every]
-    rows = [[known(_divided(one[name], scale if COLUMNS[name] == "level" else 1.0)) for name in kept] for one in every]
-    return ValueTable(headings, rows)
+    slid = _sliding(results.isel(model=model))
+    rows = [
+        of_all | _values(results, piece, spread.get(piece.item), scale) | slid[piece.item]
+        for piece in pieces_of(results, model)
+    ]
+    columns = [column._replace(unit=units.get(column.unit, column.unit)) for column in EXPORTED]
+    return Table("Pieces", [column for column in columns if column.key in rows[0]], rows)
 
 
-def _beside(results: xr.Dataset, model: int) -> dict[str, dict[str, str | float | int]]:
+def _sliding(here: xr.Dataset) -> dict[str, Row]:
     """Return what is known of the sliding of each item, and its chance if all capacities are off, by column."""
-    here = results.isel(model=model)
-    yearly = "item_rate" in results
-    items = [str(item) for item in results["item"].values]
-    found: dict[str, dict[str, str | float | int]] = {item: {} for item in items}
-    for name in ("contact", "friction", INSTEAD, TRIP_DISTANCE):
-        for item, value in zip(items, here[name].values.tolist() if name in here else [], strict=False):
-            found[item][name] = value
-    chances = [(name, *pair, end) for name, pair in SLIDING.items() for end in ("", "_lower", "_upper")]
-    chances += [("chance" if yearly else "probability", "probability", "item_rate", end) for end in (LOWER, UPPER)]
-    for name, chance, rate, end in chances:
-        if f"{rate if yearly else chance}{end}" not in here:
-            continue
-        if yearly:
-            values, column = probability_in(here[f"{rate}{end}"].clip(0.0), YEARS).values, f"{name}_in_50_years{end}"
-        else:
-            level = float(results.attrs["at_level"])
-            values, column = here[f"{chance}{end}"].sel(level=level).values, f"{name}_at_level{end}"
-        for item, value in zip(items, values.tolist(), strict=True):
-            found[item][column] = value
-    for columns in found.values():  # (no range is known of what never fell)
-        if columns.get(f"{'chance_in_50_years' if yearly else 'probability_at_level'}{UPPER}") == 0.0:
-            columns |= {column: math.nan for column in columns if column.endswith((LOWER, UPPER))}
+    chance, end = ("chance", IN_50) if "item_rate" in here else ("probability", AT_LEVEL)
+    found = {}
+    for i, item in enumerate(here["item"].values.tolist()):
+        piece = here.isel(item=i)
+        row: Row = {key: piece[key].item() for key in ("contact", "friction", INSTEAD, TRIP_DISTANCE) if key in here}
+        row |= {f"{name}{end}": chance_of(piece, *chances) for name, chances in CHANCES.items() if chances[0] in here}
+        if f"{'item_rate' if chance == 'chance' else chance}{LOWER}" in here:
+            ends = _model_range(piece.drop_vars("epistemic_item_rate", errors="ignore"))
+            row |= {f"{chance}{end}{LOWER}": ends.lower, f"{chance}{end}{UPPER}": ends.upper}
+        found[str(item)] = row
     return found
 
 
-def _divided(value: str | float | int, scale: float) -> str | float | int:
-    return value / scale if isinstance(value, float) and scale != 1.0 else value
+def chance_of(piece: xr.Dataset, chance: str, rate: str, ends: Sequence[str] = ENDS) -> Range:
+    """Return a chance of a piece in `YEARS`, or at the level; NaN if the results have none."""
+    if "item_rate" in piece:
+        return in_years(range_of(piece, rate, ends=ends), YEARS, 0.0)
+    return range_of(piece.sel(level=float(piece.attrs["at_level"])), chance, ends=ends)
 
 
-def _breaks(results: xr.Dataset, model: int) -> dict[str, Range]:
-    """Return how likely the kits of pieces break in `YEARS`, or at the level, by item; empty where nothing says so."""
-    yearly = "item_rate" in results
-    name = f"item_{RUPTURE.name}_rate" if yearly else f"{RUPTURE.name}_probability"
-    if name not in results:
-        return {}
-    here = results[[f"{name}{end}" for end in ("", "_lower", "_upper")]].isel(model=model)
-    here = here if yearly else here.sel(level=float(results.attrs["at_level"]))
-    values = {
-        str(item): Range(*map(float, each))
-        for item, *each in zip(here["item"].values, *(one.values for one in here.data_vars.values()), strict=True)
-    }
-    known = {item: one for item, one in values.items() if not math.isnan(one.value)}
-    return {item: in_years(one, YEARS) for item, one in known.items()} if yearly else known
-
-
-def model_ranges(results: xr.Dataset, model: int) -> dict[str, str]:
-    """Return the model ranges of the chances that pieces fall, in `YEARS` or at the level, by item."""
-    yearly = "item_rate" in results
-    name = "epistemic_item_rate" if "epistemic_item_rate" in results else "item_rate" if yearly else "probability"
-    here = results[[f"{name}{end}" for end in (LOWER, UPPER) if f"{name}{end}" in results]]
-    if not here:
-        return {}
-    here = here.isel(model=model) if "model" in here.dims else here
-    here = here.clip(0.0).map(probability_in, args=(YEARS,)) if yearly else here.sel(level=results.attrs["at_level"])
-    texts = {str(item): model_range(here.sel(item=item), name) for item in results["item"].values}
-    return {item: text for item, text in texts.items() if text}
-
-
-def payback_text(years: float, best: float = math.nan) -> str:
-    """Return a payback in a cell: never where the saving does not pay the cost, a dash where it is not known.
-
-    `best`: the payback of the upper end of the saving's interval, where that decides; it stands beside a payback that
-    the saving itself never reaches.
-    """
-    if math.isinf(years) and math.isfinite(best):
-        return f"never; {two_digits(best)} at best"
-    return "–" if math.isnan(years) else "never" if math.isinf(years) else two_digits(years)
-
-
-def at_rate(pieces: Sequence[Piece]) -> str:
-    """Return the clause on the discount rate of paybacks, in a heading."""
-    rates = {one.discount for one in pieces}
-    return "".join(f" (at {given_percent(rate)} a year)" for rate in rates)
+def _model_range(piece: xr.Dataset) -> Range:
+    """Return the range of the chance that a piece falls if all capacities are off; NaN if it is not known."""
+    rate = "epistemic_item_rate" if "epistemic_item_rate" in piece else "item_rate"
+    ends = chance_of(piece, "probability", rate, ("", LOWER, UPPER))._replace(value=math.nan)
+    return ends if ends.upper > 0.0 else UNKNOWN  # (no range is known of what never fell)
 
 
 def over_branches(results: xr.Dataset) -> dict[str, Range]:
@@ -325,95 +252,57 @@ def over_branches(results: xr.Dataset) -> dict[str, Range]:
     return {str(item): Range(mean, *pair) for item, (mean, pair) in zip(results["item"].values, rates, strict=True)}
 
 
-def in_years(rate: Range, years: float) -> Range:
-    """Return the probabilities of at least one fall in so many years."""
-    return Range(*(float(probability_in(np.float64(one), years)) for one in rate))
+def in_years(rate: Range, years: float, least: float = -math.inf) -> Range:
+    """Return the probabilities of at least one fall in so many years; rates below `least` count as `least`."""
+    return Range(*(float(probability_in(np.maximum(least, end), years)) for end in rate))
 
 
-def _values(one: Piece, yearly: bool, spread: Range | None, bound: float) -> dict[str, str | float | int]:
-    """Return the values of a piece by column; bound: the largest rate of what no motion showed, 1/year."""
-    found: dict[str, str | float | int] = {
-        "item": one.item,
-        "room": one.room,
-        "floor": int(one.floor) if one.floor.isdecimal() else one.floor,
-        "pieces": one.number,
-        "anchored_with": one.kit,
-        "level_at_10_percent": one.levels[0] or math.nan,
-        "level_at_50_percent": one.levels[1] or math.nan,
-        "consequences": ", ".join(one.consequences),
-        "value": one.value,
-        "anchoring_cost": one.cost,
-        "anchoring_cost_of_all": one.number * one.cost,
-        "payback": one.payback,
-        "recommendation": one.recommendation,
-        "kit": "" if one.meant is None or one.held else one.meant.kit,
-        "within_budget": "" if one.held else "yes" if one.chosen else "no",
+def bounded(chance: Range, bound: float) -> Range:
+    """Return a chance; of what no motion showed 0 with the upper end of its interval."""
+    return chance if chance.value > 0.0 else Range(0.0, math.nan, bound)
+
+
+def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: float) -> dict[str, Value]:
+    """Return the values of a piece by column; levels divided by `scale`."""
+    yearly = "item_rate" in results
+    found: dict[str, Value] = {
+        "item": piece.item,
+        "room": piece.room,
+        "floor": int(piece.floor) if piece.floor.isdecimal() else piece.floor,
+        "pieces": piece.number,
+        **{
+            f"level_at_{100.0 * share:g}_percent": (level or math.nan) / scale
+            for share, level in zip(SHARES, piece.levels, strict=True)
+        },
+        "consequences": ", ".join(piece.consequences),
+        "value": piece.value,
+        "anchoring_cost": piece.cost,
+        "anchoring_cost_of_all": piece.number * piece.cost,
+        "saving_a_year": piece.saving,
+        "payback": piece.payback,
+        "recommendation": piece.recommendation,
     }
-    if spread is not None:
-        known_rate = spread if not one.held and spread.value > 0.0 else Range(*[math.nan] * 3)
-        name = "chance_in_50_years_over_branches"
-        ends = ("", "_5_percent", "_95_percent")
-        found |= {f"{name}{end}": value for end, value in zip(ends, in_years(known_rate, YEARS), strict=True)}
-    if one.code is not None:
-        found |= {
-            "code": one.code.status,
-            "code_clause": one.code.clause,
-            "code_factors": one.code.factors,
-            "code_force": one.code.force,
-            "code_anchor_force": one.code.demand,
-            "code_demand_over_strength": one.code.ratio,
-        }
-    ranges = {"saving_a_year": one.saving, "downtime_of_one_a_year": one.downtime, "injured_a_year": one.injuries}
-    if one.held:
-        one = one._replace(chance=UNKNOWN)
-    elif one.chance.value == 0.0 and math.isnan(one.chance.upper):
-        one = one._replace(chance=Range(math.nan, math.nan, bound))  # (no motion made it fall)
-        ranges |= dict.fromkeys(("downtime_of_one_a_year", "injured_a_year"), UNKNOWN)
+    if "anchored_with" in results.coords:
+        found["anchored_with"] = piece.kit
+    if "kit_falls" in results:
+        found["kit"] = "" if piece.meant is None or piece.held else piece.meant.kit
+    if "budget_chosen" in results:
+        found["within_budget"] = "" if piece.held else "yes" if piece.chosen else "no"
+    if "branch" in results.dims:
+        known = spread if spread is not None and not piece.held and spread.value > 0.0 else UNKNOWN
+        found[f"chance{IN_50}_over_branches"] = in_years(known, YEARS)
+    if piece.code is not None:
+        names = {"": "status", "_clause": "clause", "_factors": "factors", "_force": "force"}
+        names |= {"_anchor_force": "demand", "_demand_over_strength": "ratio"}
+        found |= {f"code{end}": getattr(piece.code, name) for end, name in names.items()}
+    unseen = not piece.held and piece.chance.value == 0.0 and math.isnan(piece.chance.upper)
+    if "item_annual_downtime" in results:
+        found["downtime_of_one_a_year"] = UNKNOWN if unseen else piece.downtime
+    if "item_annual_injuries" in results:
+        found["injured_a_year"] = UNKNOWN if unseen else piece.injuries
+    chance = UNKNOWN if piece.held else piece.chance
+    if unseen:  # (no motion made it fall)
+        chance = ends_of(math.nan, most_rate(results) if yearly else math.nan)
     if yearly:
-        ranges |= {"chance_in_a_year": in_years(one.chance, 1.0), "chance_in_50_years": in_years(one.chance, YEARS)}
-    else:
-        ranges["probability_at_level"] = one.chance
-    for name, each in ranges.items():
-        found |= {f"{name}{end}": value for end, value in zip(("", "_lower", "_upper"), each, strict=True)}
-    return found
-
-
-def _annual_amounts(results: xr.Dataset) -> dict[str, tuple[str, float]]:
-    """Return the headings of what a line costs, is out of use and injures, where it is drawn, and of how many years."""
-    found = {}
-    if "cost_median" in results.coords and "item_annual_loss" in results:
-        found["saving"] = ("lost a year, all", 1.0)
-    for name, which in (("downtime", "each"), ("injuries", "all")):
-        if f"item_annual_{name}" in results:
-            years, words = span(results[f"item_annual_{name}"])
-            found[name] = (f"{drawn_heading(name, words)}, {which}", years)
-    return found
-
-
-def _amount(value: float) -> str:
-    return two_digits(value) if value > 0.0 else "–"
-
-
-def _first(number: int) -> list[str]:
-    """Return what a title says of a table that does not hold all pieces."""
-    if number <= MOST_ROWS:
-        return []
-    return [f"the first {MOST_ROWS} of {number:,}; the exported table holds all of them"]
-
-
-def chance_cell(chance: Range | float, most: str) -> str:
-    """Return a chance, with its interval; `most` is the bound of what no motion showed."""
-    if isinstance(chance, float):
-        return about_percent(chance) if chance > 0.0 else most
-    if not chance.value > 0.0:
-        return most
-    ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
-    return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")
-
-
-def _level(level: float, axis: xr.DataArray, scale: float) -> str:
-    if level == 0.0:
-        return f"below {two_digits(float(axis.min()) / scale)}"
-    if math.isinf(level):
-        return f"above {two_digits(float(axis.max()) / scale)}"
-    return two_digits(level / scale)
+        return found | {"chance_in_a_year": in_years(chance, 1.0), "chance_in_50_years": in_years(chance, YEARS)}
+    return found | {"probability_at_level": chance}

@@ -3,52 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
 
 from ...motions.intensity.naming import GROUND
 from ..plan.selections import MEASURE, PREFIX, STRIPE
-from ..text.rows import Rows
-from ..text.words import display_unit, measure_at, measure_name
+from ..text.words import display_of, measure_at, measure_name
+from .table import Column, Table, ends_of
 
 
-def selection_rows(results: xr.Dataset) -> Rows | None:
-    """Return the agreement of each stripe's motions with the hazard, a row a stripe; None where none were selected."""
-    if f"{PREFIX}bias" not in results:
-        return None
+def selections(results: xr.Dataset) -> Table:
+    """Return the agreement of each stripe's motions with the hazard, a row per stripe."""
     given = str(results[STRIPE].attrs["long_name"])
-    scale, unit = display_unit(
-        results[STRIPE].copy(data=results[STRIPE].values).assign_attrs(units=_unit_of(results, given))
-    )
-    headings = (
-        f"{measure_at(given, GROUND)}{f', {unit}' if unit else ''}",
-        "ε",
-        "median most off",
-        "scatter most off",
-        "PGV",
-        "factors",
-        "agrees",
-    )
+    scale, unit = display_of(_unit_of(results, given))
     rows = []
     for i, level in enumerate(results[STRIPE].values):
-        one = results.isel({STRIPE: i})
-        bias, ratio = one[f"{PREFIX}bias"], one[f"{PREFIX}sigma_ratio"]
-        epsilon = float(one[f"{PREFIX}epsilon"])
-        found = one[f"{PREFIX}bias"].sel({MEASURE: "pgv"})
-        rows.append(
-            (
-                f"{level / scale:.3g}",
-                "–" if math.isnan(epsilon) else f"{epsilon:.1f}".replace("-", "−"),
-                _furthest(bias, abs(bias), _percent),
-                _furthest(ratio, abs(ratio - 1.0), "× {:.2f}".format),
-                ("not asked" if math.isnan(float(found)) else _percent(float(found))),
-                f"{float(one[f'{PREFIX}factor_least']):.2g}–{float(one[f'{PREFIX}factor_greatest']):.2g}",
-                "yes" if bool(one[f"{PREFIX}consistent"]) else "no",
-            )
-        )
-    return Rows("Do the selected motions agree with the hazard? Set over target, of each stripe", headings, rows)
+        stripe = results.isel({STRIPE: i})
+        bias, ratio = stripe[f"{PREFIX}bias"], stripe[f"{PREFIX}sigma_ratio"]
+        velocity = float(bias.sel({MEASURE: "pgv"}))
+        rows.append({
+            "level": level / scale,
+            "epsilon": float(stripe[f"{PREFIX}epsilon"]),
+            "median": _furthest(bias, abs(bias), Column("", format="signed")),
+            "scatter": _furthest(ratio, abs(ratio - 1.0), Column("", format="hundredths")),
+            "pgv": "not asked" if math.isnan(velocity) else velocity,
+            "factors": ends_of(*(float(stripe[f"{PREFIX}factor_{end}"]) for end in ("least", "greatest"))),
+            "agrees": "yes" if bool(stripe[f"{PREFIX}consistent"]) else "no",
+        })  # fmt: skip
+    columns = (
+        *(Column("level", measure_at(given, GROUND), "plain", unit), Column("epsilon", "ε", "tenths")),
+        *(Column("median", "median most off"), Column("scatter", "scatter most off"), Column("pgv", "PGV", "signed")),
+        *(Column("factors", "factors", "two"), Column("agrees", "agrees")),
+    )
+    note = "Numbers compare the selected motions of each stripe with the target."
+    return Table.of("Agreement of the selected motions with the hazard", columns, rows, note)
 
 
 def _unit_of(results: xr.Dataset, given: str) -> str:
@@ -56,14 +45,9 @@ def _unit_of(results: xr.Dataset, given: str) -> str:
     return "1" if known is None else str(known.item())
 
 
-def _percent(value: float) -> str:
-    """Return a difference with its sign, in whole per cent."""
-    return f"{round(100.0 * value) or 0:+d} %".replace("-", "−").replace("+0", "0")
-
-
-def _furthest(values: xr.DataArray, distance: xr.DataArray, form: Callable[[float], str]) -> str:
-    """Return the value furthest off, and of which measure it is; a dash where nothing is known."""
+def _furthest(values: xr.DataArray, distance: xr.DataArray, column: Column) -> str | None:
+    """Return the value furthest off, and of which measure it is; None if nothing is known."""
     if not bool(distance.notnull().any()):
-        return "–"
+        return None
     at = int(np.nanargmax(distance.values))
-    return f"{form(float(values[at]))} {measure_name(str(values[MEASURE].values[at]))}"
+    return f"{column.text(float(values[at]))} {measure_name(str(values[MEASURE].values[at]))}"

@@ -1,22 +1,22 @@
-"""Tables of sensitivity studies: laws down, values of delta or e across, a table for each block."""
+"""Tables of sensitivity studies: laws down, values of delta or e across."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array
-from ...core.wording import two_digits, whole_percent
 from ...fragility.runs.provenance import blocks_of
 from ...models import Block
 from ..plan.estimates import middle_level
+from ..text.block_order import shown
 from ..text.reached import within_levels
-from ..text.rows import Rows
-from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, level_name, level_text
+from ..text.words import axis_of, block_title, display_unit, level_name, level_text
+from .table import Column, Marked, Row, Table, chosen
 
 LAW_NAMES = {
     "discrete": "discrete damping",
@@ -33,6 +33,8 @@ PARAMETERS = {"delta": "δ, the width of the zone of damping", "e": "e, the coef
 """Parameters in words."""
 SLIPS, SQUAT, ABOVE = "†", "‡", "*"
 """Marks of values of e: not possible with the friction there is, for so squat a block; and possible, but above e_R."""
+MOST_SHORT = 8
+"""Most rows on a terminal."""
 MOST_SAID = 3
 """Most blocks that have a sentence; the table has all of them."""
 
@@ -79,34 +81,41 @@ def law_name(results: xr.Dataset, at: int) -> str:
     return f"{name} (rigid at rest)" if twice and str(results["rest"].values[at]) == "rigid" else name
 
 
-def level_rows(results: xr.Dataset) -> Rows:
+def block_levels(results: xr.Dataset) -> Table:
     """Return the levels at which half of the motions overturn each block, by the value, under the law of the answer."""
     at = law_of_answer(results)
-    axis = axis_of(results)
-    scale, unit = display_unit(axis)
-    symbol = GREEK[str(results.attrs["parameter"])]
+    scale, unit = display_unit(axis_of(results))
     medians = results["half_level"].isel(model=at).transpose("block", "value").values / scale
     marks, own_e = marks_of(results), own_restitution(results)
     rows = []
     for i, block in enumerate(results["block"].values):
-        cells = [mark or _level(one) for one, mark in zip(medians[i].tolist(), marks[i].tolist(), strict=True)]
+        row: Row = {"name": block_title(str(block))}
         if own_e is not None:
-            e, values = own_e[i], results["value"].values
-            above = [bool(value > e) and not mark for value, mark in zip(values, marks[i], strict=True)]
-            cells = [f"{cell} {ABOVE}" if beyond else cell for cell, beyond in zip(cells, above, strict=True)]
-            cells = ["none" if math.isnan(e) else f"{e:.3f}", *cells]
-        rows.append((block_title(str(block)), *cells))
-    name = f"{level_name(results)}{f', {unit},' if unit else ''}"
-    said = [law_name(results, at), *_legend(results, marks)]
-    if any(ABOVE in cell for row in rows for cell in row):
-        said.append(f"{ABOVE}: above e_R, so less energy is lost than in an impact at the edge")
-    title = f"{name} at which half of the motions overturn each piece, by {symbol} ({'; '.join(said)})"
-    heading = () if own_e is None else ("its e_R",)
-    return Rows(title, (f"{symbol} =", *heading, *(f"{one:g}" for one in results["value"].values)), rows)
+            row["own"] = "none" if math.isnan(own_e[i]) else float(own_e[i])
+        for value, median, mark in zip(
+            results["value"].values.tolist(), medians[i].tolist(), marks[i].tolist(), strict=True
+        ):
+            above = own_e is not None and value > own_e[i] and not mark
+            row[f"{value:g}"] = mark or (Marked(median, ABOVE) if above else median)
+        rows.append(row)
+    columns = _values(results, "level2")
+    columns[1:1] = [Column("own", "its e_R", "thousandths")] if own_e is not None else []
+    note = f"Numbers are levels ({level_name(results)}{f', {unit}' if unit else ''}) under {law_name(results, at)}."
+    above = any(isinstance(value, Marked) for row in rows for value in row.values())
+    notes = note, *_legend(results, marks), HIGHER if above else ""
+    return Table.of("Levels for half of the motions", columns, rows, *notes)
 
 
-def _level(value: float) -> str:
-    return NOT_REACHED if value == math.inf else "–" if math.isnan(value) else two_digits(value)
+HIGHER = f"{ABOVE}: above e_R, so less energy is lost than in an impact at the edge."
+
+
+def _values(results: xr.Dataset, format_: str) -> list[Column]:
+    """Return the columns of the values that are varied, after the column of names."""
+    symbol = GREEK[str(results.attrs["parameter"])]
+    return [
+        Column("name", f"{symbol} ="),
+        *(Column(f"{value:g}", f"{value:g}", format_) for value in results["value"].values.tolist()),
+    ]
 
 
 def own_restitution(results: xr.Dataset) -> Array | None:
@@ -135,17 +144,17 @@ def marks_of(results: xr.Dataset) -> NDArray[np.str_]:
 
 
 def _legend(results: xr.Dataset, marks: NDArray[np.str_]) -> list[str]:
-    """Return what the marks that occur mean."""
+    """Return the meanings of the marks that occur."""
     limit = f"{float(results.attrs.get('friction', 1.0)):g}"
     words = {
         SLIPS: f"not possible, because the impact needs a coefficient of friction above {limit}",
         SQUAT: "not possible, because so squat a block stops at an impact at its edge (its e_R is not positive)",
     }
-    return [f"{mark}: {text}" for mark, text in words.items() if (marks == mark).any()]
+    return [f"{mark}: {text}." for mark, text in words.items() if (marks == mark).any()]
 
 
 def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, float, float]]:
-    """Return each block's values of its lowest and highest median, in order, and these (SI), as in `level_rows`."""
+    """Return each block's values of its lowest and highest median, in order, and these (SI), as in `block_levels`."""
     results = within_levels(results)
     every = results["half_level"].isel(model=model).transpose("block", "value").values
     values, marks = results["value"].values, marks_of(results)
@@ -174,46 +183,50 @@ def laws_apart(results: xr.Dataset) -> list[tuple[str, float]]:
     return sorted(found, key=lambda one: abs(np.log(one[1])))
 
 
-def median_rows(results: xr.Dataset) -> list[Rows]:
-    """Medians divided by those of the reference."""
-    ratio = results["median_ratio"].sel(comparison=reference_of(results))
-    title = f"Median over that of {reference_name(results)}"
-    return [_table(results, f"{title}: {block}", ratio.sel(block=block), _factor) for block in results["block"].values]
+def median_ratios(results: xr.Dataset) -> Table:
+    """Return the medians divided by those of the reference, the laws of each block together."""
+    here = shown(results)
+    ratio = here["median_ratio"].sel(comparison=reference_of(here))
+    blocks = {str(block): ratio.sel(block=block) for block in here["block"].values}
+    return _table(here, f"Median over that of {reference_name(here)}", blocks, "times")
 
 
-def probability_rows(results: xr.Dataset) -> list[Rows]:
-    """Probabilities of overturning and shares of flipped outcomes, at the level given by `level_between`."""
-    found = []
-    for block in results["block"].values:
-        here = results.sel(block=block)
-        at = level_between(here)
-        where = f"at {level_at(results, at)}: {block}"
-        found.append(
-            _table(results, f"Probability of overturning {where}", here["probability"].isel(level=at), _percent)
-        )
-        flips = here["flipped"].sel(comparison=reference_of(results)).isel(level=at)
-        found.append(_table(results, f"Outcomes that differ from {reference_name(results)} {where}", flips, _percent))
+def short_ratios(results: xr.Dataset) -> Table:
+    """Return the first rows of the medians divided by those of the reference, for a terminal."""
+    return median_ratios(results).first(MOST_SHORT)
+
+
+def overturnings(results: xr.Dataset) -> Table:
+    """Return the probabilities of overturning at the level given by `level_between`."""
+    here = shown(results)
+    return _table(here, "Probability of overturning", _between(here, here["probability"]), "share")
+
+
+def flips(results: xr.Dataset) -> Table:
+    """Return the shares of outcomes that differ from those of the reference, at the level given by `level_between`."""
+    here = shown(results)
+    flipped = here["flipped"].sel(comparison=reference_of(here))
+    return _table(here, f"Outcomes that differ from {reference_name(here)}", _between(here, flipped), "share")
+
+
+def _between(here: xr.Dataset, values: xr.DataArray) -> dict[str, xr.DataArray]:
+    """Return the values of each block at its level, by the name of the block with the level."""
+    found = {}
+    for block in here["block"].values:
+        at = level_between(here.sel(block=block))
+        found[f"{block}, at {level_at(here, at)}"] = values.sel(block=block).isel(level=at)
     return found
 
 
-def _table(results: xr.Dataset, title: str, cells: xr.DataArray, write: Callable[[float], str]) -> Rows:
-    symbol = GREEK[str(results.attrs["parameter"])]
-    marks = marks_of(results)[results["block"].values.astype(str).tolist().index(str(cells["block"].item()))]
-    rows = [
-        (
-            str(model),
-            *(mark or write(float(one)) for one, mark in zip(cells.sel(model=model).values, marks, strict=True)),
-        )
-        for model in results["model"].values
-    ]
-    said = _legend(results, marks)
-    title += f" ({'; '.join(said)})" if said else ""
-    return Rows(title, (f"{symbol} =", *(f"{one:g}" for one in results["value"].values)), rows)
-
-
-def _factor(value: float) -> str:
-    return "" if np.isnan(value) else NOT_REACHED if value == np.inf else f"{value:.2f}"
-
-
-def _percent(value: float) -> str:
-    return "" if np.isnan(value) else whole_percent(value)
+def _table(results: xr.Dataset, title: str, blocks: Mapping[str, xr.DataArray], format_: str) -> Table:
+    """Return the table of a value of each block, a row per law."""
+    marks = marks_of(results)
+    names = [f"{value:g}" for value in results["value"].values.tolist()]
+    rows: list[Row | str] = []
+    for block, (heading, values) in enumerate(blocks.items()):
+        rows.append(heading)
+        for model in results["model"].values:
+            pairs = zip(values.sel(model=model).values.tolist(), marks[block].tolist(), strict=True)
+            cells = [mark or ("" if math.isnan(value) else value) for value, mark in pairs]
+            rows.append({"name": str(model), **dict(zip(names, cells, strict=True))})
+    return Table(title, _values(results, format_), rows, [*filter(None, (*_legend(results, marks), chosen(results)))])

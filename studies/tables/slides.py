@@ -1,22 +1,22 @@
-"""What sliding changes, and what falls over edges, as tables and in sentences."""
+"""Sliding and falls over edges."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import math
 
 import numpy as np
 import xarray as xr
 
-from ...core.wording import about_percent, confidence_text, interval_text, two_digits, years_text
+from ...core.wording import years_text
 from ...fragility.adaptive.until import PROBABILITY
 from ...fragility.hazard.rates import probability_in
+from ..buildings.recommendations import Range
 from ..plan.adaptive_slides import SLIP_HALF
 from ..plan.estimates import middle_level
 from ..plan.slides import (
     DAMAGE,
     DISTANCES,
-    ENDS,
     FALL_OFF,
     FALLS,
     GATED,
@@ -28,174 +28,126 @@ from ..plan.slides import (
     TRIP_DISTANCE,
     TRIP_RATE,
 )
-from ..text.rows import Rows
 from ..text.words import axis_of, by_place, display_unit, level_text, quantity_name, reference_law
+from .table import Column, Row, Table, intervals, range_of
 
 MOST = 100
 """Most blocks in a table."""
-NO_SIMULATION = "a criterion, not a simulation"
-"""How trips are decided."""
+TRIPS = "Trips over obstacles: a criterion, not a simulation."
 
 
-def slide_rows(results: xr.Dataset) -> Rows | None:
+def slides(results: xr.Dataset) -> Table:
     """Return the table of sliding: in the years of a study with a hazard, else at the level where half fall."""
-    if SLIP_HALF in results:
-        return _adaptive_rows(results)
-    if INSTEAD not in results or SLIP not in results:
-        return None
-    at, _ = reference_law(results)
-    here = results.isel(model=at)
-    of_runs = "probability", GATED, SLIP, TRIP
-    names = ("rate", GATED_RATE, SLIP_RATE, TRIP_RATE) if SLIP_RATE in results else of_runs
-    (falls,), (gated,), beyond, tripped = (
-        _chances(here, name, ENDS if name in (SLIP, SLIP_RATE, TRIP, TRIP_RATE) else ENDS[:1]) for name in names
-    )
-    distances = results[TRIP_DISTANCE].values if tripped else np.full(results.sizes["block"], np.nan)
-    rows = []
-    for name, where in by_place(results.isel(block=slice(MOST)), beyond[0].dims):
-        i = where["block"]
-        own = [
-            _text([float(one.isel(there)) for one in beyond], _ever(results[SLIP].isel(there)))
-            for there in ({**where, "slip": j} for j in range(results.sizes["slip"]))
-        ]
-        chances = results[INSTEAD][i], falls.isel(where), gated.isel(where)
-        if tripped:
-            own.append("–" if np.isnan(distances[i]) else f"{1000.0 * distances[i]:.4g}\u00a0mm")
-            own.append(_text([float(one.isel(where)) for one in tripped], _ever(results[TRIP].isel(where))))
-        rows.append((name, *(_text([float(one)]) for one in chances), *own))
-    return _sliding(results, f" {_when(results)}", "the motions", rows, falls=True, trips=bool(tripped))
-
-
-def _sliding(
-    results: xr.Dataset, of: str, over: str, rows: list[tuple[str, ...]], *, falls: bool, trips: bool = False
-) -> Rows:
-    """Return a table of sliding with its title and headings."""
-    slips = results["slip"].values.tolist()
-    headings = ["", "slides, never rocks"]
-    headings += ["falls, if it could not slide", "falls, where it rocks"] if falls else []
-    headings += [f"slips over {100.0 * one:g} cm" for one in slips]
-    headings += ["obstacle at", "trips over it"] if trips else []
-    # (slips of the study's own have a meaning of their own)
-    words = ", ".join(f"over {100.0 * one:g} cm it {does}" for one, does in DAMAGE.items())
-    title = (
-        f"Sliding{of} ({confidence_text(results)} intervals over {over}): a block whose friction is below b/h slides "
-        f"and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
-        f"{f'; trips over obstacles: {NO_SIMULATION}' if trips else ''}{_cut(results.sizes['block'])}"
-    )
-    return Rows(title, tuple(headings), rows)
-
-
-def _adaptive_rows(results: xr.Dataset) -> Rows:
-    """Return the table of sliding of a study at adaptive levels: chances in some years, else the shaking of slips."""
-    at, _ = reference_law(results)
-    here = results.isel(model=at)
-    rated = SLIP_RATE in results
+    here = results.isel(model=reference_law(results)[0])
+    adaptive, rated = SLIP_HALF in results, SLIP_RATE in results
+    halves = adaptive and not rated and SLIP not in here
     scale, unit = display_unit(axis_of(results))
-    rows = []
-    for i, block in enumerate(results["block"].values[:MOST].tolist()):
-        cells = [_text([float(here[INSTEAD][i])])]
-        if rated:
-            (falls,), (rests,) = (_chances(here, name, ENDS[:1]) for name in ("rate", GATED_RATE))
-            cells += [_text([float(one[i])]) for one in (falls, rests)]
-        for k in range(results.sizes["slip"]):
-            if rated or SLIP in here:
-                every = _chances(here, SLIP_RATE, ENDS) if rated else [here[f"{SLIP}{end}"] for end in ENDS]
-                own = [float(one[i, k]) for one in every]
-                cells.append(_text(own if own[0] > 0.0 else own[:1]))
-                continue
-            median, low, high = (float(here[f"{SLIP_HALF}{end}"][i, k]) / scale for end in ENDS)
-            cells.append("–" if np.isnan(median) else f"{median:.3g} ({low:.3g}–{high:.3g})")
-        rows.append((str(block), *cells))
-    name = f"{quantity_name(axis_of(results))}{f' ({unit})' if unit else ''}"
-    of = f": the {name} at which half of the blocks that slide slip further"
-    if rated:
-        of = f" {_when(results)}"
-    elif SLIP in here:
-        asked = json.loads(str(results.attrs["until"]))[PROBABILITY]
-        of = f" at {level_text(float(asked['level']), axis_of(results))}"
-    return _sliding(results, of, "the motions and the friction", rows, falls=rated)
+    slips = results["slip"].values.tolist()
+    rows: list[Row] = []
+    for name, where in by_place(results, here[SLIP_HALF if halves else SLIP_RATE if rated else SLIP].dims):
+        block = here.isel(where)
+        row: Row = {"name": name, INSTEAD: float(block[INSTEAD])}
+        if not halves and (rated or not adaptive):
+            row |= {"falls": _chance(block, "rate", "probability").value}
+            row |= {"rests": _chance(block, GATED_RATE, GATED).value}
+        for k, slip in enumerate(slips):
+            at = block.isel(slip=k)
+            row[f"{slip:g}"] = range_of(at, SLIP_HALF, scale) if halves else _chance(at, SLIP_RATE, SLIP, adaptive)
+        if not adaptive and (TRIP_RATE if rated else TRIP) in here:
+            row |= {"obstacle": 1000.0 * float(block[TRIP_DISTANCE]), "trips": _chance(block, TRIP_RATE, TRIP)}
+        rows.append(row)
+    columns = (
+        *(Column("name", "block"), Column(INSTEAD, "slides, never rocks", "chance")),
+        *(Column("falls", "falls, if it could not slide", "chance"), Column("rests", "falls, if it rocks", "chance")),
+        *(
+            Column(f"{slip:g}", f"slips over {100.0 * slip:g} cm", *(("plain", unit) if halves else ("chance",)))
+            for slip in slips
+        ),
+        *(Column("obstacle", "obstacle at", "short", "mm"), Column("trips", "trips over it", "chance", note=TRIPS)),
+    )
+    half = f"Levels are {quantity_name(axis_of(results))} at which half of the blocks that slide slip further."
+    level = float(json.loads(str(results.attrs["until"]))[PROBABILITY]["level"]) if adaptive and SLIP in here else None
+    at_level = f"at {level_text(level, axis_of(results))}" if level is not None else ""
+    return Table.of(
+        "Sliding" if halves else f"Sliding {at_level or _when(results)}",
+        columns,
+        rows,
+        intervals(results),
+        half if halves else "",
+        SLIDES,
+        # (slips that a study gives have their own meaning)
+        TEARS if tuple(slips) == DISTANCES else "",
+        most=MOST,
+    )
 
 
-def _cut(of: int, what: str = "blocks") -> str:
-    """Return what a title says where a table holds only the first of its lines."""
-    return f"; the first {MOST} of {of:,} {what}" if of > MOST else ""
+SLIDES = "A block whose friction is below b/h slides and does not rock."
+TEARS = f"Assumed damage by slip: {', '.join(f'over {100.0 * slip:g} cm it {does}' for slip, does in DAMAGE.items())}."
 
 
 def _when(results: xr.Dataset) -> str:
-    """Return what chances are of: the years of a study with a hazard, else the level at which half of all fall."""
-    if SLIP_RATE in results:
+    """Return the years of the chances of a study with a hazard, else the level at which half of all fall."""
+    if ("years" in results.attrs and f"{FALL_OFF}_risk_probability" in results) or SLIP_RATE in results:
         return f"in {years_text(float(results.attrs['years']))}"
     level = results["level"]
     return f"at {level_text(float(level[middle_level(results['probability'])]), level)}"
 
 
-def _chances(results: xr.Dataset, name: str, ends: Sequence[str]) -> list[xr.DataArray]:
-    """Return chances `_when`, each with the ends of its interval that there are, from rates or chances at levels."""
-    known = [results[f"{name}{end}"] for end in ends if f"{name}{end}" in results]
-    if SLIP_RATE in results:
-        return [probability_in(one.clip(0.0), float(results.attrs["years"])) for one in known]
-    middle = middle_level(results["probability"])
-    return [one.isel(level=middle) for one in known]
+def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -> Range:
+    """Return a chance `_when`; of what no run showed 0 with the upper end of its interval."""
+    if SLIP_RATE in block:
+        ends = range_of(block, rate)
+        found = Range(*(float(probability_in(np.float64(max(end, 0.0)), float(block.attrs["years"]))) for end in ends))
+    else:
+        found = range_of(block if adaptive else block.isel(level=middle_level(block["probability"])), chance)
+    if adaptive and found.value == 0.0:  # (a block whose friction is never low enough)
+        return Range(0.0, math.nan, math.nan)
+    return found if adaptive or chance not in block else _seen(found, block[chance])
 
 
-def edge_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of falls over edges, in the years or at the level of the table of sliding; None without any."""
-    if f"{FALL_OFF}_probability" not in results:
-        return None
-    when, cases = _edges(results)
-    rows = [(name, *chances) for name, chances in cases[:MOST]]
-    headings = ("", "slides off", "overturns, if it could not slide", "overturns or slides off")
-    sure = f"{confidence_text(results)} intervals over the motions"
-    return Rows(f"Falls over edges {when} ({sure}){_cut(len(cases), 'cases')}", headings, rows)
+def _seen(chance: Range, probability: xr.DataArray) -> Range:
+    """Return a chance; of what no run showed, whose rate lies above the highest level alone, as a bound."""
+    unseen = not bool((probability > 0.0).any()) and chance.value > 0.0
+    return Range(0.0, math.nan, chance.value) if unseen else chance
+
+
+def edges(results: xr.Dataset) -> Table:
+    """Return the table of falls over edges, in the years or at the level of the table of sliding."""
+    rows: list[Row] = [{"name": name} | dict(zip(EDGES, chances, strict=True)) for name, chances in _edges(results)]
+    columns = Column("name", "block"), *(Column(key, title, "chance") for key, title in EDGES.items())
+    return Table.of(f"Falls over edges {_when(results)}", columns, rows, intervals(results), most=MOST)
+
+
+EDGES = {
+    "off": "slides off",
+    "over": "overturns, if it could not slide",
+    "either": "overturns or slides off",
+}
+"""Columns of the table of edges."""
 
 
 def edges_of(results: xr.Dataset) -> list[tuple[str, str, str, str]]:
     """Return the chances of blocks near edges: name, of sliding off, of overturning or sliding off, and when."""
     if f"{FALL_OFF}_probability" not in results:
         return []
-    when, cases = _edges(results)
-    return [(name, off, either, when) for name, (off, _, either) in cases]
+    write = Column("", format="chance").text
+    return [(name, write(off), write(either), _when(results)) for name, (off, _, either) in _edges(results)]
 
 
 SEEN = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")
-"""Variables that say whether they were seen."""
-Chances = tuple[str, str, str]
-"""Chances of a block to slide off, to overturn if it could not slide, and of either, each with its interval."""
+"""Variables that show them at each level."""
 
 
-def _edges(results: xr.Dataset) -> tuple[str, list[tuple[str, Chances]]]:
-    """Return when, in words, and the chances of each block (on each floor) near an edge, under the reference law."""
-    at, _ = reference_law(results)
-    here = levels = results.isel(model=at)
+def _edges(results: xr.Dataset) -> list[tuple[str, list[Range]]]:
+    """Return the chances of each block (on each floor) near an edge, under the reference law."""
+    here = results.isel(model=reference_law(results)[0])
     names = (f"{FALL_OFF}_risk_probability", "risk_probability", f"{FALLS}_risk_probability")
-    if names[0] in results:
-        when = f"in {years_text(float(results.attrs['years']))}"
-    else:
-        middle, names = middle_level(results["probability"]), SEEN
-        when, here = f"at {level_text(float(results['level'][middle]), results['level'])}", here.isel(level=middle)
+    yearly = names[0] in results
+    names, at = (names, here) if yearly else (SEEN, here.isel(level=middle_level(results["probability"])))
     found = []
-    for name, where in by_place(results, here[names[0]].dims):
-        values = [[float(here[f"{one}{end}"].isel(where)) for end in ENDS if f"{one}{end}" in here] for one in names]
-        if not np.isnan(values[0][0]):
-            off, over, either = (
-                _text(one, _ever(levels[of].isel(where))) for one, of in zip(values, SEEN, strict=True)
-            )
-            found.append((name, (off, over, either)))
-    return when, found
-
-
-def _ever(probability: xr.DataArray) -> bool:
-    """Return whether anything was seen in any run; a rate otherwise holds what lies above the highest level alone."""
-    return bool((probability > 0.0).any())
-
-
-def _text(values: list[float], seen: bool = True) -> str:
-    """Return a chance, with its interval where there is one; seen: False where it is nothing but a bound."""
-    if np.isnan(values[0]):
-        return "–"
-    chance, *ends = values
-    if not seen and chance > 0.0:
-        return f"at most {about_percent(chance)}"
-    if len(ends) < 2 or np.isnan(ends).any():
-        return about_percent(chance)
-    return f"{about_percent(chance)} ({interval_text(100.0 * ends[0], 100.0 * ends[1], two_digits)})"
+    for name, where in by_place(results, at[names[0]].dims):
+        block = at.isel(where)
+        chances = [_seen(range_of(block, chance), here[of].isel(where)) for chance, of in zip(names, SEEN, strict=True)]
+        if not math.isnan(chances[0].value):
+            found.append((name, chances))
+    return found

@@ -25,8 +25,13 @@ def most_rate(results: xr.Dataset) -> float:
     return probability * (float(results["level_weight"].sum()) - above) + above
 
 
-def at_most(results: xr.Dataset, years: float = YEARS) -> str:
-    """Return the bound of the chance of what none of the motions showed, in so many years or at the study's level."""
+def bound_of(results: xr.Dataset, years: float = YEARS) -> float:
+    """Return the largest chance of what none of the motions showed, in so many years or at the study's level."""
     if "level_weight" in results:
-        return f"at most {about_percent(float(probability_in(np.float64(most_rate(results)), years)))}"
-    return f"at most {about_percent(most_probability(results))}"
+        return float(probability_in(np.float64(most_rate(results)), years))
+    return most_probability(results)
+
+
+def at_most(results: xr.Dataset, years: float = YEARS) -> str:
+    """Return the bound of the chance of what none of the motions showed, in words."""
+    return f"at most {about_percent(bound_of(results, years))}"

@@ -1,4 +1,4 @@
-"""What an analysis at adaptive levels reached, curve by curve: as notes, and as rows of a table."""
+"""Results of an analysis at adaptive levels, curve by curve, and notes on them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,9 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Index
-from ...core.wording import value_text, whole_percent
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
 from ...fragility.surfaces.gain import Gain, gain_words
-from .rows import Rows
-from .words import axis_of, display_unit
 
 FITTED_RATE = "fitted_rate"
 """Rate of the fitted curve in results whose rates are without a form of curve."""
@@ -150,44 +147,3 @@ def measure_notes(runs: xr.Dataset) -> list[str]:
     table = np.stack([slowest[f"measure_gain{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
     found = gain_words(slowest["other_measure"].values.tolist(), [Gain(*row) for row in table.tolist()])
     return [f"{found}; a rate then needs a hazard curve of that measure"] if found else []
-
-
-def precision_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of what was asked of each curve and what was reached; None for other designs."""
-    if "stopped_because" not in results or "block" not in results["stopped_because"].dims:
-        return None
-    target, allowed = asked_of(results)
-    chance = target == PROBABILITY
-    scale, unit = display_unit(axis_of(results)) if target == MEDIAN else (1.0, "1/year" if target == RATE else "")
-    within = f"±{allowed:g}" if chance else f"±{100.0 * allowed:g} %"
-    beside = target == RATE and FITTED_RATE in results
-    fitted = [_of_fitted(one) for _, one in curves_of(results)] if beside else []
-    lines = []
-    for k, one in enumerate(reached_by(results)):
-        value, low, high = (number / scale for number in one.target)
-        known = math.isfinite(one.half_width) and math.isfinite(value)
-        width = f"±{one.half_width:.3f}" if chance else f"±{100.0 * one.half_width:.1f} %"
-        lines.append(
-            (
-                one.name,
-                f"{value:.3g} ({low:.3g}–{high:.3g})" if known else "–",
-                width if known else "–",
-                f"{one.motions:,}",
-                f"{one.runs:,}",
-                one.stopped,
-                *((fitted[k] if k < len(fitted) else ("–", "–")) if beside else ()),
-            )
-        )
-    name = "half level" if target == MEDIAN else target
-    of = f"{name}, {unit}" if unit else name
-    without = " without a form of curve" if target == RATE else ""
-    title = f"Precision at adaptive levels: asked are {within} of the {name}{without} (95 % intervals)"
-    headings = ("curve", of, "reached", "motions", "runs", "stopped because")
-    return Rows(title, (*headings, *(("of the fitted curve", "which differs") if beside else ())), lines)
-
-
-def _of_fitted(one: xr.Dataset) -> tuple[str, str]:
-    """Return the rate of the fitted curve, and by how much the curve through all runs differs beyond error."""
-    fitted = value_text(*(float(one[f"{FITTED_RATE}{end}"]) for end in ("", "_lower", "_upper")))
-    apart = float(one["rate_misfit"])
-    return fitted, f"by {whole_percent(apart, signed=True)}" if apart else "within error"

@@ -10,9 +10,8 @@ import numpy as np
 import xarray as xr
 
 from ...core.units import UNITS
-from ...core.wording import interval_text, three_digits
 from ...fragility.fitting.states import OK
-from .words import NOT_REACHED, axis_of
+from .words import axis_of
 
 EVERY = 0.0, math.inf
 
@@ -64,26 +63,6 @@ def open_ends(low: float, high: float, results: xr.Dataset) -> tuple[float, floa
     """Return the ends of an interval of a fitted level, infinite where they lie beyond all levels that were run."""
     least, most = levels_run(results)
     return -np.inf if low < least / EDGE else low, np.inf if high > EDGE * most else high
-
-
-def dispersion_texts(one: xr.Dataset, name: str = "dispersion") -> tuple[str, str]:
-    """Return a dispersion, and its interval; in words where the curve is flat over all shaking."""
-    value, low, high = (float(one[f"{name}{end}"]) if f"{name}{end}" in one else np.nan for end in ENDS)
-    text = f"above {FLAT:g}" if value > FLAT else three_digits(value)
-    return text, interval_text(low, np.inf if high > FLAT else high)
-
-
-def level_texts(one: xr.Dataset, name: str, scale: float) -> tuple[str, str]:
-    """Return a level from the runs, divided by `scale`, and its interval; in words where it lies beyond the levels."""
-    value, low, high = (one[f"{name}{end}"].item() / scale for end in ENDS)
-    text = BELOW if value == 0.0 else NOT_REACHED if value == np.inf else three_digits(value)
-    return text, interval_text(low or -np.inf, high)
-
-
-def fraction_text(one: xr.Dataset, p: float, scale: float) -> str:
-    """Return the level at which a share of the runs falls, with its interval in brackets."""
-    level, interval = level_texts(one.sel(fraction=p), "fraction_level", scale)
-    return f"{level} ({interval})"
 
 
 def within_levels(results: xr.Dataset) -> xr.Dataset:

@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import xarray as xr
 
 from ...core.wording import (
-    about_percent,
-    about_years,
-    chances_between,
-    interval_text,
-    one_digit,
     two_digits,
 )
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, capacity_factors
@@ -31,32 +24,6 @@ OUTER = (0.05, 0.95)
 """Fractiles between which the range is said."""
 MODEL_RANGE = "model range"
 """Heading of the column of ranges if all capacities are off by one factor, and their name in sentences."""
-NOT_GIVEN = "not given"
-
-
-def chance_range(low: float, high: float) -> str:
-    """Write a range of chances: ``2.0–6.1 %``."""
-    return chances_between(low, high, about_percent)
-
-
-def amount_range(low: float, high: float) -> str:
-    """Write a range of amounts."""
-    return interval_text(low, high, two_digits)
-
-
-def years_range(low: float, high: float) -> str:
-    """Write a range of annual rates as years between two events."""
-    return f"{about_years(high)}–{about_years(low)}"
-
-
-def model_range(
-    here: xr.Dataset, name: str, write: Callable[[float, float], str] = chance_range, scale: float = 1.0
-) -> str:
-    """Return the range of a value of one block or place, times `scale`; '' where it is not given."""
-    if f"{name}{LOWER}" not in here:
-        return ""
-    low, high = (scale * float(here[f"{name}{end}"]) for end in (LOWER, UPPER))
-    return write(low, high) if high > 0.0 else ""  # (neither of what is not known, nor of what nothing showed)
 
 
 def has_model_range(here: xr.Dataset, name: str) -> bool:
@@ -72,17 +39,15 @@ def of_what(results: xr.Dataset) -> str:
     return f"{MODEL_RANGE}: if all capacities are off by one factor, {two_digits(low)} to {two_digits(high)}"
 
 
+def model_note(results: xr.Dataset) -> str:
+    """Return the sentence of a note on model ranges; '' for results without."""
+    return f"{of_what(results)[:1].upper()}{of_what(results)[1:]}." if RANGE in results.attrs else ""
+
+
 def branch_names(results: xr.Dataset) -> list[str]:
     """Return the branches in words: law, motions and hazard of each."""
     named = (results[f"branch_{of}"].values for of in ("model", "motions", "hazard"))
     return [" / ".join(map(str, one)) for one in zip(*named, strict=True)]
-
-
-def range_text(here: xr.Dataset) -> str:
-    """Return the range of years between two falls over all branches, such as 30 to 500 years, of one block."""
-    low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
-    often, seldom = (about_years(rate, one_digit) for rate in (high, low))
-    return f"{often} years" if often == seldom else f"{often} to {seldom} years"
 
 
 def sample_range(here: xr.Dataset, quantity: str = "sample_median") -> tuple[float, float]:

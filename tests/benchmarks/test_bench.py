@@ -228,8 +228,8 @@ class TestParts:
         assert linear == list(scenes.SCENES)
         assert exact == [name for name in linear if "strap" not in name]
         (table,) = tables.TABLES["scenes"](rows)
-        assert [row[0] for row in table.rows] == linear
-        assert table.rows[linear.index("strap")][3:5] == ("–", "–")
+        assert table.column("0") == linear
+        assert table.cells(table.rows[linear.index("strap")])[3:5] == ["–", "–"]
 
     @pytest.mark.slow
     def test_sliding(self, results):

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.core.wording import short_digits, three_digits
+from toppling.core.wording import short_digits
 from toppling.fragility import wilson_interval
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.uncertainty.joint import Variability
@@ -26,7 +26,7 @@ from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.anchoring import anchoring_figure
 from toppling.studies.plots.assessment import exceedance_figure, levels_figure
-from toppling.studies.tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows
+from toppling.studies.tables.assessment import annual, at_level, consequences, ranked
 
 mpl.use("Agg")
 
@@ -318,10 +318,10 @@ class TestPieces:
         small = drawn.assign({name: 0.09 * drawn["number_quantile"]})
         place = wide.sel(place="building").isel(level=4, model=0)
         value, error = float(place["number_quantile"][-1]), float(place[name][-1])
-        rows = level_rows(wide, float(LEVELS[4]))
-        assert rows.rows[0][3].endswith(f"{short_digits(value)} ± {short_digits(error)}")
-        assert "±: standard error from the draws of pieces" in rows.title
-        assert "±" not in level_rows(small, float(LEVELS[4])).title
+        table = at_level(wide, float(LEVELS[4]))
+        assert table.texts(table.columns[-3].key)[0] == f"{short_digits(value)} ± {short_digits(error)}"
+        assert "±: standard error from the draws of pieces." in table.notes
+        assert "±" not in at_level(small, float(LEVELS[4])).note
 
     def test_vanishing_variation_is_none(self, found):
         tiny = assess(
@@ -627,49 +627,45 @@ def test_hostile(options, error, message):
 
 
 class TestTablesAndFigures:
-    def test_annual_rows(self, found):
-        title, headings, rows = annual_rows(found)
-        assert title == "In a year, EUR (95 % intervals, for the given hazard curve) (–: nothing there can fall)"
-        assert headings[:4] == ("", "unanchored pieces", "overturned a year", "lost a year")
-        assert [row[0] for row in rows] == ["building", "ground", "floor 1", "floor 3"]
-        assert [row[1] for row in rows] == ["12", "2", "0", "10"]
-        assert all(len(row) == len(headings) for row in rows)
+    def test_annual_values(self, found):
+        table = annual(found)
+        assert [column.key for column in table.columns] == ["place", "pieces", "number", "loss", "any"]
+        assert table.column("place") == ["building", "ground", "floor 1", "floor 3"]
+        assert table.column("pieces") == [12, 2, 0, 10]
+        assert "–: nothing in that place can fall." in table.note
         loss = float(found.annual_loss.isel(model=0).sel(place="building"))
-        assert rows[0][3].startswith(three_digits(loss))
+        assert table.lines[0]["loss"].value == loss
         with pytest.raises(ValueError, match="need an assessment with a hazard curve"):
-            annual_rows(found.drop_vars("annual_number"))
+            annual(found.drop_vars("annual_number"))
 
-    def test_level_rows(self, found):
-        title, headings, rows = level_rows(found, LEVELS[3], model=tp.DiscreteDamping().label)
-        at = f"At PGA of the ground = {LEVELS[3] / 9.80665:.3g} g"
-        assert title == f"{at}, EUR (95 % intervals) (–: nothing there can fall)"
-        assert headings[3] == "10 % / 50 % / 90 %"
-        assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–")
+    def test_values_at_a_level(self, found):
+        table = at_level(found, LEVELS[3], 1)
+        assert table.title == f"Expected at PGA of the ground = {LEVELS[3] / 9.80665:.3g} g"
+        assert [column.heading for column in table.columns][3:6] == ["10 %", "50 %", "90 %"]
+        assert table.cells(table.lines[2])[2:] == ["0 (0–0)", "0", "0", "0", "0 (0–0)", "–"]
         with pytest.raises(ValueError, match="level must be one of"):
-            level_rows(found, 1.234)
-        with pytest.raises(ValueError, match="model must be one of"):
-            level_rows(found, LEVELS[3], model="x")
+            at_level(found, 1.234)
 
-    def test_consequence_rows(self, found):
-        yearly = consequence_rows(found)
-        assert yearly.headings == ("", "building", "ground", "floor 1", "floor 3")
+    def test_consequences(self, found):
+        yearly = consequences(found)
+        assert [column.title for column in yearly.columns] == ["", "building", "ground", "floor 1", "floor 3"]
         assert found.consequence.values.tolist() == ["injury", "blocks-exit"]
-        assert [row[0] for row in yearly.rows] == ["injury", "blocked exit"]
+        assert yearly.column("name") == ["injury", "blocked exit"]
         rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
-        assert yearly.rows[0][1].startswith(f"{three_digits(1.0 / rate)} (")
-        assert "years" in yearly.title
-        given = consequence_rows(found, LEVELS[3], tp.DiscreteDamping().label)
-        assert "%" in given.rows[0][1]
-        assert given.rows[0][3] == "–"
-        assert consequence_rows(found.isel(consequence=[])) is None
+        assert yearly.lines[0]["building"].value == rate
+        assert "years" in yearly.note
+        given = consequences(found.drop_vars("annual_number").assign_attrs(at_level=LEVELS[3]), 1)
+        assert "%" in given.texts("building")[0]
+        assert given.texts("floor 1")[0] == "–"
 
-    def test_ranking_rows(self, found):
-        _, headings, rows = ranking_rows(anchoring(found), most=2)
-        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR per year", "share", "cost")
-        assert len(rows) == 2
-        _, headings, rows = ranking_rows(anchoring(found, "blocks-exit"))
-        assert headings[4] == "saves, a year" or headings[4] == "saves, in 1,000 years"
-        assert len(rows) == 2
+    def test_ranking(self, found):
+        table = ranked(anchoring(found), most=2)
+        headings = ["rank", "item", "floor", "pieces", "saves, EUR per year", "share", "cost, EUR"]
+        assert [column.heading for column in table.columns] == headings
+        assert len(table.rows) == 2
+        table = ranked(anchoring(found, "blocks-exit"))
+        assert table.columns[4].heading in ("saves, per year", "saves, in 1,000 years")
+        assert len(table.rows) == 2
 
     @pytest.mark.parametrize(
         ("value", "text"),

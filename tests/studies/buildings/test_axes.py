@@ -30,7 +30,7 @@ from toppling.studies.kits.savings import Shake, kit_savings
 from toppling.studies.report.page import content
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.store.worker_motions import motions_again
-from toppling.studies.tables.axes import axis_rows
+from toppling.studies.tables.axes import axes
 from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*sways")  # (short motions on a swaying frame)
@@ -400,12 +400,12 @@ def test_a_study_is_the_assessment_in_python(tmp_path):
     assert json.loads(results.attrs["configuration"])["axes"] == BOTH_AXES
     assert results["azimuth"].attrs["long_name"].startswith("azimuth of the building's direction x")
     assert results["depth"].values.tolist() == [0.4, 0.28, 0.12]
-    table = axis_rows(results)
     share = float(results["sideways_share"].sel(item="shelf")[0])
-    assert table.rows[1][2:] == (f"{100 * (1 - share):.0f} %", f"{100 * share:.0f} %")
+    row = axes(results).lines[1]
+    assert (row["width"], row["depth"]) == (1.0 - share, share)
     page = json.dumps(content(results, tmp_path / "out" / "results.nc", AS_WRITTEN), default=str)
     assert "of its depth under the other component" in page
-    assert "Axis of the falls of each piece" in page
+    assert "Axes of the falls" in page
 
 
 def test_workers_make_the_same_pairs(tmp_path):

@@ -37,9 +37,11 @@ from toppling.studies.command import piece_files
 from toppling.studies.command.cli import main
 from toppling.studies.facts.building import _afterwards, actions
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.report.inputs import anchor_rows
 from toppling.studies.store.content import AS_WRITTEN
-from toppling.studies.tables.pieces import code_rows, piece_rows, piece_table
+from toppling.studies.tables.files import cells
+from toppling.studies.tables.inputs import anchoring
+from toppling.studies.tables.pieces import codes, exported_pieces, pieces
+from toppling.studies.tables.registry import REGISTRY
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
 LEVELS = np.array([1.0, 2.0, 4.0, 8.0])
@@ -128,7 +130,8 @@ class TestRecommendations:
         assert [one.item for one in found] == ["solvents", "rack"]
         assert found[0].safety
         assert advice(results(lines))["anchoring.lines"].names == ("“solvents” (floor 1)", "“rack” (ground)")
-        assert anchor_rows(results(lines)).rows[0][:4] == ("solvents", "1", "1", "release of a hazardous substance")
+        table = anchoring(results(lines))
+        assert table.cells(table.rows[0])[:4] == ["solvents", "1", "1", "release of a hazardous substance"]
 
     def test_injuries_rank_safety_where_all_have_them(self):
         """Ten shelves fall far more often than the cabinet, beside which ten times as many persons stand."""
@@ -211,10 +214,10 @@ class TestRecommendations:
             "crates": SMALL,
             "never": UNRESOLVED,
         }
-        rows = piece_rows(given)
-        assert rows.title.startswith("Each piece at PGA of the ground = 0.204 g (")
-        assert "chance of falling, each" in rows.headings
-        heading, *_ = piece_table(given)
+        table = pieces(given)
+        assert "Chances are at PGA of the ground = 0.204 g." in table.notes
+        assert "falls, each" in [column.title for column in table.columns]
+        heading, *_ = cells(exported_pieces(given))
         assert "probability_at_level (1)" in heading
         assert "level (m s-2)" in heading
         assert not any("chance" in one for one in heading)
@@ -324,27 +327,25 @@ class TestCode:
             ("rack", DUTY),
             ("shelf", REDUCES),
         ]
-        rows = piece_rows(with_code(results()))
-        held = dict(zip(rows.headings, next(row for row in rows.rows if row[0] == "held"), strict=True))
-        assert held["in 50 years"] == "–"  # (it falls no more as long as its anchors hold)
+        held = next(row for row in pieces(with_code(results())).lines if row["item"] == "held")
+        assert "chance" not in held  # (it falls no more as long as its anchors hold)
 
     def test_tables(self):
         given = with_code(results())
-        rows = piece_rows(given)
-        assert "code: EN 1998-1, 4.3.5)" in rows.title
-        assert "not checked" not in rows.title
-        cells = {row[0]: dict(zip(rows.headings, row, strict=True)) for row in rows.rows}
-        assert cells["rack"]["code"] == "required"
-        forces = code_rows(given)
-        rack = next(row for row in forces.rows if row[0] == "rack")
-        assert rack[2:] == ("required", "4.3.5", "0.400", "400", "250", "0.90")
-        assert next(row for row in forces.rows if row[0] == "held")[-1] == "1.2"
-        assert code_rows(results()) is None
-        table = piece_table(given)
-        values = {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
+        table = pieces(given)
+        assert "Code: EN 1998-1, 4.3.5." in table.notes
+        assert "not checked" not in table.note
+        assert dict(zip(table.column("item"), table.column("code"), strict=True))["rack"] == "required"
+        forces = codes(given)
+        texts = {row["item"]: forces.cells(row)[2:] for row in forces.lines}
+        assert texts["rack"] == ["required", "4.3.5", "0.400", "400", "250", "0.90"]
+        assert texts["held"][-1] == "1.2"
+        assert not REGISTRY["codes"].applies(results())
+        heading, *rows = cells(exported_pieces(given))
+        values = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
         assert values["rack"]["code_force (N)"] == 400.0
         assert values["held"]["code_demand_over_strength (1)"] == 1.2
-        assert not any("code" in heading for heading in piece_table(results()).headings)
+        assert not any("code" in heading for heading in cells(exported_pieces(results()))[0])
 
 
 class TestBudget:
@@ -374,15 +375,11 @@ class TestBudget:
         given = results()
         chosen = budget_set(given, 2420.0).chosen
         given = given.assign(budget_chosen=(("model", "item"), chosen[None])).assign_attrs(budget=2420.0)
-        rows = piece_rows(given)
-        cells = {row[0]: dict(zip(rows.headings, row, strict=True)) for row in rows.rows}
-        assert [name for name in LINES if cells[name]["with a budget of 2,420 EUR"] == "anchor"] == [
-            "rack",
-            "shelf",
-            "crate",
-        ]
-        table = piece_table(given)
-        values = {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
+        table = pieces(given)
+        anchored = dict(zip(table.column("item"), table.column("within_budget"), strict=True))
+        assert [name for name in LINES if anchored[name] == "anchor"] == ["rack", "shelf", "crate"]
+        assert "The budget is 2,420 EUR." in table.note
+        values = {row["item"]: row for row in exported_pieces(given).lines}
         assert values["rack"]["within_budget"] == "yes"
         assert values["vase"]["within_budget"] == "no"
 
@@ -407,27 +404,30 @@ class TestTables:
         assert [name.split()[0] for name in order] == advised
 
     def test_rows(self):
-        found = piece_rows(results())
-        assert found.title == "Each piece (95 % intervals, values in EUR, code requirements not checked)"
-        chances = ("chance of falling in a year, each", "in 50 years")
-        assert found.headings[:6] == ("piece", "room", "floor", "number", *chances)
-        rows = {row[0]: dict(zip(found.headings, row, strict=True)) for row in found.rows}
-        assert rows["rack"]["in 50 years"] == "9.5\u00a0% (7.2–12)"
-        assert rows["rack"]["payback, years (at 4 % a year)"] == "3.6"
-        assert rows["never"]["in 50 years"] == "at most 11\u00a0%"  # 3.84/43.84 of 0.0254 a year, all beyond
-        assert rows["never"]["PGA of the ground at which 10 / 50 % fall, g"] == "above 0.82"
-        assert rows["held"]["in 50 years"] == "–"
-        assert rows["shelf"]["recommendation"] == REDUCES
+        table = pieces(results())
+        assert table.notes[0] == "Ranges in brackets are 95 % intervals."
+        assert "Code requirements are not checked." in table.notes
+        assert "Paybacks are at a discount rate of 4 %." in table.note
+        keys = ["item", "room", "floor", "pieces", "chance_in_a_year", "chance"]
+        assert [column.key for column in table.columns][:6] == keys
+        texts = {row["item"]: dict(zip((column.key for column in table.columns), table.cells(row), strict=True))
+                 for row in table.lines}  # fmt: skip
+        assert texts["rack"]["chance"] == "9.5\u00a0% (7.2–12)"
+        assert texts["rack"]["payback"] == "3.6"
+        assert texts["never"]["chance"] == "at most 11\u00a0%"  # 3.84/43.84 of 0.0254 a year, all beyond
+        assert texts["never"]["level_0"] == texts["never"]["level_1"] == "not reached"
+        assert texts["held"]["chance"] == "–"
+        assert texts["shelf"]["recommendation"] == REDUCES
 
     def test_values(self):
-        found = piece_table(results())
-        rows = {row[0]: dict(zip(found.headings, row, strict=True)) for row in found.rows}
+        heading, *lines = cells(exported_pieces(results()))
+        rows = {row[0]: dict(zip(heading, row, strict=True)) for row in lines}
         assert rows["rack"]["chance_in_50_years (1)"] == pytest.approx(1.0 - math.exp(-0.1))
         assert rows["rack"]["saving_a_year (EUR/year)"] == pytest.approx(120.0)
         assert rows["never"]["level_at_10_percent (m s-2)"] is None
         assert rows["never"]["chance_in_a_year (1)"] is None
         assert rows["unpriced"]["anchoring_cost (EUR)"] is None
-        assert not any("probability_at_level" in heading for heading in found.headings)
+        assert not any("probability_at_level" in name for name in heading)
 
 
 def test_a_rate_is_that_of_the_piece_s_own_curve():
@@ -482,7 +482,7 @@ class TestFiles:
             ends = amounts.where(amounts > 0.0)
             given = given.assign({f"item_annual_{name}{end}": ends for end in ("_lower", "_upper")})
             given = given.assign_coords({stated: ("item", np.where(given["item"].values == missing, np.nan, 0.5))})
-        heading, rows = piece_table(given)
+        heading, *rows = cells(exported_pieces(given))
         found = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
         downtime, injured = "downtime_of_one_a_year (days/year)", "injured_a_year (1/year)"
         assert found["shelf"][downtime] == found["shelf"][injured] == pytest.approx(0.005)

@@ -36,7 +36,7 @@ from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.money.present_value import payback
-from toppling.studies.tables.pieces import payback_text
+from toppling.studies.tables.table import Column
 from toppling.studies.tables.unseen import at_most, most_rate
 
 SAVED = Range(20.0, 15.0, 25.0)
@@ -84,7 +84,7 @@ class TestMoney:
         (one,) = recommended([piece(saving=Range(4.0, 3.0, 5.0))])
         assert (one.recommendation, one.payback) == (UNRESOLVED, math.inf)
         assert one.payback_best == pytest.approx(payback(100.0, 5.0, one.discount))
-        assert payback_text(one.payback, one.payback_best) == "never; 41 at best"
+        assert Column("", format="payback").text(Range(one.payback, one.payback_best, math.nan)) == "never; 41 at best"
 
     def test_never_does_not_stand_beside_an_unknown_cost(self):
         (one, _) = recommended([piece(cost=math.nan), piece("other")])

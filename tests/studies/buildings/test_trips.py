@@ -20,8 +20,8 @@ from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import InventoryError, read_inventory
 from toppling.studies.plan.slides import Slides
-from toppling.studies.tables.item_slides import item_slide_rows
-from toppling.studies.tables.pieces import piece_table
+from toppling.studies.tables.item_slides import item_slides
+from toppling.studies.tables.pieces import exported_pieces
 from toppling.studies.tables.unseen import at_most
 
 pytestmark = pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
@@ -148,24 +148,21 @@ class TestWords:
         return found(*ROWS)
 
     def test_tables(self, results):
-        rows = item_slide_rows(results)
-        at = rows.headings.index("obstacle at")
-        assert rows.headings[at + 1] == "trips over it"
-        assert [row[at] for row in rows.rows] == ["40\u00a0mm", "10\u00a0mm", "–"]
-        assert rows.rows[2][at + 1] == "–"
-        assert "%" in rows.rows[1][at + 1]
-        assert rows.title.endswith("trips over obstacles: a criterion, not a simulation")
+        table = item_slides(results)
+        assert table.column("obstacle")[:2] == pytest.approx([40.0, 10.0])
+        assert table.texts("obstacle")[2] == table.texts("trips")[2] == "–"
+        assert "%" in table.texts("trips")[1]
+        assert "Trips over obstacles: a criterion, not a simulation." in table.note
 
     def test_chances_are_of_50_years_or_of_the_level(self, results):
         for end, rate in {"": 0.01, "_lower": 0.005, "_upper": 0.02}.items():
             results[f"item_trip_rate{end}"][:] = rate
-        at = item_slide_rows(results).headings.index("trips over it")
-        assert item_slide_rows(results).rows[1][at] == "39\u00a0% (22–63\u00a0%)"  # (once in 100 years, 50 to 200)
+        assert item_slides(results).texts("trips")[1] == "39\u00a0% (22–63)"  # (once in 100 years, 50 to 200)
         level = found(*ROWS, hazard=None).assign_attrs(at_level=float(LEVELS[-1]))
-        assert item_slide_rows(level).rows[1][at] == at_most(level)  # (no run of the cabinet trips there)
+        assert item_slides(level).texts("trips")[1] == at_most(level)  # (no run of the cabinet trips there)
         for end, chance in {"": 0.39, "_lower": 0.22, "_upper": 0.63}.items():
             level[f"trip_probability{end}"][:] = chance
-        assert item_slide_rows(level).rows[1][at] == "39\u00a0% (22–63\u00a0%)"
+        assert item_slides(level).texts("trips")[1] == "39\u00a0% (22–63)"
 
     def test_notes(self, results):
         assert any(
@@ -245,15 +242,14 @@ trip_mm = 40
         study = tp.Study.from_toml(tmp_path / "study.toml")
         results = study.run()
         assert_array_equal(results["trip_distance"], [0.04, 0.01, np.nan])
-        table = piece_table(results)
-        columns = {name.partition(" (")[0].partition(" [")[0]: k for k, name in enumerate(table.headings)}
-        at = next(k for name, k in columns.items() if name.startswith("tripping_at_level"))
-        assert any(name.startswith("trip_distance") for name in columns)
-        assert not any(name.startswith("tripping_in_50_years") for name in columns)
-        by_item = {row[0]: row for row in table.rows}
+        table = exported_pieces(results)
+        keys = {column.key for column in table.columns}
+        assert {"tripping_at_level", "trip_distance"} < keys
+        assert "tripping_in_50_years" not in keys
+        trips = {row["item"]: row["tripping_at_level"].value for row in table.lines}
         level = results.attrs["at_level"]
-        assert by_item["cabinet"][at] == pytest.approx(float(results["trip_probability"].sel(level=level)[1]))
-        assert by_item["cart"][at] is None
+        assert trips["cabinet"] == pytest.approx(float(results["trip_probability"].sel(level=level)[1]))
+        assert np.isnan(trips["cart"])
         assert "trips over obstacles are decided by a criterion" in str(results.attrs["notes"])
         pair = text.replace("number = 6", 'number = 6\ncomponent = "pair"').replace('"pga"', '"RotD50(pga)"')
         (tmp_path / "pair.toml").write_text(pair, encoding="utf-8")

@@ -346,7 +346,7 @@ class TestCommand:
         assert main(["compare", str(folder / "free"), str(folder / "held"), "--output", str(tmp_path / "out")]) == 0
         text = " ".join(capsys.readouterr().out.split())
         assert "A: Free (" in text
-        assert "Chance that a piece falls in 50 years with 95 % intervals" in text
+        assert "Chance that a piece falls in 50 years" in text
         assert "Pieces expected to fall (in 1,000 years)" in text
         assert "the other one is higher in B, by more than the choice of motions explains" in text
         rows = list(csv.DictReader((tmp_path / "out/comparison.csv").open(encoding="utf-8")))

@@ -116,8 +116,8 @@ def test_at_a_level(folder, name):
 @pytest.mark.slow
 def test_what_is_printed(folder, tmp_path):
     found = compare(folder / "narrow", folder / "wide", tmp_path)
-    (whole,) = [rows for rows in found.tables if rows.title.startswith("The whole building")]
-    named = [row[0] for row in whole.rows]
+    (whole,) = [table for table in found.tables if table.title == "The whole building"]
+    named = whole.column("name")
     assert "Expected downtime (days a year)" in named
     assert "Injured persons expected (in 1,000 years)" in named
     assert any(line.startswith("Expected downtime: ") for line in found.tail)
@@ -137,7 +137,7 @@ def test_what_only_one_side_has(folder, tmp_path):
 def test_losses_in_two_currencies(folder, tmp_path):
     found = compare(folder / "narrow", folder / "dollars", tmp_path)
     assert "note: losses are not compared: one side has none, or another currency" in found.tail
-    assert not any(row[0].startswith("Expected loss") for rows in found.tables for row in rows.rows)
-    assert any(row[0].startswith("Expected downtime") for rows in found.tables for row in rows.rows)
+    assert not any(name.startswith("Expected loss") for table in found.tables for name in table.column("name"))
+    assert any(name.startswith("Expected downtime") for table in found.tables for name in table.column("name"))
     assert any("rack 9000 EUR in A, 9000 USD in B" in line for line in found.head)
     assert not any("nan" in line for line in found.head)

@@ -8,7 +8,7 @@ import pytest
 from toppling.fragility.risk.ratios import ratio_of
 from toppling.studies.buildings.recommendations import Range
 from toppling.studies.comparison.compare import answer, reading
-from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity, rows_of
+from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity, table_of
 from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, verdict_of
 
 
@@ -37,8 +37,8 @@ def test_ends_of_ratios_beyond_any_runs_are_open(ends, shown):
     sides = Range(9.80665, -math.inf, 19.6133), Range(9.80665, 4.903325, math.inf)
     median = Quantity("median", "Fitted median", "g", 9.80665, "m s-2")
     own = Line("median", "rack", "", ("housner", "housner"), *sides, Range(2.0, *ends), OPEN)
-    (row,) = rows_of([own], median, "95 %").rows
-    assert row[1:4] == ("1.00 (below 2.00)", "1.00 (above 0.500)", shown)
+    table = table_of([own], [median], "95 %")
+    assert table.cells(table.lines[0])[1:4] == ["1.00 (below 2.00)", "1.00 (above 0.500)", shown]
 
 
 def line(name, verdict, law="housner"):

@@ -190,6 +190,6 @@ def test_medians_of_what_uplifted_are_not_compared(folder, tmp_path):
         "note: medians and dispersions are not compared: those of the form uplift-lognormal are of what"
         in "\n".join(found.tail)
     )
-    assert not found.tables or not any("median" in str(row[0]) for rows in found.tables for row in rows.rows)
+    assert not found.tables or not any("median" in str(name) for table in found.tables for name in table.column("name"))
     with xr.open_dataset(folder / "factors/results.nc") as results:
         assert results["median"].attrs["long_name"].startswith("median of the curve of what uplifted")

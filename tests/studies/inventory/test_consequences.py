@@ -23,8 +23,8 @@ from toppling.studies.facts.building import details
 from toppling.studies.facts.fact import CARE
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.tables.assessment import annual_rows, level_rows
-from toppling.studies.tables.pieces import piece_rows, piece_table
+from toppling.studies.tables.assessment import annual as annual_table, at_level
+from toppling.studies.tables.pieces import exported_pieces, pieces
 
 LAW = tp.EnergyConsistent()
 SHELF, CASE, FILES = (tp.catalogue[n] for n in ("bookcase-5-shelf", "display-cabinet-glass", "file-vertical-4-drawer"))
@@ -342,38 +342,30 @@ class TestDecisions:
 
     def test_tables_and_sentences_hold_the_numbers(self, monkeypatch):
         found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY))
-        headings, cells = piece_table(found)
-        table = {row[0]: dict(zip(headings, row, strict=True)) for row in cells}
+        exported = {row["item"]: row for row in exported_pieces(found).lines}
         for i, name in enumerate(("freezer", "rack")):
             annual = found.isel(model=0, item=i)
-            for end in ("", "_lower", "_upper"):
-                days = table[name][f"downtime_of_one_a_year{end} (days/year)"]
-                assert days == float(annual[f"item_annual_downtime{end}"])
-                assert table[name][f"saving_a_year{end} (EUR/year)"] == pytest.approx(
-                    float(annual[f"item_annual_loss{end}"]), rel=1e-9
-                )
+            for key, variable in (("downtime_of_one_a_year", "downtime"), ("saving_a_year", "loss")):
+                amounts = [float(annual[f"item_annual_{variable}{end}"]) for end in ("", "_lower", "_upper")]
+                assert exported[name][key] == pytest.approx(amounts, rel=1e-9)
         hurt = float(found.item_annual_injuries[0, 0])
-        assert table["freezer"]["injured_a_year (1/year)"] == hurt
-        rows = piece_rows(found)
-        shown = dict(zip(rows.headings, next(row for row in rows.rows if row[0] == "freezer"), strict=True))
-        assert shown["mean cost, each"] == "1,200"
-        assert float(shown["lost a year, all"]) == pytest.approx(float(found.item_annual_loss[0, 0]), rel=0.05)
-        assert float(shown["injured in 1,000 years, all"]) == pytest.approx(1000.0 * hurt, rel=0.05)
-        assert float(shown["out of use, days in 1,000 years, each"]) == pytest.approx(
-            1000.0 * float(found.item_annual_downtime[0, 0]), rel=0.05
-        )
-        annual_table = annual_rows(found)
-        whole = dict(zip(annual_table.headings, annual_table.rows[0], strict=True))
-        years = {}
-        for beginning, name in (("out of use, days ", "downtime"), ("injured ", "injuries")):
-            (heading,) = (one for one in whole if one.startswith(beginning))
-            years[name] = {"a year": 1.0, "in 1,000 years": 1000.0}[heading.removeprefix(beginning)]
-            first = float(whole[heading].partition(" ")[0])
+        assert exported["freezer"]["injured_a_year"].value == hurt
+        table = pieces(found)
+        freezer = next(row for row in table.lines if row["item"] == "freezer")
+        titles = {column.key: column.title for column in table.columns}
+        assert (freezer["value"], titles["value"]) == (1200.0, "mean cost, each")
+        assert freezer["lost"] == pytest.approx(float(found.item_annual_loss[0, 0]))
+        assert freezer["injuries"] == pytest.approx(1000.0 * hurt)
+        assert titles["injuries"] == "injured in 1,000 years, all"
+        assert freezer["downtime"] == pytest.approx(1000.0 * float(found.item_annual_downtime[0, 0]))
+        table = annual_table(found)
+        titles = {column.key: column.title for column in table.columns}
+        for name in ("downtime", "injuries"):
+            years = 1000.0 if titles[name].endswith(" in 1,000 years") else 1.0
             annual = float(found[f"annual_{name}"][0, 0])
-            assert first == pytest.approx(years[name] * annual, rel=0.005)
-            assert (annual < 0.1) == (years[name] == 1000.0)
-        given = level_rows(found, 2.0)
-        assert {"out of use, days", "injured"} <= {*given.headings}
+            assert table.lines[0][name].value == pytest.approx(years * annual)
+            assert (annual < 0.1) == (years == 1000.0)
+        assert {"out of use, days", "injured"} <= {column.title for column in at_level(found, 2.0).columns}
 
     def test_lines_without_persons_are_said_not_to_count(self, monkeypatch):
         found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY), kind="performance")
@@ -386,8 +378,10 @@ class TestDecisions:
     def test_nothing_of_it_where_no_line_gives_it(self, monkeypatch):
         plain = shaken(monkeypatch, falls(20)[:1], Inventory(LAB.rows[2:], "EUR"))
         assert not {str(name) for name in plain.variables if re.search("downtime|injur|cost_", str(name))}
-        assert not [one for one in piece_table(plain)[0] if re.search("downtime|injur", one)]
-        assert not [one for one in piece_rows(plain).headings if re.search("mean cost|out of use|injured|lost", one)]
+        assert not [column for column in exported_pieces(plain).columns if re.search("downtime|injur", column.key)]
+        assert not [
+            column for column in pieces(plain).columns if re.search("mean cost|out of use|injured|lost", column.title)
+        ]
         assert "realisation" not in plain.dims
 
     @pytest.mark.slow

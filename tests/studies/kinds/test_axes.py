@@ -9,7 +9,8 @@ import toppling as tp
 from toppling import fragility, motions
 from toppling.models.friction import LognormalFriction
 from toppling.studies.store.worker_motions import motions_again
-from toppling.studies.tables.axes import axis_rows
+from toppling.studies.tables.axes import axes
+from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.text.error import StudyError
 
 STUDY = """
@@ -75,9 +76,9 @@ def test_the_table_of_axes(tmp_path):
     found = study(tmp_path).run()
     axis = found["axis"].sel(block="vase").values
     fell, deep = (axis > 0).sum(), (axis == 2).sum()
-    row = axis_rows(found).rows[1]
-    assert row == ("vase", f"{fell} of 18 runs", f"{100 * (1 - deep / fell):.0f} %", f"{100 * deep / fell:.0f} %")
-    assert axis_rows(found.drop_vars("axis")) is None
+    row = axes(found).lines[1]
+    assert row == {"name": "vase", "falls": fell / 18, "width": 1.0 - deep / fell, "depth": deep / fell}
+    assert not REGISTRY["axes"].applies(found.drop_vars("axis"))
 
 
 @pytest.mark.slow

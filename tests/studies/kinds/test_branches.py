@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 
 import numpy as np
 import pytest
@@ -23,8 +22,10 @@ from toppling.studies.facts.say import say
 from toppling.studies.plots.branches import spread_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.store.worker_motions import motions_again
-from toppling.studies.tables.branches import spread_rows
-from toppling.studies.tables.client import client_rows
+from toppling.studies.tables.blocks import lead_blocks
+from toppling.studies.tables.branches import branch_rates
+from toppling.studies.tables.pieces import pieces
+from toppling.studies.tables.table import Marked
 from toppling.studies.text.curve_notes import SLIPS_WITHOUT_BRANCHES
 
 BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
@@ -133,20 +134,17 @@ class TestBranches:
         found.to_netcdf(tmp_path / "results.nc")
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")
-        assert "over 8 weighted branches, and where their range comes from" in text
+        assert "over 8 weighted branches" in text
         assert text.count("<figure>") == 4
-        (row,) = client_rows(found).rows
+        (row,) = lead_blocks(found).rows
         chances = [100.0 * -math.expm1(-50.0 * rate) for rate in (found["epistemic_rate"].item(), *ends)]
-        said = [float(one) for one in re.findall(r"[\d.]+", row[-2])]
-        assert said == pytest.approx(chances, rel=0.06)
+        chance = row["chance"].value if isinstance(row["chance"], Marked) else row["chance"]
+        assert [100.0 * end for end in chance] == pytest.approx(chances)
         (bar,) = bars_of(found).groups["all"]
         assert [100.0 * end for end in bar[2:]] == pytest.approx(chances)
         of_range = [found[f"epistemic_rate_modelling_{end}"].item() for end in ("lower", "upper")]
-        said = [float(one) for one in re.findall(r"[\d.]+", row[-1])]
-        assert said == pytest.approx([100.0 * -math.expm1(-50.0 * rate) for rate in of_range], rel=0.06)
-        assert [float(one.replace(",", "")) for one in row[-3].split(" *")[0].split(" to ")] == pytest.approx(
-            [1.0 / rate for rate in ends[::-1]], rel=0.5
-        )
+        assert [*row["model_range"][1:]] == pytest.approx([-math.expm1(-50.0 * rate) for rate in of_range])
+        assert row["rate"][1:] == tuple(ends)
 
     def test_workers_make_the_motions_of_branches(self, tmp_path):
         one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
@@ -171,15 +169,16 @@ class TestBranches:
         for name in ("epistemic_rate", "epistemic_rate_fractile", "branch_rate", "epistemic_rate_modelling_upper"):
             assert not weights or np.isnan(found[name]).all(), name
         facts = facts_of(curves.answer, found)
-        (row,) = client_rows(found).rows
+        table = lead_blocks(found)
         if weights:
             assert "rate.unbounded_branch" in facts
-            assert [*row[-2:]] == ["not known"] * 2
-            assert {*spread_rows(found).rows[0][1:7]} == {"not known"}
+            assert not {"rate", "chance"} & {column.key for column in table.columns}
+            rates = branch_rates(found)
+            assert [column.key for column in rates.columns] == ["name"]
         else:
             assert facts["rate.at_least"].lower == pytest.approx(-math.expm1(-50.0 * least))
             assert "with a chance of at least 0.032\u00a0% in 50 years" in say(facts["rate.at_least"], "page")
-            assert row[-2] == "not known, at most 160,000"
+            assert (table.texts("rate"), table.texts("chance")) == (["at most 160,000"], ["at least 0.032\u00a0%"])
         write_report(tmp_path / "out/results.nc")
 
     def test_the_size_counts_the_runs_of_branches(self, tmp_path):
@@ -348,17 +347,14 @@ class TestInventories:
         assert "of the hazard curve" not in say(next(footnotes(found)), "page")
         (page,) = write_report(folder / "out/results.nc")
         text = page.read_text(encoding="utf-8")
-        assert "Mean years between two falls over 8 weighted branches" in text
-        assert "Expected per year over 8 weighted branches" in text
-        assert "chances: means and 90 % ranges over all stated uncertainties" in text
-        lead = client_rows(found)
+        assert "Numbers are mean years between two falls over 8 weighted branches." in text
+        assert "Expected per year over all branches" in text
+        assert "Chances are means and 90 % ranges over all stated uncertainties." in text
         chance = -math.expm1(-50.0 * found["epistemic_item_rate"].sel(item="shelf").item())
         bars = [bar for group in bars_of(found).groups.values() for bar in group]
         assert [bar.value for bar in bars if bar.name == "shelf"] == pytest.approx([chance])
-        row = next(row for row in lead.rows if row[0] == "shelf")
-        assert float(re.findall(r"[\d.]+", row[lead.headings.index("in 50 years")])[0]) == pytest.approx(
-            100.0 * chance, rel=0.06
-        )
+        row = next(row for row in pieces(found).lines if row["item"] == "shelf")
+        assert row["chance"].value == pytest.approx(chance)
 
     def test_the_exported_table(self, building):
         found, folder = building
@@ -450,7 +446,7 @@ class TestBeyond:
         assert beyond[1] > 0.9
         assert beyond[0] < 0.2
         assert "branches part of a rate comes from shaking beyond the hazard curve" in found.attrs["notes"]
-        assert "1 of 2 branches: more than 5 % of a rate is a guess" in spread_rows(found).title
+        assert "1 of 2 branches: more than 5 % of a rate is a guess" in branch_rates(found).note
 
     def test_of_an_inventory(self, tmp_path):
         short = '[[hazards]]\nname = "short"\nhazard = { levels = [0.01, 0.02], rates = [1e-2, 2e-3], unit = "g" }\n'
@@ -471,7 +467,7 @@ def test_another_state_is_named(tmp_path):
     """Titles, names and sentences of branches are of the state that the study asks for."""
     weights = branches("models", housner=0.75, discrete=0.25)
     found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, 'state = "uplifted"\n', weights).run()
-    assert "years between two times that a block uplifts" in spread_rows(found).title
+    assert "years between two times that a block uplifts" in branch_rates(found).note
     state = found.attrs["state"]
     assert f"annual rate of {state}" in found["epistemic_rate"].attrs["long_name"]
     assert spread_figure(found).axes[0].get_xlabel().replace("\n", " ") == f"Annual rate of {state}"

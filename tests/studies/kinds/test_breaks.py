@@ -16,7 +16,8 @@ from toppling.studies.facts import curves
 from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import stiffness_notes
 from toppling.studies.plan.design_shaking import at_level
-from toppling.studies.tables.breaks import break_rows
+from toppling.studies.tables.breaks import breaks
+from toppling.studies.tables.registry import REGISTRY
 
 SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
 BLOCKS = (
@@ -86,10 +87,10 @@ def test_it_is_said_where_the_answer_is_read(results):
     assert (fact.names, fact.level) == (("“kit”",), pytest.approx(DESIGN / 9.80665))
     assert say(fact, "page").endswith(f" at {DESIGN / 9.80665:.2g} g, the level with a chance of 10 % in 50 years.")
     assert say(fact, "page") in verdict(results, True)[0]
-    rows = break_rows(results)
-    assert rows.headings[1:] == ("kit",)
-    assert len(rows.rows) == results.sizes["level"]
-    assert any(str(table.title) == rows.title for table in show.tables(results))
+    table = breaks(results)
+    assert [column.key for column in table.columns] == ["level", "kit"]
+    assert len(table.rows) == results.sizes["level"]
+    assert table in show.tables(results)
 
 
 def test_without_a_hazard_the_level_is_named(tmp_path):
@@ -108,7 +109,7 @@ def test_without_a_restraint_nothing_is_kept(tmp_path):
     plan = tp.Study.from_toml(file)
     assert "ruptured" not in plan.kept_outputs
     found = plan.run()
-    assert break_rows(found) is None
+    assert not REGISTRY["breaks"].applies(found)
     assert "restraint.breaks" not in facts_of(curves.answer, found)
 
 

@@ -14,9 +14,9 @@ from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
 from toppling.studies.facts.say import say
 from toppling.studies.plan.gains import comparable
-from toppling.studies.report.inputs import block_rows
-from toppling.studies.tables.client import client_rows
-from toppling.studies.tables.gains import gain_rows
+from toppling.studies.tables import gains as gain_tables
+from toppling.studies.tables.blocks import lead_blocks
+from toppling.studies.tables.inputs import sizes
 from toppling.studies.text.one_side import falling_both_ways
 
 SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
@@ -137,8 +137,7 @@ def test_only_walls_and_restraints(results):
 
 
 def test_what_is_said(results):
-    rows = gain_rows(results)
-    assert [row[0] for row in rows.rows] == ["at the wall", "kit"]
+    assert gain_tables.gains(results).column("name") == ["at the wall", "kit"]
     _, other, kit, _ = results["risk_probability"].values[:, 0]
     fact = gains(results)[1]
     assert (fact.names, fact.value, fact.more["other"]) == (("“kit”", "“at the wall”"), kit, other)
@@ -177,7 +176,8 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     found = tp.Study.from_toml(file).run()
     assert falling_both_ways(found) == {"free", "deeper"}
     assert falling_both_ways(found.assign_attrs(state="overturning")) == set()
-    rows = {row[0]: row[1] for row in client_rows(found).rows}
+    table = lead_blocks(found)
+    rows = dict(zip(table.column("block"), table.texts("level"), strict=True))
     assert [rows[name].endswith(" †") for name in ("free", "deeper", "at the wall")] == [True, True, False]
     facts = facts_of(curves.answer, found)
     assert facts["curve.other_side"].names == ("“free”", "“deeper”")
@@ -188,8 +188,7 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
 
 
 def test_the_report_says_how_each_stands(results):
-    rows = block_rows(results)
-    stands = {row[0]: row[-1] for row in rows.rows}
+    stands = {row["name"]: row["stands"] for row in sizes(results).lines}
     assert stands["free"] == stands["deeper"] == "free"
     assert stands["at the wall"] == "wall at 20 mm"
     assert stands["kit"] == "wall at 20 mm, strap of 267 N, slack 5 mm, stiffness 20 N/mm, 100 kg"

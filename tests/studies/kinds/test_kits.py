@@ -18,10 +18,11 @@ from toppling.studies.command.cli import main
 from toppling.studies.facts import building
 from toppling.studies.facts.method import method_of
 from toppling.studies.facts.say import say
-from toppling.studies.tables import short
-from toppling.studies.tables.kits import kit_lines, kit_rows, kit_table, level_break_rows, short_kit_rows, static_rows
-from toppling.studies.text.rows import plain_table
-from toppling.studies.text.terminal import fitted
+from toppling.studies.tables import pieces
+from toppling.studies.tables.files import cells
+from toppling.studies.tables.kits import exported_kits, kit_breaks, kit_lines, kits, short_kits, static_checks
+from toppling.studies.tables.registry import TABLES, tables
+from toppling.studies.tables.terminal import rendered
 
 COLUMNS = "item,width_m,height_m,floor,count,mass_kg,wall_gap_mm,cm_offset_mm,lean_deg,value,currency,consequence"
 INVENTORY = f"""{COLUMNS},anchored
@@ -167,20 +168,19 @@ class TestReading:
         assert "the wall is assumed to move with the floor" in notes
 
 
-def short_title(results):
-    return short.short_rows(results).title
-
-
 class TestResults:
     def test_a_piece_below_the_table_that_falls_more_often_is_said(self, results, monkeypatch):
         """Rates of 0.001 are shown, one of 0.004 is not: 1 - exp(-0.2) in 50 years."""
         piece = pieces_of(results)[0]
         rates = [0.001] * 8 + [0.004, 0.0005]
-        pieces = [piece._replace(recommendation="small effect", chance=Range(rate, rate, rate)) for rate in rates]
-        monkeypatch.setattr(short, "pieces_of", lambda *_: pieces)
-        assert "the first 8 of 10, of the others 1 more often than some of these (up to 18" in short_title(results)
-        monkeypatch.setattr(short, "pieces_of", lambda *_: pieces[:8] + pieces[9:])
-        assert short_title(results).endswith("; the first 8 of 9)")
+        every = [piece._replace(recommendation="small effect", chance=Range(rate, rate, rate)) for rate in rates]
+        monkeypatch.setattr(pieces, "pieces_of", lambda *_: every)
+        table = pieces.short_pieces(results)
+        assert len(table.lines) == 8
+        assert "8 of 10 rows" in table.note
+        assert "1 of the others fall more often than some of these (up to 18" in table.note
+        monkeypatch.setattr(pieces, "pieces_of", lambda *_: every[:8] + every[9:])
+        assert "more often" not in pieces.short_pieces(results).note
 
     @pytest.mark.slow
     def test_the_runs_are_counted(self, tmp_path):
@@ -194,70 +194,71 @@ class TestResults:
         assert [done for done, _ in counted] == sorted(done for done, _ in counted)
 
     def test_tables(self, results):
-        rows = kit_rows(results)
-        assert rows.headings[:9] == (
-            "piece", "floor", "number", "kit", "chance of falling in 50 years, each", "into the room", "falls saved",
-            "effect", "kit breaks in 50 years",
-        )  # fmt: skip
-        kits = [(one.piece.item, one.kit) for one in kit_lines(results)]
-        assert sorted(kits) == sorted(
+        table = kits(results)
+        keys = ["kit", "falls", "front_falls", "share_saved", "effect", "breaks"]
+        assert [column.key for column in table.columns][:6] == keys
+        names = [(piece.item, kit) for piece, kit, _ in kit_lines(results)]
+        assert sorted(names) == sorted(
             [(name, kit) for name in ("case", "desk shelf") for kit in ("", "strap", "bracket")]
             + [("strapped", ""), ("strapped", "bracket")]
         )
-        assert "as it is (strap)" in [row[3] for row in rows.rows]
-        checks = static_rows(results)
+        assert len(table.lines) == len(names)
+        assert "as it is (strap)" in table.column("kit")
+        assert [heading.partition(" (")[0] for heading, _ in table.groups] == [
+            *dict.fromkeys(name for name, _ in names)
+        ]
+        checks = static_checks(results)
         assert len(checks.rows) == 5
-        assert "10 % in 50 years" in checks.title
-        by_level = level_break_rows(results)
+        assert "10 % in 50 years" in checks.note
+        by_level = kit_breaks(results)
         assert len(by_level.rows) == results.sizes["level"]
-        assert by_level.headings[1:] == (
+        assert [column.key for column in by_level.columns][1:] == [
             "strapped: strap", "case: strap", "case: bracket", "desk shelf: strap", "desk shelf: bracket",
             "strapped: bracket",
-        )  # fmt: skip
-        table = kit_table(results)
-        assert {"breaks (1/year)", "breaks_lower (1/year)"} <= set(table.headings)
-        assert all(len(row) == len(table.headings) for row in table.rows)
-        assert "falls (1/year)" in table.headings
+        ]  # fmt: skip
+        headings, *rows = cells(exported_kits(results))
+        assert {"falls (1/year)", "breaks (1/year)", "breaks_lower (1/year)"} <= set(headings)
+        assert all(len(row) == len(headings) for row in rows)
 
     def test_falls_saved_are_those_without_the_kit_less_those_with_it(self, results):
         """Of any fall and of falls to the front; the shelf has no wall behind it and also falls to the back."""
-        table, now = kit_table(results), {}
-        for row in table.rows:
-            one = dict(zip(table.headings, row, strict=True))
-            now.setdefault(one["item"], one)  # (as it is comes first)
+        now = {}
+        for row in exported_kits(results).lines:
+            now.setdefault(row["item"], row)  # (as it is comes first)
             for name in ("falls", "front_falls"):
-                saved = now[one["item"]][f"{name} (1/year)"] - one[f"{name} (1/year)"]
-                assert one[f"{name}_saved (1/year)"] == pytest.approx(saved, rel=1e-12, abs=1e-15), (one["item"], name)
+                saved = now[row["item"]][name].value - row[name].value
+                assert row[f"{name}_saved"].value == pytest.approx(saved, rel=1e-12, abs=1e-15), (row["item"], name)
 
-    def test_the_terminal_has_one_table_of_80_columns(self, results):
-        """Each value with its interval below it; the chosen kits are marked."""
-        rows = short_kit_rows(results)
-        (table,) = fitted(plain_table(*rows, wrapped=True), 80)
+    def test_the_terminal_has_80_columns(self, results):
+        """The chosen kits are marked."""
+        table = short_kits(results)
         console = Console(width=80, file=io.StringIO())
-        console.print(table)
+        console.print(*rendered(table, 80), sep="\n")
         text = console.file.getvalue()
         assert max(map(len, text.splitlines())) <= 80
-        assert len(rows.rows) == len(kit_lines(results)) + 3
-        for line in kit_lines(results):
-            assert line.piece.item.split()[0] in text
-        chosen = {"budget", "target"} & {name for row in rows.rows for name in ("budget", "target") if name in row[0]}
+        assert len(table.lines) == len(kit_lines(results))
+        for piece, _, _ in kit_lines(results):
+            assert piece.item in text
+        chosen = {name for name in ("budget", "target") if "yes" in table.column(name)}
         assert chosen == {name for name in ("budget", "target") if any(results[f"{name}_kit"].values.ravel() != "")}
-        assert len(short_kit_rows(results, number=4).rows) < len(rows.rows)
+        assert len(short_kits(results, 4).lines) == 4
 
     def test_a_study_without_kits_has_no_tables(self, tmp_path):
         start, _, rest = STUDY.partition("[restraints.bracket]")
         alone = start + "[motions]" + rest.partition("[motions]")[2]
         found = study(tmp_path, "", text=alone).run()
-        assert kit_rows(found) is static_rows(found) is kit_table(found) is None
+        titles = {table.title for table in tables(found, TABLES)}
+        assert "Pieces" in titles
+        assert not any("Kits" in title or "Static" in title for title in titles)
         assert found["anchored_with"].values.tolist() == ["", "", "strap", ""]
         assert "front_probability" in found
 
     def test_the_report_says_what_to_buy(self, results):
         actions = facts_of(building.actions, results)
         budget, target = actions["kit.for_budget"], actions["kit.for_target"]
-        kits = zip(results["budget_kit"][0].values.tolist(), results["item"].values.tolist(), strict=True)
+        bought = zip(results["budget_kit"][0].values.tolist(), results["item"].values.tolist(), strict=True)
         assert (budget.more["budget"], budget.value) == (200.0, float(results["budget_cost"][0]))
-        assert {*budget.more["pairs"]} == {pair for pair in kits if pair[0]}
+        assert {*budget.more["pairs"]} == {pair for pair in bought if pair[0]}
         assert budget.more["now"][0] == pytest.approx(math.fsum((results["item_rate"][0] * results["count"]).values))
         assert budget.more["then"] == [float(results[f"budget_{name}"][0]) for name in ("falls", "front_falls")]
         assert target.more["target"] == {"falls": 0.01, "front_falls": 0.008}
@@ -297,7 +298,7 @@ class TestResults:
         assert found["kit_falls"].attrs["units"] == "1"
         at = found["kit_probability"].sel(level=found.attrs["at_level"])
         np.testing.assert_array_equal(found["kit_falls"], at)
-        assert "chance of falling at the level, each" in kit_rows(found).headings
+        assert kits(found).columns[1].title == "falls at the level, each"
         target = facts_of(building.actions, found)["kit.for_target"]
         assert (target.more["target"], target.more["yearly"]) == ({"falls": 1.0}, False)
         assert "falls to at most 100 in 100 such earthquakes" in say(target, "page")

@@ -16,8 +16,8 @@ from toppling.studies.facts import building
 from toppling.studies.facts.checks import checks_of
 from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.facts.say import say
-from toppling.studies.tables.item_slides import NOT_MODELLED, item_slide_rows
-from toppling.studies.tables.pieces import piece_rows, piece_table
+from toppling.studies.tables.item_slides import NOT_MODELLED, item_slides
+from toppling.studies.tables.pieces import exported_pieces, pieces
 from toppling.studies.text.error import StudyError
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
@@ -50,11 +50,11 @@ class TestLaboratory:
         text = str(laboratory.attrs["notes"])
         assert "instrument trolley: on castors that are not locked a piece rolls" in text
         assert "ultra-low freezer, server rack: locked castors" in text
-        rows = item_slide_rows(laboratory)
-        cells = {row[0]: row for row in rows.rows}
-        assert cells["instrument trolley"][2:4] == ("castors", NOT_MODELLED)
-        assert {*cells["instrument trolley"][4:]} == {"–"}
-        assert "castors locked: as on feet" in rows.title
+        table = item_slides(laboratory)
+        (trolley,) = (row for row in table.lines if row["item"] == "instrument trolley")
+        assert table.cells(trolley)[2:4] == ["castors", NOT_MODELLED]
+        assert {*table.cells(trolley)[4:]} == {"–"}
+        assert "Castors locked are as on feet" in table.note
         castors = {fact.what: fact.more for fact in checks_of(laboratory) if fact.what.startswith("support.castors")}
         assert castors == {
             "support.castors": {"number": 3, "pieces": 32},
@@ -93,7 +93,7 @@ class TestLaboratory:
         roof = facts_of(inputs_of, lower)["floor.roof"]
         assert (roof.value, roof.names[:3]) == (3, ("server rack", "standing cabinet", "bench analyser"))
         assert say(roof, "method").endswith(" stand on the roof (floor 3). The highest storey is floor 2.")
-        floors = {row[0]: row[1] for row in piece_rows(lower).rows}
+        floors = {row["item"]: row["floor"] for row in pieces(lower).rows}
         assert (floors["server rack"], floors["bookcase"]) == ("3 (roof)", "1")
 
     def test_lines_have_their_own_friction_or_that_of_the_study(self, laboratory):
@@ -107,8 +107,8 @@ class TestLaboratory:
         one = laboratory.sel(item="microscope").isel(model=0)
         assert float(one["item_rate"]) >= float(one["item_overturning_rate"])
         assert float(one["item_rate"]) >= float(one["item_off_rate"]) > 0.0
-        table = item_slide_rows(laboratory)
-        off = {row[0]: row[table.headings.index("slides off it")] for row in table.rows}
+        table = item_slides(laboratory)
+        off = dict(zip(table.column("item"), table.texts("off"), strict=True))
         assert sum(cell != "–" for cell in off.values()) == 3
         assert off["microscope"] != "–"
         assert next(building.answer(laboratory)).more["edges"]
@@ -118,16 +118,16 @@ class TestLaboratory:
         assert actions["support.check_brakes"].names == ("“ultra-low freezer”", "“server rack”")
 
     def test_tables_of_pieces_hold_it(self, laboratory):
-        table = piece_table(laboratory)
-        rows = {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
+        table = exported_pieces(laboratory)
+        rows = {row["item"]: row for row in table.lines}
         own = rows["microscope"]
         assert own["contact"] == "vinyl"
-        assert own["slides_instead (1)"] == pytest.approx(float(laboratory["slides_instead"].sel(item="microscope")))
+        assert own["slides_instead"] == pytest.approx(float(laboratory["slides_instead"].sel(item="microscope")))
         rate = float(laboratory["item_off_rate"].sel(item="microscope"))
-        assert own["sliding_off_in_50_years (1)"] == pytest.approx(-np.expm1(-50.0 * rate))
-        assert rows["instrument trolley"]["sliding_off_in_50_years (1)"] is None
-        assert "sliding_off_at_level (1)" not in table.headings
-        headings = [str(column.header) for one in show.tables(laboratory) for column in one.columns]
+        assert own["sliding_off_in_50_years"].value == pytest.approx(-np.expm1(-50.0 * rate))
+        assert np.isnan(rows["instrument trolley"]["sliding_off_in_50_years"].value)
+        assert "sliding_off_at_level" not in [column.key for column in table.columns]
+        headings = [column.title for shown in show.tables(laboratory) for column in shown.columns]
         assert "slides off it" in headings
 
 

@@ -24,8 +24,10 @@ from toppling.studies.file.blocks import read_blocks
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
-from toppling.studies.region.rows import event_levels, event_rows, examples, region_rows, surface_rows
+from toppling.studies.region.rows import event_levels, examples
 from toppling.studies.report.page import write_report
+from toppling.studies.tables.region import events, spread, surfaces
+from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.lowest
@@ -264,15 +266,14 @@ def test_the_forecast_has_a_range_that_holds_the_motions(study):
 
 def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
     results, _ = finished
-    rows = surface_rows(results)
-    assert "±25 % of the half levels of all blocks at once" in rows.title
-    assert int(rows.rows[0][3].replace(",", "")) == results.sizes["pooled_run"]
-    (spread,) = region_rows(results)
-    assert "40 blocks" in spread.title
-    middle = next(row for row in spread.rows if row[0].startswith("50 %"))
-    assert float(middle[1]) == pytest.approx(float(results["half_level"].median()) / 9.80665, rel=5e-3)
-    assert surface_rows(xr.Dataset()) is None
-    assert list(region_rows(xr.Dataset())) == []
+    table = surfaces(results)
+    assert "25 % of the half levels of all blocks at once" in table.note
+    assert table.lines[0]["runs"] == results.sizes["pooled_run"]
+    blocks = spread(results)
+    assert "40 blocks" in blocks.note
+    middle = next(row for row in blocks.lines if row["share"].startswith("50 %"))
+    assert middle["half_level"] == pytest.approx(float(results["half_level"].median()) / 9.80665)
+    assert not any(REGISTRY[name].applies(xr.Dataset()) for name in ("surfaces", "spread", "events"))
 
 
 def test_curves_are_drawn_of_blocks_at_both_ends_and_in_the_middle(finished):
@@ -424,9 +425,9 @@ def test_falls_in_one_event_are_those_of_the_analysis(with_events):
     np.testing.assert_allclose(results["event_level"], [0.3 * g, 0.5 * g])
     assert made.runs - made.event_runs == made.design.runs
     assert made.event_runs == 2 * 40 * 25
-    (rows,) = event_rows(results)
-    assert "40 events at each level, 25 blocks" in rows.title
-    assert [line[0] for line in rows.rows] == ["0.3 g", "0.5 g"]
+    table = events(results)
+    assert "40 events at each level, with 25 blocks" in table.note
+    assert table.column("level") == pytest.approx([0.3, 0.5])
     assert not any("fall in the same earthquakes" in one for one in results.attrs["notes"].splitlines())
 
 
@@ -444,7 +445,7 @@ def test_progress_counts_surfaces_and_events(with_events):
 def test_the_report_shows_the_events(with_events, tmp_path):
     (page,) = write_report(with_events[2], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
-    assert "Share of the region that falls in one event" in text
+    assert "Shares of the region that fall in one event" in text
     assert "that falls in one event" in text
 
 

@@ -33,10 +33,11 @@ from toppling.studies.facts.say import remedy, say
 from toppling.studies.plan.designs import KeptMotions
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
-from toppling.studies.tables.short import short_rows
-from toppling.studies.tables.slides import slide_rows
+from toppling.studies.tables.blocks import lead_blocks, short_blocks
+from toppling.studies.tables.precision import precision
+from toppling.studies.tables.registry import REGISTRY
+from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
-from toppling.studies.text.precision import precision_rows
 
 STUDY = """
 title = "As many as needed"
@@ -201,12 +202,11 @@ def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_
     assert (fact.what, second.what == "rate.fitted_differs") == ("rate.chance", False)
     assert (fact.value, fact.lower, fact.upper) == tuple(float(first[f"risk_probability{end}"]) for end in ENDS)
     assert (fact.more["rate"], fact.more["years"]) == (float(first["rate"]), 50.0)
-    rows = precision_rows(results)
-    assert rows.headings[-2:] == ("of the fitted curve", "which differs")
-    assert rows.rows[0][1].startswith(f"{float(first['rate']):.3g} (")
-    assert rows.rows[0][-2].startswith(f"{float(first['fitted_rate']):.3g} (")
-    assert rows.rows[0][-1] == "within error"
-    assert "rates without a form of curve" in short_rows(results).title
+    row = precision(results).lines[0]
+    assert row["value"].value == float(first["rate"])
+    assert row["fitted"].value == float(first["fitted_rate"])
+    assert row["apart"] == "within error"
+    assert "Rates do not assume a form of curve." in short_blocks(results).notes
 
 
 @pytest.mark.slow
@@ -234,7 +234,7 @@ def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
     fact = next(curves.answer(results))
     assert np.isnan([fact.lower, fact.upper]).all()
     assert f"with a chance of {about_percent(fact.value)} (interval not known) in 50 years" in say(fact, "page")
-    assert "no interval" in short_rows(results).rows[0][-2]
+    assert "no interval" in lead_blocks(results).texts("rate")[0]
     assert write_report(tmp_path / "out/results.nc", tmp_path / "report.html")
 
 
@@ -244,7 +244,7 @@ def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
     fact = facts_of(curves.answer, results)["rate.fitted_differs"]
     assert fact.value == float(results["fitted_risk_probability"][0, 0])
     assert say(fact, "page") in verdict(results, True)[0]
-    assert precision_rows(results).rows[0][-1] == "by +30 %"
+    assert precision(results).lines[0]["apart"] == 0.3
 
 
 @pytest.mark.slow
@@ -445,12 +445,12 @@ def test_motions_forecast_are_those_measured(until, measured):
 
 def test_the_table_says_what_was_asked_and_reached(finished):
     results, _ = finished
-    rows = precision_rows(results)
-    assert "±15 % of the half level" in rows.title
-    assert len(rows.rows) == 2
-    assert sum(int(row[4].replace(",", "")) for row in rows.rows) == results.sizes["run"]
-    assert {row[5] for row in rows.rows} == {"precision reached"}
-    assert precision_rows(xr.Dataset()) is None
+    table = precision(results)
+    assert "15 % of the half level" in table.note
+    assert len(table.rows) == 2
+    assert sum(table.column("runs")) == results.sizes["run"]
+    assert {*table.column("stopped")} == {"precision reached"}
+    assert not REGISTRY["precision"].applies(xr.Dataset())
 
 
 def test_what_is_not_reached_is_a_note(study):
@@ -506,12 +506,15 @@ def test_slips_are_those_of_their_own_analyses(slipping, finished):
 @pytest.mark.slow
 def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     results, path = slipping
-    table = slide_rows(results)
-    assert "at which half of the blocks that slide slip further" in table.title
-    assert table.headings == ("", "slides, never rocks", "slips over 5 cm", "slips over 20 cm")
-    assert table.rows[0][2] == "{:.3g} ({:.3g}–{:.3g})".format(
-        *(float(results[f"slip_half_level{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
-    )
+    table = slides(results)
+    assert "at which half of the blocks that slide slip further" in table.note
+    assert [column.title for column in table.columns][1:] == [
+        "slides, never rocks",
+        "slips over 5 cm",
+        "slips over 20 cm",
+    ]
+    level = [float(results[f"slip_half_level{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
+    assert table.lines[0]["0.05"] == pytest.approx(level)
     write_report(path)
     html = path.with_name("report.html").read_text(encoding="utf-8")
     check = check_of(results, "sliding")
@@ -521,15 +524,15 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
 
 def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
     results, _ = slipping
-    rows = precision_rows(results).rows
+    rows = precision(results).lines
     assert len(rows) == 2 + 4
-    name, median, reached, motions, runs, why = rows[2]
+    name, median, reached, motions, runs, why = rows[2].values()
     assert name == f"{results['block'].values[0]}, slip over 5 cm where it slides"
-    assert median == "{:.3g} ({:.3g}–{:.3g})".format(
-        *(float(results[f"slip_target{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
+    assert [*median] == pytest.approx(
+        [float(results[f"slip_target{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
     )
-    assert reached == f"±{100.0 * float(results['slip_half_width'][0, 0]):.1f} %"
-    assert float(reached[1:-2]) < 15.0
+    assert reached == float(results["slip_half_width"][0, 0])
+    assert reached < 0.15
     assert (int(motions), int(runs)) == (results["slip_motions_run"][0, 0], results["slip_runs"][0, 0])
     assert why == "precision reached"
 
@@ -645,10 +648,10 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     assert float(results["slip_rate_upper"][1, 0]) == pytest.approx(float(rates["rate_upper"].squeeze()), rel=1e-9)
     assert results["slip_stopped_because"][:, 0].values.tolist() == ["", "precision reached"]
     np.testing.assert_array_equal(results["gated_rate"], results["rate"] * [[1.0], [0.0]])
-    table = slide_rows(results)
-    assert "in 50 years" in table.title
-    assert table.headings[2:4] == ("falls, if it could not slide", "falls, where it rocks")
-    assert table.rows[0][-1] == "0\u00a0%"
+    table = slides(results)
+    assert table.title == "Sliding in 50 years"
+    assert [column.key for column in table.columns][2:4] == ["falls", "rests"]
+    assert table.cells(table.lines[0])[-1] == "0\u00a0%"
 
 
 @pytest.mark.slow
@@ -678,7 +681,8 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     assert np.isnan(results["slides_instead"][0])
     (said,) = (one for one in results.attrs["notes"].splitlines() if "slip over 5 cm where it slides: " in one)
     assert "±2 % asked; 40 motions are the most allowed, the precision takes about" in said
-    assert slide_rows(results).rows[0][1:] == ("–", "–", "–")
+    table = slides(results)
+    assert {*table.cells(table.lines[0])[1:]} == {"–"}
 
 
 @pytest.mark.slow
@@ -696,7 +700,7 @@ def test_chances_of_slips_at_a_level(study):
     )
     expected = own["probability"][:, 0].values * results["slides_instead"].values
     np.testing.assert_allclose(results["slip_probability"][:, 0], expected, rtol=1e-12)
-    assert "Sliding at 0.6 g" in slide_rows(results).title
+    assert slides(results).title == "Sliding at 0.6 g"
 
 
 @pytest.mark.slow
@@ -720,9 +724,9 @@ def test_the_check_of_sliding(static, word, study):
 def test_a_table_that_is_cut_says_so(slipping):
     results, _ = slipping
     many = results.isel(block=np.zeros(130, int))
-    table = slide_rows(many)
+    table = slides(many)
     assert len(table.rows) == 100
-    assert table.title.endswith("; the first 100 of 130 blocks")
+    assert "100 of 130 rows" in table.note
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from toppling.fragility import fit_fragility, overturning_probability, slide_run
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.trip import tripping_velocity
 from toppling.studies import StudyError
-from toppling.studies.tables.slides import slide_rows
+from toppling.studies.tables.slides import slides
 
 TEXT = """
 title = "Cables"
@@ -124,12 +124,10 @@ class TestResults:
         assert "trips over obstacles are decided by a criterion, not simulated" in notes
         assert "motions end while a block slides" in notes
         assert "motions end while a block slides" in slid.attrs["notes"]
-        rows = slide_rows(results)
-        assert rows.headings[-2:] == ("obstacle at", "trips over it")
-        assert rows.title.endswith("trips over obstacles: a criterion, not a simulation")
-        assert rows.rows[1][-2] == "10\u00a0mm"
-        assert rows.rows[0][-2] == "40\u00a0mm"
-        assert "%" in rows.rows[0][-1]
+        table = slides(results)
+        assert "Trips over obstacles: a criterion, not a simulation." in table.note
+        assert table.column("obstacle") == pytest.approx([40.0, 10.0])
+        assert "%" in table.texts("trips")[0]
 
 
 class TestRefusals:

@@ -24,7 +24,7 @@ from toppling.studies.inventory.kits import Kit
 from toppling.studies.kits.savings import Shake, kit_savings, with_kit
 from toppling.studies.kits.sets import TARGETS, budget_kits, target_kits
 from toppling.studies.plan.design_shaking import DESIGN_RATE
-from toppling.studies.tables.kits import _share
+from toppling.studies.tables.table import Column
 
 LAW = tp.HousnerImpact(geometry="linear")
 STRAP = Kit("strap", tp.Restraint.strap(1.4, 267.0, 20e3, 0.005), 15.0, 1.4)
@@ -516,4 +516,4 @@ class TestBothWays:
     ],
 )
 def test_a_kit_with_which_alone_a_piece_falls(share, said):
-    assert _share(share) == said
+    assert Column("", format="share").text(share) == said

@@ -14,7 +14,7 @@ from report_pages import INVENTORY, STUDIES, loaded, of_client
 from study_schema import made_schema
 
 import toppling as tp
-from toppling.core.wording import about_percent, two_digits
+from toppling.core.wording import two_digits
 from toppling.studies import StudyError
 from toppling.studies.facts import building, curves
 from toppling.studies.facts.bars import MOST, bars_of
@@ -24,12 +24,16 @@ from toppling.studies.facts.law_choice import choice_of_law
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.say import say
 from toppling.studies.report import page as module
-from toppling.studies.tables.client import client_rows
+from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.text.glossary import TERMS, used
 from toppling.studies.text.words import reference_law
 
 G = 9.80665
 ENDS = ("", "_lower", "_upper")
+
+
+def of_range(values, name):
+    return tuple(float(values[f"{name}{end}"]) for end in ENDS)
 
 
 def of(fact):
@@ -172,20 +176,15 @@ class TestClientPart:
 
     def test_of_many_blocks_and_floors(self, folder):
         results = loaded(folder)
-        rows = client_rows(results)
+        table = lead_blocks(results)
         at, _ = reference_law(results)
-        one = results.isel(block=0, model=at)
-        assert rows.headings == (
-            "piece",
-            "PGA of the ground at which half of the motions overturn it, g",
-            "mean return period, years",
-            "chance in 50 years",
-            "model range of this chance",
-        )
-        assert rows.rows[0][0] == "shelf"
-        assert rows.rows[0][1].startswith(f"{two_digits(float(one['median']) / 9.80665)} (")
-        assert rows.rows[0][2] == two_digits(1.0 / float(one["rate"]))
-        assert rows.rows[0][3].startswith(about_percent(float(one["risk_probability"])))
+        case = results.isel(block=0, model=at)
+        assert [column.key for column in table.columns] == ["block", "level", "rate", "chance", "model_range"]
+        assert table.columns[1].heading == "half overturn at PGA of the ground, g"
+        row = table.lines[0]
+        assert (row["block"], row["rate"].value) == ("shelf", float(case["rate"]))
+        assert row["level"].value == pytest.approx(float(case["median"]) / G)
+        assert row["chance"] == of_range(case, "risk_probability")
         bare = results.copy(deep=True)
         bare["half_level"][:] = np.nan
         bare["status"] = bare["status"].astype(object)
@@ -193,10 +192,9 @@ class TestClientPart:
         for end in ("", "_lower", "_upper", "_modelling_lower"):
             bare[f"rate{end}"][:] = np.nan
             bare[f"risk_probability{end}"][:] = np.nan
-        assert [row[1:] for row in client_rows(bare).rows] == [
-            ("never seen", "not known", "not known"),
-            ("at every level", "not known", "not known"),
-        ]
+        table = lead_blocks(bare)
+        assert table.column("level") == ["never seen", "at every level"]
+        assert [column.key for column in table.columns] == ["block", "level"]
 
 
 class TestFacts:
@@ -308,10 +306,7 @@ class TestFacts:
         spread, half = facts["uncertainty.half_level"], facts["curve.half_level"]
         assert (spread.lower, spread.upper, spread.unit) == (pytest.approx(0.25), pytest.approx(2.0), "g")
         assert of(half)[1:] == pytest.approx([float(results[f"half_level{end}"][0, 1]) / G for end in ENDS[1:]])
-        rows = client_rows(results)
-        assert dict(zip(rows.headings, rows.rows[0], strict=True))["90 % range over its uncertain properties, g"] == (
-            "0.25–2.0"
-        )
+        assert lead_blocks(results).texts("samples")[0] == "0.25–2.0"
         results["sample_median"][0, :, -1] = 2.1 * G  # (above the levels that were run: not reached)
         above = facts_of(curves.answer, results)["uncertainty.half_level"]
         assert (above.lower, above.upper) == (pytest.approx(0.25), np.inf)
@@ -334,7 +329,7 @@ class TestFacts:
     def test_names_of_the_catalogue_are_titles(self, folder):
         results = loaded(folder).assign_coords(block=["bookcase-5-shelf", "rack"])
         assert facts_of(curves.answer, results)["curve.rank"].more["name"] == "“Bookcase, 5 shelves”"
-        assert client_rows(results).rows[0][0] == "Bookcase, 5 shelves"
+        assert lead_blocks(results).lines[0]["block"] == "Bookcase, 5 shelves"
 
     def test_the_size_that_is_needed(self, folder):
         """Of what, for which target, and the pieces that miss it, which can be anchored instead."""
@@ -356,11 +351,11 @@ class TestFacts:
         """The footnote gives the shares of the marked rows themselves."""
         results = loaded(folder).copy(deep=True)
         results["rate_share_above"][:] = [[0.0, 0.01], [0.0, 0.78]]
-        rows = client_rows(results)
-        assert [row[2].endswith(" *") for row in rows.rows] == [False, True]
-        assert "*: 78\u00a0% of the rate comes from shaking beyond the end of the hazard curve" in rows.title
+        table = lead_blocks(results)
+        assert [text.endswith(" *") for text in table.texts("chance")] == [False, True]
+        assert "*: 78\u00a0% of the rate" in table.note
         results["rate_share_above"][:, 1] = [0.12, 0.78]
-        assert "*: 12\u00a0% to 78\u00a0% of the rate" in client_rows(results).title
+        assert "*: 12\u00a0% to 78\u00a0% of the rate" in lead_blocks(results).note
 
     def test_what_matters_most(self, folder):
         results = loaded(folder, "uncertainty")

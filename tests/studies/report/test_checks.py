@@ -12,7 +12,7 @@ from toppling.studies.facts import curves
 from toppling.studies.facts.checks import badge, checks_of, worst_word
 from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN, Fact
 from toppling.studies.facts.say import remedy, say, value_of
-from toppling.studies.tables.client import client_rows
+from toppling.studies.tables.blocks import lead_blocks
 
 
 class TestChecks:
@@ -139,15 +139,15 @@ class TestChecks:
         assert (found.value, found.names, found.more["side"]) == (0.3, ("“shelf”",), "above")
         said = "30\u00a0% of the chance of “shelf” comes from shaking stronger than any run."
         assert said == say(found, "page")
-        table = client_rows(results)
-        assert "‡: 30\u00a0% of the rate comes from shaking at which nothing was run" in table.title
-        assert all(row[2].endswith(" ‡") for row in table.rows)
+        table = lead_blocks(results)
+        assert "‡: 30\u00a0% of the rate" in table.note
+        assert all(row["chance"].mark.endswith("‡") for row in table.lines)
         assert said in verdict(results, True)[0]
         results["probability_at_highest_level"][:] = 0.97
         results["rate_above_highest_level"][:] = 0.31 * results["rate"]
         assert "rate.part_extrapolated" not in facts_of(curves.answer, results)
         assert said not in verdict(results, True)[0]
-        assert "‡" not in client_rows(results).title
+        assert "‡" not in lead_blocks(results).note
 
     def test_the_worst_word_wins(self):
         for words, worst in (((GOOD, GOOD), GOOD), ((UNKNOWN, GOOD), CARE), ((CARE, INVALID), INVALID)):

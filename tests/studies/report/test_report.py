@@ -11,10 +11,11 @@ from rich.console import Console
 
 from toppling.studies.command.cli import main
 from toppling.studies.report import page as module
-from toppling.studies.report.cells import markdown, page_table
 from toppling.studies.report.page import write_report
+from toppling.studies.tables.page import markdown
+from toppling.studies.tables.table import Column, Table
+from toppling.studies.tables.terminal import rendered
 from toppling.studies.text.names import clean, drawable
-from toppling.studies.text.rows import plain_table
 
 
 class TestHostile:
@@ -61,11 +62,9 @@ class TestHostile:
 
     def test_titles_and_headings_are_text(self):
         name = "a|b *c* <d> [red]e[/] \\[f]"
-        table = plain_table(f"Of {name}", ("", name), [(name, "1")])
-        page = page_table(table)
-        assert (page.title, page.headings[1], page.groups[0][0].cells[0]) == (f"Of {name}", name, name)
+        table = Table(f"Of {name}", (Column("a"), Column("b", name)), [{"a": name, "b": "1"}])
         console = Console(width=200, file=StringIO())
-        console.print(table)
+        console.print(*rendered(table, 200))
         assert console.file.getvalue().count(name) == 3
 
     @pytest.mark.slow

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from toppling.studies.tables.assessment import doubtful_items, ranking_rows
+from toppling.studies.tables.assessment import doubtful_items, ranked
 
 
 def ranking(**coordinates):
@@ -25,14 +25,14 @@ def ranking(**coordinates):
 
 
 def test_a_squat_piece_is_marked():
-    rows = ranking_rows(ranking(doubtful=("item", [True, False])))
-    assert [row[1] for row in rows.rows] == ["bust ‡", "shelf"]
-    assert "no ground for advice" in rows.title
+    table = ranked(ranking(doubtful=("item", [True, False])))
+    assert table.texts("item") == ["bust ‡", "shelf"]
+    assert "no ground for advice" in table.note
 
 
 def test_nothing_is_marked_where_nothing_is_doubted():
     for given in (ranking(), ranking(doubtful=("item", [False, False]))):
-        rows = ranking_rows(given)
-        assert [row[1] for row in rows.rows] == ["bust", "shelf"]
-        assert "‡" not in rows.title
+        table = ranked(given)
+        assert table.column("item") == ["bust", "shelf"]
+        assert "‡" not in table.note
         assert not doubtful_items(given).any()

@@ -15,10 +15,10 @@ from toppling.studies.tables.sensitivity import (
     ABOVE,
     SLIPS,
     SQUAT,
+    block_levels,
     laws_apart,
-    level_rows,
     marks_of,
-    median_rows,
+    median_ratios,
     own_restitution,
     swings_of,
 )
@@ -55,7 +55,13 @@ def results_of(parameter="e", medians=MEDIANS, blocks=(SLENDER, SQUAT_BLOCK), ax
             **{name: ("block", [getattr(one, name) for one in blocks]) for name in ("width", "height", "cm_height")},
             "inertia_factor": ("block", [one.inertia for one in blocks]),
         },
-        {"parameter": parameter, "friction": 1.0, "usual": "the usual ones", "reference": "rigid"},
+        {
+            "kind": "sensitivity",
+            "parameter": parameter,
+            "friction": 1.0,
+            "usual": "the usual ones",
+            "reference": "rigid",
+        },
     )
 
 
@@ -80,31 +86,35 @@ class TestMarks:
 
 class TestTables:
     def test_levels(self):
-        rows = level_rows(results_of())
-        assert rows.headings == ("e =", "its e_R", "0.5", "0.7", "0.9", "1")
-        own = f"{SLENDER.restitution:.3f}"
-        assert rows.rows[0] == ("slender", own, SLIPS, "0.31", "0.20", f"0.10 {ABOVE}")
-        assert rows.rows[1] == ("squat", "none", *[SQUAT] * 4)
-        assert f"{SLIPS}: not possible, because the impact needs a coefficient of friction above 1" in rows.title
-        assert f"{SQUAT}: not possible, because so squat a block" in rows.title
-        assert f"{ABOVE}: above e_R" in rows.title
+        table = block_levels(results_of())
+        assert [column.heading for column in table.columns] == ["e =", "its e_R", "0.5", "0.7", "0.9", "1"]
+        slender, squat = ([*rows] for _, group in table.groups for rows in group)
+        assert slender == ["slender", f"{SLENDER.restitution:.3f}", SLIPS, "0.31", "0.20", f"0.10 {ABOVE}"]
+        assert squat == ["squat", "none", *[SQUAT] * 4]
+        assert [sum(note.startswith(f"{mark}: ") for note in table.notes) for mark in (SLIPS, SQUAT, ABOVE)] == [
+            1,
+            1,
+            1,
+        ]
 
     def test_levels_over_delta_have_no_such_column(self):
-        rows = level_rows(results_of("delta"))
-        assert rows.headings == ("δ =", "0.001", "0.01", "0.1", "0.2")
-        assert rows.rows[0] == ("slender", "0.41", "0.31", "0.20", "0.10")
-        assert SLIPS not in rows.title
+        table = block_levels(results_of("delta"))
+        assert [column.heading for column in table.columns] == ["δ =", "0.001", "0.01", "0.1", "0.2"]
+        assert table.cells(table.lines[0]) == ["slender", "0.41", "0.31", "0.20", "0.10"]
+        assert SLIPS not in table.note
 
     def test_ratios_are_marked_as_well(self):
-        slender, squat = median_rows(results_of())
-        assert slender.rows == [("housner e", SLIPS, "1.50", "1.00", "0.50")]
-        assert squat.rows == [("housner e", *[SQUAT] * 4)]
-        assert "not possible" in slender.title
+        table = median_ratios(results_of())
+        assert [*table.groups] == [
+            ("slender", [["housner e", SLIPS, "1.50", "1.00", "0.50"]]),
+            ("squat", [["housner e", *[SQUAT] * 4]]),
+        ]
+        assert "not possible" in table.note
 
     def test_what_is_not_reached(self):
         """Lead tables are of results whose medians above the levels are infinite."""
-        found = results_of(medians=[[4.0, np.inf, np.nan, 1.0], [1.0] * 4])
-        assert level_rows(found).rows[0][2:] == (SLIPS, "not reached", "–", f"0.10 {ABOVE}")
+        table = block_levels(results_of(medians=[[4.0, np.inf, np.nan, 1.0], [1.0] * 4]))
+        assert table.cells(table.lines[0])[2:] == [SLIPS, "not reached", "–", f"0.10 {ABOVE}"]
 
 
 class TestAnswer:
@@ -143,5 +153,5 @@ class TestAnswer:
             warnings.simplefilter("error")
             assert swings_of(found, 0) == []
             assert laws_apart(found) == []
-            assert level_rows(found).rows[0][3:5] == ("–", "–")
+            assert [block_levels(found).texts(f"{value:g}")[0] for value in VALUES[1:3]] == ["–", "–"]
             assert [fact.what for fact in answer(found)] == ["sensitivity.squat"]

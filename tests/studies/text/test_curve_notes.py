@@ -9,12 +9,11 @@ import xarray as xr
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
-from toppling.core.wording import three_digits, two_digits
 from toppling.fragility import uncertain_ida
 from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
-from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
+from toppling.studies.tables.fragility import curves, hints, measures, rates, sizes
 from toppling.studies.text.curve_notes import (
     LevelEnd,
     curve_notes,
@@ -68,10 +67,6 @@ def study(folder, *parts):
     path = folder / "study.toml"
     path.write_text('title = "a study"\n' + "".join(parts), encoding="utf-8")
     return tp.Study.from_toml(path)
-
-
-def cells(table):
-    return [[str(cell) for cell in column.cells] for column in table.columns]
 
 
 def fitted(status, lower, upper, fell, runs=40):
@@ -252,12 +247,11 @@ class TestRates:
         assert found["rate"].attrs["long_name"] == "annual rate of uplift"
         assert found["intensity_mean"].attrs["long_name"].endswith("that uplifts")
         assert not any("overturn" in str(one.attrs["long_name"]) for name, one in found.items() if "rate" in str(name))
-        assert "uplifts" in str(risk_table(found).title)
-        assert "uplifts" in str(size_table(found).title)
-        assert "half of the runs uplift" in str(fragility_table(found).title)
+        assert "uplifts" in sizes(found).note
+        assert curves(found).columns[1].title.startswith("half uplift at ")
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
-        assert sum("no width" in cell for cell in cells(risk_table(found))[1]) == 2
+        assert sum("no width" in cell for cell in rates(found).texts("rate")) == 2
         (note,) = (one for one in found.attrs["notes"].splitlines() if "no width" in one)
         assert "for 2 of 4 curves (narrow under housner e=e_R; wide under housner e=e_R)" in note
 
@@ -389,9 +383,7 @@ class TestUncertainRates:
         study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
         assert main(["run", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         out = capsys.readouterr().out
-        title = "Mean return period of overturning, years (P: mean over the samples; 95 % interval,"
-        assert title in " ".join(out.split())
-        assert "P = 10 %" in out
+        assert {"Fragility curves", "Return periods and chances"} <= {line.strip() for line in out.splitlines()}
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv", "--model", "housner"]) == 0
         assert "2 curves for csv" in capsys.readouterr().out
         rows = (tmp_path / "out/export/curves.csv").read_text(encoding="utf-8").splitlines()
@@ -507,11 +499,12 @@ class TestTables:
     def test_fractiles_are_printed(self, tmp_path):
         fit = "[fit]\nfractiles = [0.1, 0.9]\nreplicates = 100\n"
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, fit).run()
-        table = fragility_table(found)
-        assert [column.header for column in table.columns][5:] == ["P = 10 %", "P = 90 %"]
-        value, low, high = (float(found[f"fraction_level{end}"][0, 0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
-        assert low == 0.0  # (of 24 motions two fall on average: none at all is no surprise)
-        assert f"{three_digits(value)} (below {three_digits(high)})" in cells(table)[5]
+        table = curves(found)
+        assert [column.key for column in table.columns][3:] == ["P = 0.1", "P = 0.9"]
+        level = [float(found[f"fraction_level{end}"][0, 0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
+        assert level[1] == 0.0  # (of 24 motions two fall on average: none at all is no surprise)
+        assert table.lines[0]["P = 0.1"] == pytest.approx(level)
+        assert " (below " in table.texts("P = 0.1")[0]
 
     def test_rates_have_three_digits_and_say_what_their_intervals_hold(self, tmp_path):
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, HAZARD, SCREEN).run().copy(deep=True)
@@ -519,16 +512,12 @@ class TestTables:
         for end, value in (("", 0.023456), ("_lower", 0.0), ("_upper", 0.0271)):
             found[f"risk_probability{end}"][0, 0] = value
         ends = (found["fraction_level"][0, 0, 0], found["half_level"][0, 0])
-        levels = [two_digits(float(one) / 9.80665) for one in ends]
-        table = risk_table(found)
-        assert "(95 % intervals, for the given hazard curve)" in str(table.title)
-        assert [column[1] for column in cells(table)[1:]] == [
-            "2,140 (above 1,800)",
-            "0.0468\u00a0%",
-            "2.35\u00a0% (0–2.71)",
-            " / ".join(levels),
-        ]
-        assert table.columns[-1].header == "10 / 50 % at PGA of the ground, g"
+        table = rates(found)
+        texts = [table.texts(key)[0] for key in ("rate", "year", "chance")]
+        assert texts == ["2,140 (above 1,800)", "0.0468\u00a0%", "2.35\u00a0% (0–2.71)"]
+        levels = [table.lines[0][key] for key in ("low", "half")]
+        assert levels == pytest.approx([float(level) / 9.80665 for level in ends])
+        assert table.columns[-1].heading == "50 % at PGA of the ground, g"
 
     def test_open_intervals_are_words(self, tmp_path):
         """No terminal table says inf: of no level."""
@@ -539,19 +528,19 @@ class TestTables:
             found[f"half_level{end}"][0, 0] = value
         found["dispersion_lower"][0, 0], found["dispersion_upper"][0, 0] = 0.0, np.inf
         found["fraction_level_upper"][0, 0] = np.inf
-        table = fragility_table(found)
-        assert cells(table)[2][1] == "above 2.10"
-        assert cells(table)[4][1] == "not known"
-        assert "(not known)" in cells(table)[5][1]
-        assert not any("inf" in cell for column in cells(table) for cell in column)
+        table = curves(found)
+        assert table.texts("level")[0] == "3.00 (above 2.10)"
+        assert table.texts("dispersion")[0].endswith(" (not known)")
+        assert "inf" not in str([*table.groups])
 
     def test_the_table_of_measures_says_how_many_it_leaves_out(self, tmp_path):
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, "[measures]\n").run()
-        few, every = measure_rows(found, 3)[0], measure_rows(found, 50)[0]
-        assert len(few.rows) == 3
-        assert f"the best 3 of {len(every.rows)} measures" in few.title
-        assert "measures," not in every.title
-        assert "√(Arias intensity) of the ground" in [row[0] for row in every.rows]
+        few, every = measures(found, 3), measures(found, 50)
+        groups = [len(rows) for _, rows in every.groups]
+        assert [len(rows) for _, rows in few.groups] == [3] * len(groups)
+        assert f"the best 3 of up to {max(groups)} measures" in few.note
+        assert "measures" not in every.note
+        assert "√(Arias intensity) of the ground" in every.column("measure")
 
     def test_hints_are_of_the_state(self, tmp_path):
         low = IDA.replace("to = 12.0", "to = 1.1")

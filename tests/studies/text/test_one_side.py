@@ -14,8 +14,8 @@ from toppling.fragility import annual_rate, fit_fragility
 from toppling.studies import StudyError
 from toppling.studies.facts import curves
 from toppling.studies.facts.checks import badge, checks_of
+from toppling.studies.tables.blocks import short_blocks
 from toppling.studies.tables.fragility import hints
-from toppling.studies.tables.short import short_rows
 
 K0, K = 1e-3, 2.5
 MEDIAN, DISPERSION, FRONT = 2.0, 0.4, 0.5
@@ -85,8 +85,8 @@ class TestStudies:
         forced = study(tmp_path, *parts, '[fit]\nstate = "front"\nform = "lognormal"\nreplicates = 100\n').run()
         assert badge(checks_of(forced)).word == "not valid"
         assert badge(checks_of(forced)).names[0] == "form of curves"
-        assert "not reliable: the lognormal curves rise to 1" in short_rows(forced).title
-        assert "rise to 1" not in short_rows(free).title
+        assert "Not reliable: the lognormal curves rise to 1" in short_blocks(forced).note
+        assert "rise to 1" not in short_blocks(free).note
 
     def test_a_touching_wall_leaves_one_side(self, tmp_path):
         block = SHELF.format("shelf", 0.3) + "wall_gap_mm = 0\n"
@@ -107,7 +107,7 @@ class TestStudies:
         assert facts["curve.at_end"].value == float(found["probability"].values.ravel()[-1])
         assert facts["rate.chance"].value == float(found["risk_probability"].squeeze())
         assert "curve.half_level" not in facts
-        assert short_rows(found).rows[0][1] == "not reached"
+        assert short_blocks(found).texts("level")[0].startswith("not reached")
 
     def test_modelling_uncertainty_needs_a_lognormal_curve(self, tmp_path):
         fit = '[fit]\nstate = "front"\nmodelling_dispersion = 0.3\n'

@@ -11,10 +11,10 @@ import toppling as tp
 from toppling.studies.facts import curves
 from toppling.studies.facts.fact import UNKNOWN
 from toppling.studies.show import tables
-from toppling.studies.tables.client import client_rows
-from toppling.studies.tables.short import short_rows
+from toppling.studies.tables.blocks import lead_blocks, short_blocks
+from toppling.studies.tables.table import Column, dispersion_of
 from toppling.studies.text.block_order import places
-from toppling.studies.text.reached import dispersion_texts, highest_level, open_ends, within_levels
+from toppling.studies.text.reached import highest_level, open_ends, within_levels
 from toppling.studies.text.words import level_name, measure_at, measure_name
 
 STUDY = """
@@ -76,11 +76,12 @@ def test_ends_beyond_what_was_run_are_open(ends, shown):
 
 def test_flat_curves(results):
     flat = results.isel(block=0, model=0).copy(deep=True)
-    assert dispersion_texts(flat)[0] == f"{flat['dispersion'].item():.3f}"
+    write = Column("", format="dispersion").text
+    assert write(dispersion_of(flat)).startswith(f"{flat['dispersion'].item():.3f} (")
     flat["dispersion"][()], flat["dispersion_upper"][()] = 4.57e15, 7.6e17
-    assert dispersion_texts(flat)[0] == "above 10"
+    assert write(dispersion_of(flat)).startswith("above 10 (")
     flat["dispersion"][()], flat["dispersion_lower"][()] = 0.5, 0.2
-    assert dispersion_texts(flat) == ("0.500", "above 0.200")
+    assert write(dispersion_of(flat)) == "0.500 (above 0.200)"
 
 
 class TestWithinLevels:
@@ -116,10 +117,12 @@ class TestWithinLevels:
 
 class TestWhereItIsRead:
     def test_tables(self, results):
-        assert [row[1] for row in client_rows(results).rows][1] == "not reached (above 0.70)"
-        assert "not reached" in [str(cell) for table in tables(results) for cell in table.columns[1].cells]
-        assert "1.50" not in [str(cell) for table in tables(results) for cell in table.columns[1].cells]
-        assert short_rows(within_levels(results)).rows[1][1] == "not reached"
+        assert lead_blocks(results).texts("level")[1] == "not reached (above 0.70)"
+        levels = [
+            text for table in tables(results) if table.title == "Fragility curves" for text in table.texts("level")
+        ]
+        assert any(text.startswith("not reached") for text in levels)
+        assert not any(text.startswith("1.50") for text in levels)
 
     def test_where_nothing_is_reached(self, results):
         """The answer gives no level, and the share that falls at the strongest shaking."""
@@ -196,7 +199,8 @@ def test_levels_are_of_the_ground_or_of_a_floor(label, long_name, floors, name):
 
 def test_tables_and_figures_say_of_what(results):
     """In each table and figure of a study that names the measure of the levels."""
-    assert short_rows(results).headings[1] == "half fall at PGA of the ground, g"
-    assert client_rows(results).headings[1] == "PGA of the ground at which half of the motions overturn it, g"
+    assert {table.columns[1].heading for table in (short_blocks(results), lead_blocks(results))} == {
+        "half overturn at PGA of the ground, g"
+    }
     curves = results[["median", "dispersion", "status", "converged"]].drop_vars("level", errors="ignore")
     assert tp.plot.fragility(curves.assign_attrs(im="pga"), block="shelf").get_xlabel() == "PGA of the ground (g)"

@@ -3,12 +3,11 @@
 import io
 
 import pytest
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
-from toppling.studies.text.rows import plain_table
-from toppling.studies.text.terminal import fitted
+from toppling.studies.buildings.recommendations import Range
+from toppling.studies.tables.table import Column, Table
+from toppling.studies.tables.terminal import rendered
 
 HEADINGS = ("", "building", "ground", *(f"floor {i}" for i in range(1, 7)))
 ROWS = [
@@ -17,18 +16,22 @@ ROWS = [
 ]
 
 
+def table_of(title, headings=HEADINGS, rows=ROWS):
+    columns = [Column(str(i), heading) for i, heading in enumerate(headings)]
+    return Table(title, columns, [{str(i): cell for i, cell in enumerate(row)} for row in rows])
+
+
 def printed(table, width):
     console = Console(width=width, file=io.StringIO())
-    for part in fitted(table, width):
-        console.print(part)
+    console.print(*rendered(table, width), sep="\n")
     return console.file.getvalue()
 
 
 @pytest.mark.parametrize("width", [40, 46, 60, 80, 100, 200])
 def test_no_word_is_broken(width):
-    text = printed(plain_table("What it means", HEADINGS, ROWS), width)
+    text = printed(table_of("What it means"), width)
     words = text.split()
-    for cell in (one for row in [HEADINGS, *ROWS] for one in row):
+    for cell in (cell for row in [HEADINGS, *ROWS] for cell in row):
         for word in cell.split():
             assert word in words, (width, word)
     assert max(map(len, text.splitlines())) <= width
@@ -36,30 +39,28 @@ def test_no_word_is_broken(width):
 
 
 def test_what_fits_is_one_table():
-    table = plain_table("Wide", HEADINGS, ROWS)
-    (part,) = fitted(table, 200)
-    assert [column.header for column in part.columns] == list(HEADINGS)
-    assert [list(column.cells) for column in part.columns] == [list(column) for column in zip(*ROWS, strict=True)]
-    parts = list(fitted(table, 60))
-    assert [part.columns[0].header for part in parts] == [""] * len(parts)
-    assert [column.header for part in parts for column in part.columns[1:]] == list(HEADINGS[1:])
-    assert [part.title for part in parts] == ["Wide"] + ["Wide, continued"] * (len(parts) - 1)
+    table = table_of("Wide")
+    (part,) = rendered(table, 200)
+    assert [str(column.header) for column in part.columns] == list(HEADINGS)
+    columns = [[str(cell) for cell in column.cells] for column in part.columns]
+    assert columns == [list(column) for column in zip(*ROWS, strict=True)]
+    parts = list(rendered(table, 60))
+    assert [str(part.columns[0].header) for part in parts] == [""] * len(parts)
+    assert [str(column.header) for part in parts for column in part.columns[1:]] == list(HEADINGS[1:])
+    assert [str(part.title) for part in parts] == ["Wide"] + ["Wide, continued"] * (len(parts) - 1)
 
 
-def test_sections_and_markup_stay():
-    table = Table(title="Marked", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("law", overflow="fold")
-    table.add_column("median", justify="right", overflow="fold")
-    table.add_row("[bold]a block[/]", "1.00", end_section=True)
-    table.add_row("another", "[italic]no overturning[/]")
-    (part,) = fitted(table, 80)
-    assert [row.end_section for row in part.rows] == [True, False]
-    assert list(part.columns[0].cells) == ["[bold]a block[/]", "another"]
-    # (the marks themselves take no room)
-    assert part.columns[0].width == len("a block")
+def test_groups_have_a_heading_and_a_gap():
+    columns = Column("law", "law"), Column("median", "median", "three")
+    rows = ["a block", {"law": "x", "median": Range(1.0, 0.5, 2.0)}, "another", {"law": "y", "median": "[none]"}]
+    part, note = rendered(Table("Groups", columns, rows, ["A note."]), 80)
+    assert [str(cell) for cell in part.columns[0].cells] == ["a block", "x", "another", "y"]
+    assert [str(cell) for cell in part.columns[1].cells] == ["", "1.00 (0.500–2.00)", "", "[none]"]
+    assert [row.end_section for row in part.rows] == [False, True, False, True]
+    assert str(note.renderable) == "A note."
 
 
 def test_a_word_that_is_too_long_is_broken():
-    text = printed(plain_table("Long", ("", "name"), [("x", "y" * 70)]), 40)
+    text = printed(table_of("Long", ("", "name"), [("x", "y" * 70)]), 40)
     assert max(map(len, text.splitlines())) <= 40
     assert text.count("y") == 70

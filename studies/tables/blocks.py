@@ -1,0 +1,129 @@
+"""The table of blocks under the law of the answer, for the first page and, shorter, for a terminal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from ...core.wording import about_percent, years_text
+from ...fragility.fitting.states import ALL, NONE
+from ...fragility.hazard.rates import probability_in
+from ...fragility.risk.modelling import LOWER, UPPER
+from ..buildings.recommendations import Range
+from ..text.block_order import RATE, shown
+from ..text.curve_notes import NOTABLE, extrapolated_shares, infinitive_of, verb_in
+from ..text.one_side import FORCED, falling_both_ways
+from ..text.precision import FITTED_RATE
+from ..text.reached import NO_LEVEL
+from ..text.spread import MODEL_RANGE, OUTER, has_model_range, model_note, sample_range
+from ..text.words import axis_of, block_title, by_place, display_unit, floor_cell, level_name, reference_law, roof_of
+from .table import Column, Marked, Row, Table, Value, chosen, dispersion_of, ends_of, intervals, range_of
+
+MOST, MOST_SHORT = 30, 8
+"""Most blocks on a page; most lines on a terminal."""
+LEAD = "block", "floor", "level", "samples", "rate", "chance", "model_range"
+SHORT = "block", "floor", "level", "others", "chance", "model_range"
+NOT_FOUND = {ALL: "at every level", NONE: "never seen"}
+"""In place of a level, by the status of the curve."""
+BEYOND = "{}: {} of the rate comes from shaking {}."
+BEYOND_CURVE, BEYOND_RUNS = "beyond the end of the hazard curve, an extrapolation", "outside the levels that were run"
+BOTH_WAYS = "†: it may also fall the other way; such falls are not counted, so half need not fall at any level."
+BRANCHES = "Return periods and chances have 90 % ranges over all stated uncertainties."
+
+
+def lead_blocks(results: xr.Dataset) -> Table:
+    """Return the table of a page's first part."""
+    return blocks(results, MOST).only(*LEAD)
+
+
+def short_blocks(results: xr.Dataset) -> Table:
+    """Return the table of a terminal."""
+    most = max(1, MOST_SHORT // (results.sizes["floor"] if "floor" in results["half_level"].dims else 1))
+    law = results["model"].values[reference_law(results)[0]]
+    return blocks(results, most).only(*SHORT).noted(f"Law: {law}.")
+
+
+def blocks(results: xr.Dataset, most: int) -> Table:
+    """Return the levels at which half fall under the law of the answer, and rates, of the first blocks."""
+    yearly = "rate" in results
+    here = shown(results, RATE, most) if yearly else shown(results, most=most)
+    at = reference_law(here)[0]
+    scale, unit = display_unit(axis_of(here))
+    highest = float(axis_of(here).max()) / scale
+    either, roof, ranged = falling_both_ways(here), roof_of(here), "risk_probability" if yearly else "half_level"
+    rows: list[Row] = []
+    starred, extrapolated = list[float](), list[float]()
+    for _, place in by_place(here, here["half_level"].dims):
+        laws = here.isel(place)
+        curve = laws.isel(model=at)
+        level = _level(curve, scale, highest)
+        row: Row = {"block": block_title(str(laws["block"].item()))}
+        row |= {"floor": floor_cell(laws["floor"].item(), roof)} if "floor" in place else {}
+        row["level"] = Marked(level, "†") if str(laws["block"].item()) in either else level
+        row |= {"dispersion": dispersion_of(curve) if math.isfinite(float(curve["half_level"])) else None}
+        others = np.delete(laws["half_level"].values / scale, at)
+        others = others[np.isfinite(others)]
+        row |= {"others": ends_of(float(others.min()), float(others.max()))} if others.size else {}
+        row |= {"samples": ends_of(*(end / scale for end in sample_range(curve)))} if "sample_median" in here else {}
+        if yearly:
+            far = float(curve.get("rate_share_above", 0.0)) if np.isfinite(float(curve["rate"])) else 0.0
+            shares = [float(share) for share in extrapolated_shares(curve).values() if float(share) > NOTABLE]
+            starred += [far] if far > NOTABLE else []
+            extrapolated += shares
+            marks = " ".join([*(["*"] if far > NOTABLE else []), *(["‡"] if shares else [])])
+            rate, chance = _rate(curve, laws, float(results.attrs["years"]))
+            row |= {"rate": rate, "chance": Marked(chance, marks) if marks else chance}
+        if has_model_range(here, ranged):
+            row["model_range"] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
+        rows.append(row)
+    years = years_text(float(results.attrs["years"])) if yearly else ""
+    form = ("chance", "") if yearly else ("two", unit)
+    columns = (
+        *(Column("block", "block"), Column("floor", "floor")),
+        Column("level", f"half {infinitive_of(verb_in(here))} at {level_name(here)}", "level2", unit),
+        *(Column("dispersion", "β", "dispersion"), Column("others", "other laws", "three", unit)),
+        Column("samples", "90 % range over its uncertain properties", "level2", unit),
+        *(Column("rate", "once in", "years", "years"), Column("chance", f"chance in {years}", "chance")),
+        Column("model_range", MODEL_RANGE, *form, note=model_note(here)),
+    )
+    notes = [BRANCHES] if "epistemic_rate" in here else []
+    for mark, found, where in (("*", starred, BEYOND_CURVE), ("‡", extrapolated, BEYOND_RUNS)):
+        ends = dict.fromkeys(about_percent(share) for share in (min(found), max(found))) if found else {}
+        notes += [BEYOND.format(mark, " to ".join(ends), where)] if ends else []
+    notes += [BOTH_WAYS] if any(str(block) in either for block in here["block"].values) else []
+    notes += [f"Not reliable: the {here.attrs['form']} curves rise to 1, see validity."] if FORCED in here.attrs else []
+    notes += ["Rates do not assume a form of curve."] if FITTED_RATE in here else []
+    return Table.of("Blocks", columns, rows, intervals(here), *notes, chosen(here))
+
+
+def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:
+    """Return the level at which half of the motions reach the state; in words if there is none."""
+    level, status = range_of(curve, "half_level", scale), str(curve["status"].item())
+    if math.isnan(level.value):
+        return NOT_FOUND.get(status, NO_LEVEL.get(status, status))
+    return Range(math.inf, highest, math.inf) if level.value == math.inf else level
+
+
+def _rate(curve: xr.Dataset, laws: xr.Dataset, years: float) -> tuple[Range, Range]:
+    """Return the rate and the chance in so many years, over all branches if there are any."""
+    if "epistemic_rate" not in laws:
+        rate = range_of(curve, "rate")
+        chance = range_of(curve, "risk_probability")
+        if math.isnan(rate.value):  # (a bound without a rate: every run overturned)
+            return rate._replace(upper=math.nan), chance._replace(upper=math.nan)
+        return rate, chance
+    ends = laws["epistemic_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values.tolist()
+    rate = Range(float(laws["epistemic_rate"]), *ends)
+    return rate, Range(*(float(probability_in(np.float64(end), years)) for end in rate))
+
+
+def _model_range(curve: xr.Dataset, laws: xr.Dataset, name: str, scale: float, years: float) -> Range | None:
+    """Return the range of the chance in so many years, or of the level, if all capacities are off by one factor."""
+    if name == "risk_probability" and "epistemic_rate" in laws:
+        chances = [probability_in(laws[f"epistemic_rate{end}"], years) for end in (LOWER, UPPER)]
+        return ends_of(*map(float, chances))
+    scale = scale if name == "half_level" else 1.0
+    low, high = (float(curve[f"{name}{end}"]) / scale for end in (LOWER, UPPER))
+    return ends_of(low, high) if high > 0.0 else None

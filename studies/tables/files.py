@@ -1,0 +1,117 @@
+"""Tables in files: CSV in SI units, and the sheets of a workbook."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import zipfile
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ...fragility.exchange.curve_csv import guarded
+from ..buildings.recommendations import UNKNOWN, Range
+from ..text.names import clean
+from .table import Table, Value
+
+if TYPE_CHECKING:
+    from openpyxl.worksheet.worksheet import Worksheet
+
+Cell = str | float | int | None
+_TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
+SMALL = 1e-3
+"""Chances below which a workbook shows four decimals of a per cent."""
+LARGE = 10.0
+"""Numbers from which one decimal is shown; smaller ones have four, chances are in per cent."""
+WIDEST = 40
+"""Widest column of a sheet, characters."""
+
+
+def cells(table: Table) -> list[list[Cell]]:
+    """Return the keys of the columns with units and the values below; ranges have a column for each of their ends."""
+    heads: list[Cell] = []
+    for column in table.columns:
+        unit = f" ({column.unit})" if column.unit else ""
+        heads += [f"{column.key}{end}{unit}" for end in column.ends or ("",)]
+    found = [heads]
+    for row in table.lines:
+        values: list[Cell] = []
+        for column in table.columns:
+            value = row.get(column.key)
+            values += map(_known, (value if isinstance(value, Range) else UNKNOWN) if column.ends else [value])
+        found.append(values)
+    return found
+
+
+def _known(value: Value) -> Cell:
+    """Return a value, None instead of a number that is not finite."""
+    assert not isinstance(value, tuple)
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def csv_bytes(table: Table) -> bytes:
+    """Return a table as a CSV file; texts that a spreadsheet would take for formulas begin with an apostrophe."""
+    lines = io.StringIO()
+    written = csv.writer(lines, lineterminator="\n")
+    for row in cells(table):
+        written.writerow([guarded(value) if isinstance(value, str) else value for value in row])
+    return lines.getvalue().encode()
+
+
+def workbook(tables: Mapping[str, Table]) -> bytes:
+    """Return a workbook of tables by the names of their sheets; the same tables give the same bytes."""
+    from openpyxl import Workbook  # noqa: PLC0415 - for this format alone
+
+    book = Workbook()
+    for i, (name, table) in enumerate(tables.items()):
+        sheet = book.create_sheet(name, i)
+        _fill(sheet, cells(table))
+        if i == 0:
+            sheet.freeze_panes = "B2"
+            sheet.auto_filter.ref = sheet.dimensions
+    del book["Sheet"]
+    held = io.BytesIO()
+    book.save(held)
+    return timeless(held.getvalue())
+
+
+def timeless(book: bytes) -> bytes:
+    """Return a workbook without the time of writing, so that the same results give the same bytes."""
+    held = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(book)) as old, zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            text = old.read(name)
+            if name == "docProps/core.xml":
+                text = _TIME.sub(b"1980-01-01T00:00:00Z", text)
+            new.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
+    return held.getvalue()
+
+
+def _format(heading: str, value: float) -> str:
+    """Return the format of a number in a workbook."""
+    if heading.startswith("rate"):
+        return "0.00E+00"
+    if heading.startswith(("chance", "probability")):
+        return "0.0000%" if abs(value) < SMALL else "0.00%"
+    return "#,##0.0" if abs(value) >= LARGE else "0.0000"
+
+
+def _fill(sheet: Worksheet, rows: list[list[Cell]]) -> None:
+    """Write rows into a sheet, the first in bold, with columns as wide as their texts."""
+    from openpyxl.styles import Font  # noqa: PLC0415 - for this format alone
+    from openpyxl.utils import get_column_letter  # noqa: PLC0415
+
+    for i, row in enumerate(rows, start=1):
+        for j, value in enumerate(row, start=1):
+            # (a cell of the type s is never read as a formula)
+            cell = sheet.cell(i, j, clean(value) if isinstance(value, str) else value)
+            if isinstance(value, str):
+                cell.data_type = "s"
+            elif isinstance(value, float):
+                cell.number_format = _format(str(rows[0][j - 1]), value)
+            if i == 1:
+                cell.font = Font(bold=True)
+    for j, column in enumerate(zip(*rows, strict=True), start=1):
+        widest = max(len(value) if isinstance(value, str) else 12 for value in column)
+        sheet.column_dimensions[get_column_letter(j)].width = min(WIDEST, widest + 2)

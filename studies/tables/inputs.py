@@ -1,0 +1,123 @@
+"""Tables of a page on the inputs of a study: what to anchor, the sizes of blocks, and the provenance."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from ...core.wording import currency_of, given_number
+from ...fragility.curves.published import fema_p58
+from ...fragility.runs.provenance import SCENE, blocks_of
+from ...models import Block
+from ..facts.building import recommended_lines
+from ..tables.table import Column, Row, Table, chosen
+from ..text.block_order import shown
+from ..text.words import block_title, consequence_name, floor_cell, roof_of
+
+
+def anchoring(results: xr.Dataset) -> Table:
+    """Return the table of what to anchor."""
+    money, roof = currency_of(results), roof_of(results)
+    lines = recommended_lines(results)
+    rows: list[Row] = [
+        {
+            "item": block_title(piece.item),
+            "floor": floor_cell(piece.floor, roof),
+            "pieces": piece.number,
+            "consequences": ", ".join(map(consequence_name, piece.consequences)) or "not stated",
+            "force": math.nan if piece.code is None else piece.code.demand,
+            "cost": piece.cost_of_all,
+        }
+        for piece in lines
+    ]
+    total: Row = {
+        "pieces": sum(piece.number for piece in lines),
+        "cost": math.fsum(piece.cost_of_all for piece in lines),
+    }
+    columns = (
+        *(Column("item", "piece"), Column("floor", "floor"), Column("pieces", "pieces", "count")),
+        *(Column("consequences", "a fall could mean"), Column("force", "force, each", "two", "N")),
+        Column("cost", "cost", "given", money),
+    )
+    rest: Row = {"item": "Total", "floor": "", "consequences": "", "force": ""}
+    return Table("Table 1. What to anchor", columns, [*rows, rest | total] if rows else [])
+
+
+def sizes(results: xr.Dataset) -> Table:
+    """Return the table of the blocks' sizes."""
+    dim = "item" if "item" in results.dims else "block"
+    results = shown(results)
+    columns = [column for column in SIZES if column.key in results.coords and results[column.key].dims == (dim,)]
+    labels = [str(label) for label in np.atleast_1d(results[dim].values)] if columns and dim in results.dims else []
+    medians = fema_p58()["median"].to_series()
+    stands = SCENE in results.coords and bool(labels)
+    blocks = blocks_of(results if dim == "block" else results.rename(item="block")) if stands else ()
+    rows: list[Row] = [
+        {
+            "name": _with_key(label),
+            **{column.key: results[column.key][i].item() for column in columns},
+            "p58": float(medians.get(_key(label), math.nan)),
+            "stands": _stands(blocks[i]) if stands else None,
+        }
+        for i, label in enumerate(labels)
+    ]
+    more = Column("p58", "FEMA P-58 median PGV", "two", "m/s"), Column("stands", "stands")
+    title = "Items of the inventory" if dim == "item" else "Blocks"
+    return Table.of(title, (Column("name", dim), *columns, *more), rows, chosen(results))
+
+
+SIZES = (
+    *(Column("width", "width", "short", "m"), Column("height", "height", "short", "m")),
+    *(Column("cm_height", "mass centre", "short", "m"), Column("alpha", "α", "short", "rad")),
+    *(Column("R", "R", "short", "m"), Column("p", "p", "short", "rad/s"), Column("floor", "floor")),
+    *(Column("direction", "direction of its width", "short"), Column("count", "pieces", "count")),
+)
+
+
+def _key(label: str) -> str:
+    """Return the key of the catalogue with which a label may begin."""
+    return label.partition(",")[0]
+
+
+def _with_key(label: str) -> str:
+    """Return the title of a block, with the key of an item of the catalogue."""
+    title = block_title(label)
+    return title if title == label else f"{title} ({_key(label)})"
+
+
+def _stands(block: Block) -> str:
+    """Return what stands around a block or holds it, with the numbers of the study file."""
+    words = block.scene_words
+    held = block.restraint
+    if held is not None and block.mass is not None:
+        words += [] if held.rigid else [f"stiffness {given_number(1e-3 * held.stiffness)} N/mm"]
+        words.append(f"{given_number(block.mass)} kg")
+    return ", ".join(words) or "free"
+
+
+def provenance(results: xr.Dataset, path: Path, state: str) -> Table:
+    """Return the table of the versions, the study's identity, and the result file with its checksum."""
+    versions = json.loads(str(results.attrs.get("package_versions", "{}")))
+    packages = ", ".join(f"{name} {version}" for name, version in versions.items())
+    rows = [
+        ("toppling", str(results.attrs.get("toppling_version", ""))),
+        ("packages", packages),
+        ("processor", str(results.attrs.get("processor", results.attrs.get("machines", ""))).strip('[]"')),
+        ("layout of the results (schema)", str(results.attrs.get("schema", ""))),
+        ("identity of the study", str(results.attrs.get("identity", ""))),
+        ("result file", path.name),
+        ("its contents", state),
+        ("its SHA-256", _digest(path)),
+    ]
+    columns = Column("what"), Column("value")
+    return Table("Provenance", columns, [{"what": what, "value": value} for what, value in rows])
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
