@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -145,7 +146,7 @@ def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
             "rocking": greatest_need(screened, "friction_rocking_demand"),
             "impact": float(impact.max()) if bool(impact.notnull().any()) else None,
         }
-        found.append(Fact("friction.not_given", **_ends(screened["friction_uplift"].values), more=more))
+        found.append(Fact("friction.not_given", math.nan, *_ends(screened["friction_uplift"].values), more=more))
     return found
 
 
@@ -155,13 +156,13 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
     resonant, frequency = _shares(screened, ELASTIC_MODE), screened["elastic_frequency"]
     if (share := float(resonant.mean())) > 0.0:
         ends = _ends(frequency.where(resonant > 0.0).values)
-        found.append(Fact("law.elastic_mode", share, **ends, more=_worst(resonant, _LAW)))
+        found.append(Fact("law.elastic_mode", share, *ends, more=_worst(resonant, _LAW)))
     if "rest" in screened.coords and bool((screened["rest"] == "soft").any()):
         ends = _ends(frequency.where(screened["rest"] == "soft").values)
-        found.append(Fact("support.soft", **ends, more={"bed": False}))
+        found.append(Fact("support.soft", math.nan, *ends, more={"bed": False}))
     if BED in screened.coords:
         ends = _ends(frequency.where(screened[BED].notnull()).values)
-        found.append(Fact("support.soft", **ends, more={"bed": True}))
+        found.append(Fact("support.soft", math.nan, *ends, more={"bed": True}))
     if (share := float(_shares(screened, SCALED_FAR).mean())) > 0.0:
         whole = "scale_factor" in screened  # (else the least and the greatest of each block)
         names = ["scale_factor"] if whole else ["scale_factor_lowest", "scale_factor_highest"]
@@ -169,7 +170,8 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
         known = factors[np.isfinite(factors)]
         least, most = (float(known.min()), float(known.max())) if known.size else (None, None)
         more = {"least": least, "most": most}
-        found.append(Fact("motion.scaled_far", share, *settings["factors"], more=more))
+        lowest, highest = settings["factors"]
+        found.append(Fact("motion.scaled_far", share, lowest, highest, more=more))
     if settings.get("vertical", False):
         found.append(Fact("motion.vertical"))
         leaving = _shares(screened, AIRBORNE)
@@ -227,5 +229,5 @@ def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> dict[str, Any]:
     return {"worst": named, "others": len(order) - len(named)}
 
 
-def _ends(values: Array) -> dict[str, float]:
-    return {"lower": float(np.nanmin(values)), "upper": float(np.nanmax(values))}
+def _ends(values: Array) -> tuple[float, float]:
+    return float(np.nanmin(values)), float(np.nanmax(values))

@@ -156,7 +156,7 @@ class PerformanceStudy(Study):
     target: dict[str, float] | None = None
     polarity: str = AS_RECORDED
     axes: str = ""
-    of_axes: tuple[str, ...] = ()
+    of_axes: tuple[Fact, ...] = ()
     of_levels: LevelFloors | None = None
     struck: tuple[Doubt, ...] = ()
     slipping: Slipping = USUAL
