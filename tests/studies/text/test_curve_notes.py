@@ -14,6 +14,7 @@ from toppling.fragility import uncertain_ida
 from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
 from toppling.studies.text.curve_notes import (
     coverage_notes,
@@ -125,18 +126,16 @@ class TestCurves:
         pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 4.0\n'
         found = study(tmp_path, BLOCKS, MODELS, pulse, IDA, SCREEN).run()
         assert (found["status"] == "separated").all()
-        notes = found.attrs["notes"].splitlines()
-        assert any(
-            note.startswith("data are separated for 4 of 4 curves (narrow under housner e=e_R; ") for note in notes
-        )
-        assert any("with 1 motion a probability of 1/2" in note for note in notes)
+        notes = {fact.what: fact for fact in notes_of(found)}
+        assert notes["curve.separated"].value == notes["curve.separated"].more["of"] == 4
+        assert notes["validity.few_motions"].more["motions"] == 1
         assert not hints(found)  # not twice
 
     def test_one_value_is_no_range(self):
         one, two = (tp.ida(PIECES[:n], LAWS, shakes()[:1], [2.0]) for n in (1, 2))
         said = " ".join(tp.fragility.notes(one))
-        assert "where it is below 0.22 at uplift, " in said
-        assert "with 1 motion a probability of 1/2" in said
+        assert "below 0.22 at uplift, " in said
+        assert "1 motion gives a probability of 1/2" in said
         assert "0.22 to 0.37 at uplift" in " ".join(tp.fragility.notes(two))
 
     def test_counts_are_of_every_floor(self, tmp_path):
@@ -146,7 +145,8 @@ class TestCurves:
         fell = found["overturnings"].sum("level")
         few = int((fell < 5).sum())
         assert few > 0
-        assert f"fewer than 5 runs overturned for {few} of 8 curves (" in found.attrs["notes"]
+        (note,) = (fact for fact in notes_of(found) if fact.what == "curve.few_reached")
+        assert (note.value, note.more["of"]) == (few, 8)
 
 
 class TestRates:
