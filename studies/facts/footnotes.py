@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from ...core.facts import Fact, facts_in
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
 from ...fragility.runs.provenance import number_of_motions
@@ -17,7 +18,6 @@ from ..text.spread import has_model_range
 from ..text.words import axis_of, display_unit, reference_law
 from .building import BUILDING
 from .coverage import coverage_in
-from .fact import Fact
 from .law_choice import choice_of_law
 
 
@@ -36,8 +36,7 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
         yearly = "item" not in results.dims or "annual_number" in results
         more = {"yearly": yearly, "spread": str(results.attrs.get("modelling")) == "fractiles"}
         yield Fact("rate.modelling_included", beta, more=more)
-    if tests := str(results.attrs.get(TESTS, "")):
-        yield Fact("validity.tests", names=(tests,))
+    yield from facts_in(str(results.attrs.get(TESTS, "")))
     # (sensitivity studies compare laws with the reference themselves)
     choice = None if "value" in results.dims else choice_of_law(results)
     if choice is not None:

@@ -17,6 +17,7 @@ from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, wil
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from toppling.fragility.runs import plan
 from toppling.fragility.validity import undecided as perturbed
+from toppling.fragility.validity.notes import screen_facts
 from toppling.fragility.validity.reasons import REASONS
 from toppling.models.friction import (
     FixedFriction,
@@ -576,29 +577,21 @@ class TestErrors:
 class TestNotes:
     def test_one_sentence_for_each_reason(self, found):
         runs, shakes, result = found
-        sentences = notes(result)
-        assert len(sentences) == 8
-        for text, sentence in zip(
-            (
-                "squat: its centre of mass is 1.6 half widths high; below 2",
-                "slide before or at uplift: they need a coefficient of friction of up to",
-                "slide while they rock: they need a coefficient of friction of up to 0.67",
-                "slide when they come down: they need a coefficient of friction of up to 1.67 (slender under housner",
-                "elastic mode (",
-                "scaled by less than 0.2 or more than 5 (",
-                "with 3 motions a probability of 1/2 is known only to ±0.37 (95 %); 39 motions give ±0.15",
-                "vertical shaking",
-            ),
-            sentences,
-            strict=True,
-        ):
-            assert text in sentence
-        assert notes(result) == sentences
-        bare = notes(screen(runs, shakes))
-        assert any(
-            "no coefficient of friction is given: blocks slide where it is below 0.20 to 0.62" in s for s in bare
-        )
-        assert any("1.67, which very few floors provide" in s for s in bare)
+        facts = screen_facts(result)
+        names = [fact.what for fact in facts]
+        assert names == [
+            *("block.squat", "sliding.share", "sliding.share", "sliding.share", "law.elastic_mode"),
+            *("motion.scaled_far", "validity.few_motions", "validity.not_modelled"),
+        ]
+        assert [fact.more["when"] for fact in facts[1:4]] == ["uplift", "rocking", "impact"]
+        assert [fact.upper for fact in facts[2:4]] == pytest.approx([0.67, 1.67], abs=0.005)
+        assert facts[0].names == ("squat",)
+        assert facts[6].value == pytest.approx(0.37, abs=0.005)
+        assert len(notes(result)) == len(facts)
+        bare = {fact.what: fact for fact in screen_facts(screen(runs, shakes))}
+        given = bare["friction.not_given"]
+        assert (given.lower, given.upper) == pytest.approx((0.20, 0.62), abs=0.006)
+        assert not bare["sliding.share"].more["given"]
 
     def test_scale_factors_that_are_not_known(self, found):
         """Motions without an amplitude of their own have no factor: the range is that of the others."""
@@ -607,22 +600,22 @@ class TestNotes:
         factors["scale_factor"] = xr.full_like(result["scale_factor"], 7.0)
         factors["scale_factor"][0] = np.nan
         factors["scale_factor"][-1] = 0.12
-        assert any(text.endswith("or more than 5 (from 0.12 to 7.0 in all)") for text in notes(factors))
-        factors["scale_factor"][:] = np.nan
-        assert any(text.endswith("scaled by less than 0.2 or more than 5") for text in notes(factors))
+        for least, most in ((0.12, 7.0), (None, None)):
+            (scaled,) = (fact for fact in screen_facts(factors) if fact.what == "motion.scaled_far")
+            assert scaled.more == {"least": least, "most": most}
+            factors["scale_factor"][:] = np.nan
 
     def test_undecided_flags(self, found):
         runs, shakes, _ = found
-        text = next(one for one in notes(screen(runs, shakes, undecided=True)) if "undecided" in one)
-        assert text == (
-            "a change of one millionth in the motion or the restitution reverses none of the 54 outcomes tested, "
-            "under 3 of 3 motions: at most 6.6 % of all outcomes are undecided (95 %)"
-        )
+        facts = screen_facts(screen(runs, shakes, undecided=True))
+        (fact,) = (fact for fact in facts if fact.what == "stability.undecided")
+        assert (fact.more["flipped"], fact.more["tested"], fact.more["perturbed"]) == (0, 54, 3)
+        assert fact.upper == pytest.approx(0.066, abs=0.001)
 
     def test_of_blocks_alone(self):
         assert block_notes([BLOCKS[0]]) == []
         wide = block_notes([tp.Block(40.0, 60.0, name="house")])
-        assert "house: its centre of mass is 1.5 half widths high" in wide[0]
+        assert "house: the mass centre is 1.5 half widths high" in wide[0]
         assert (
             wide[1]
             == "the block has sides above 20 m (house: 40 m × 60 m, or 0.4 m × 0.6 m with both divided by 100?): "

@@ -11,10 +11,10 @@ from shared_cases import SHARED, needs_shared
 import toppling as tp
 from toppling import motions as mo
 from toppling.core.doubts import ImplausibleInput
+from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN
 from toppling.motions.readers.directions import BY_ITSELF, ON_PURPOSE
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN
 
 DT = 0.01
 STUDY = """

@@ -12,6 +12,7 @@ import xarray as xr
 from check_facts import check as check_of
 
 import toppling as tp
+from toppling.core.facts import CARE
 from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
@@ -20,7 +21,6 @@ from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
 from toppling.studies.facts.building import details
-from toppling.studies.facts.fact import CARE
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.tables.assessment import annual as annual_table, at_level

@@ -12,13 +12,13 @@ from flips import undecided_outcomes
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
+from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN
 from toppling.fragility import screen, wilson_interval
 from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import pieces_of
 from toppling.fragility.validity import undecided as perturbed
 from toppling.studies import StudyError
 from toppling.studies.buildings import screening
-from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN
 from toppling.studies.store import shards
 from toppling.studies.store.shards import Shards
 

@@ -13,9 +13,9 @@ from toppling.fragility import uncertain_ida
 from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.fragility import curves, hints, measures, rates, sizes
 from toppling.studies.text.curve_notes import (
-    LevelEnd,
     curve_notes,
     held_apart,
     misfit_notes,
@@ -90,34 +90,29 @@ class TestCurves:
 
     def test_few_runs_on_either_side(self):
         few, many = curve_notes(*fitted(["ok"] * 3, [1.0] * 3, [1.5] * 3, [4, 20, 36]), "overturning")
-        assert few.startswith("fewer than 5 runs overturned for 1 of 3 curves (block 0: 4 of 40): it rests on them")
-        assert many.startswith("fewer than 5 runs did not overturn for 1 of 3 curves (block 2: 4 of 40)")
-        assert few.endswith("higher levels")
-        assert many.endswith("lower levels")
+        assert (few.what, few.value, few.names, few.more["values"]) == ("curve.few_reached", 1, ("block 0",), [[4, 40]])
+        assert (many.what, many.names, many.more["values"]) == ("curve.few_stayed", ("block 2",), [[4, 40]])
 
     def test_more_than_three_are_counted(self):
         (note,) = curve_notes(*fitted(["ok"] * 5, [1.0] * 5, [1.5] * 5, [1] * 5), "uplift")
-        assert note.startswith("fewer than 5 runs uplifted for 5 of 5 curves (block 0: 1 of 40; ")
-        assert "; and 2 more): they rest on them" in note
+        assert (note.value, note.more["of"], note.more["state"], len(note.names)) == (5, 5, "uplift", 3)
 
     def test_wide_and_open_intervals(self):
         (note,) = curve_notes(*fitted(["ok"] * 4, [1.0] * 4, [2.0, 2.1, 1e9, 1.9], [20] * 4), "overturning")
-        assert "wider than a factor of 2 for 2 of 4 curves (block 1: 2.1; block 2: more than 100)" in note
+        assert (note.what, note.names) == ("curve.wide_interval", ("block 1", "block 2"))
+        assert note.more["values"] == pytest.approx([2.1, 1e9])
         # a curve that is not there has no interval, whatever bounds it has
         curves, fell, runs = fitted(["no overturning"], [1.0], [np.inf], [0])
-        notes = curve_notes(curves.assign(half_level=("block", [np.nan])), fell, runs, "overturning")
-        assert len(notes) == 1
-        assert "block 0: 0 of 40" in notes[0]
+        (note,) = curve_notes(curves.assign(half_level=("block", [np.nan])), fell, runs, "overturning")
+        assert note.more["values"] == [[0, 40]]
 
     def test_fits_that_miss_their_runs(self):
         """Curves are named whose median, or level of 10 %, lies outside the interval of the runs' own."""
         curves, _, _ = fitted(["ok"] * 3, [1.0] * 3, [1.1] * 3, [20] * 3)
         found = curves.assign(misfit=("block", [0.0, 0.034, 0.0]), misfit_low=("block", [0.0, -0.2, 0.11]))
         half, low = misfit_notes(found, "overturning")
-        assert half.startswith(
-            "1 of 3 curves (block 1: +3.4 %) misses its runs: its median is not where half of them ov"
-        )
-        assert low.startswith("2 of 3 curves (block 1: -20.0 %; block 2: +11.0 %) miss their runs: their level of 10 %")
+        assert (half.what, half.names, half.more["values"]) == ("curve.misfit", ("block 1",), [0.034])
+        assert (low.what, low.value, low.more["values"]) == ("curve.misfit_low", 2, [-0.2, 0.11])
         assert misfit_notes(found.isel(block=[0]), "overturning") == []
 
     def test_separated_data_of_a_study(self, tmp_path):
@@ -125,18 +120,16 @@ class TestCurves:
         pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 4.0\n'
         found = study(tmp_path, BLOCKS, MODELS, pulse, IDA, SCREEN).run()
         assert (found["status"] == "separated").all()
-        notes = found.attrs["notes"].splitlines()
-        assert any(
-            note.startswith("data are separated for 4 of 4 curves (narrow under housner e=e_R; ") for note in notes
-        )
-        assert any("with 1 motion a probability of 1/2" in note for note in notes)
+        notes = {fact.what: fact for fact in notes_of(found)}
+        assert notes["curve.separated"].value == notes["curve.separated"].more["of"] == 4
+        assert notes["validity.few_motions"].more["motions"] == 1
         assert not hints(found)  # not twice
 
     def test_one_value_is_no_range(self):
         one, two = (tp.ida(PIECES[:n], LAWS, shakes()[:1], [2.0]) for n in (1, 2))
         said = " ".join(tp.fragility.notes(one))
-        assert "where it is below 0.22 at uplift, " in said
-        assert "with 1 motion a probability of 1/2" in said
+        assert "below 0.22 at uplift, " in said
+        assert "1 motion gives a probability of 1/2" in said
         assert "0.22 to 0.37 at uplift" in " ".join(tp.fragility.notes(two))
 
     def test_counts_are_of_every_floor(self, tmp_path):
@@ -146,7 +139,8 @@ class TestCurves:
         fell = found["overturnings"].sum("level")
         few = int((fell < 5).sum())
         assert few > 0
-        assert f"fewer than 5 runs overturned for {few} of 8 curves (" in found.attrs["notes"]
+        (note,) = (fact for fact in notes_of(found) if fact.what == "curve.few_reached")
+        assert (note.value, note.more["of"]) == (few, 8)
 
 
 class TestRates:
@@ -216,16 +210,16 @@ class TestRates:
             {"block": ["a", "b"], "bin": ("bin", [1.0], {"units": "1"})},
         )
         settled = xr.DataArray([0.951, 0.951], dims="block")
-        assert rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it")) == []
-        (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), LevelEnd("the last level", "raise it"))
-        where = "above the last level, where the curve is not known: raise it"
-        assert note == f"30 % of the annual rate of b comes from shaking {where}"
+        assert rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it")) == []
+        (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), ("lower it", "raise it"))
+        assert (note.what, note.value, note.names) == ("rate.extrapolated", 0.3, ("b",))
+        assert (note.more["side"], note.more["cure"]) == ("above", "raise it")
         rates["rate_share_below"][:] = [0.07, 0.0]
-        (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"))
-        where = "below the hazard curve's first level (0.1), where only its first slope is known"
-        assert note == f"7 % of the annual rate of a comes from shaking {where}: give the curve at lower levels"
-        (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"), of_formula=True)
-        assert "below 0.1, where the formula of the hazard is extrapolated" in note
+        (note,) = rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it"))
+        assert (note.what, note.value, note.names) == ("rate.beyond_hazard", 0.07, ("a",))
+        assert (note.more["side"], note.more["end"], note.more["formula"]) == ("below", "0.1", False)
+        (note,) = rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it"), of_formula=True)
+        assert note.more["formula"]
 
     @pytest.mark.slow
     def test_levels_that_are_another_for_every_block(self, tmp_path):
