@@ -257,8 +257,8 @@ class Simulation:
         return {name: value for name, value in found.items() if math.isfinite(value)}
 
     @property
-    def notes(self) -> list[str]:
-        """The reservations that a user should know before trusting the run, one sentence each."""
+    def facts(self) -> list[Fact]:
+        """The reservations that a user should know before trusting the run."""
         doubts = [
             *stated_restitution_doubts([self.model]),
             *record_doubts(records(self.motion)),
@@ -279,7 +279,12 @@ class Simulation:
                 else:
                     found.append(Fact("single.outside", names=(reason.text,), more={"slides": reason in _SLIDING}))
         more = {"vertical": False, "slides": False}
-        return notes_said([*found, Fact("validity.not_modelled", more=more)])
+        return [*found, Fact("validity.not_modelled", more=more)]
+
+    @property
+    def notes(self) -> list[str]:
+        """The reservations that a user should know before trusting the run, as sentences."""
+        return notes_said(self.facts)
 
     @property
     def _block_text(self) -> str:
