@@ -12,6 +12,7 @@ from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
+from toppling.core.facts import facts_in
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, wilson_interval
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
@@ -382,7 +383,8 @@ class TestDesigns:
             assert result.verdict.dims == ("block", "model", "motion")
             np.testing.assert_array_equal(result.verdict, expected.verdict.isel(level=1))
             assert (result.scale_factor == 1.0).all()
-            assert "under 5 of 5 motions" in " ".join(notes(result))
+            (fact,) = (fact for fact in screen_facts(result) if fact.what == "stability.undecided")
+            assert (fact.more["perturbed"], fact.more["motions"]) == (5, 5)
 
     def test_stripes_say_what_the_incremental_analysis_says(self):
         shakes, others = noise(5), noise(4, seed=9)
@@ -660,7 +662,8 @@ class TestStudy:
         xr.testing.assert_equal(result[[*direct.data_vars]].drop_vars([*{*result.coords} - {*direct.coords}]), direct)
         assert notes(result) == notes(direct)
         # (what is to be said of the curves stands before it)
-        assert result.attrs["notes"].splitlines()[-len(notes(direct)) :] == notes(direct)
+        facts = screen_facts(direct)
+        assert facts_in(result.attrs["notes"])[-len(facts) :] == facts
         assert int(result.perturbed.sum()) == 1
         assert study.perturbed_runs == 2 * (2 + 1) * 4
         assert counts[-1] == (study.runs + study.perturbed_runs,) * 2
@@ -711,7 +714,7 @@ class TestStudy:
         for _ in range(2):  # computed, and read again
             assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--verbose"]) == 0
             printed = capsys.readouterr().out
-            assert printed.count("note: crate: its centre of mass is 1.6 half widths high") == 1
-            assert "note: no coefficient of friction is given" in printed
-            assert "note: with 12 motions a probability of 1/2 is known only to ±0.25" in printed
+            assert printed.count("crate: the mass centre is 1.6 half widths high") == 1
+            assert "The study gives no coefficient of friction." in printed
+            assert "12 motions give a probability of 1/2 within ±0.25" in printed
             assert "are undecided" in printed

@@ -84,6 +84,11 @@ def fitted(status, lower, upper, fell, runs=40):
     return curves, xr.DataArray(fell, dims="block"), xr.DataArray(np.full(len(fell), runs), dims="block")
 
 
+def extrapolated(facts):
+    """The sides and the cures of rates from beyond the runs."""
+    return {(fact.more["side"], fact.more["cure"]) for fact in facts if fact.what == "rate.extrapolated"}
+
+
 class TestCurves:
     def test_nothing_is_said_of_sound_curves(self):
         assert curve_notes(*fitted(["ok", "ok"], [1.0, 2.0], [2.0, 4.0], [5, 35]), "overturning") == []
@@ -154,15 +159,14 @@ class TestRates:
         direct = tp.annual_rate(curves, hazard, bins=[1e-12, levels[-1], 1e20])
         np.testing.assert_allclose(found["rate_share_above_levels"], direct["share"].isel(bin=1), rtol=1e-9)
         np.testing.assert_allclose(direct["share"].sum("bin"), 1.0, rtol=1e-9)
-        notes = found.attrs["notes"].splitlines()
+        notes = notes_of(found)
         worst = float(found["rate_share_above"].max())
         assert worst > 0.05
-        assert any(
-            note.startswith(f"{100 * worst:.0f} % of the annual rate of wide under ")
-            and "above the hazard curve's last level (0.2 g)" in note
-            for note in notes
-        )
-        assert any("above the last level, where the curve is not known: raise ida.levels.to" in note for note in notes)
+        (note,) = (one for one in notes if one.what == "rate.beyond_hazard")
+        assert note.value == worst
+        assert note.names[0].startswith("wide under ")
+        assert (note.more["side"], note.more["end"], note.more["formula"]) == ("above", "0.2 g", False)
+        assert ("above", "raise ida.levels.to") in extrapolated(notes)
 
     def test_what_lies_beyond_the_levels_is_known_to_bounds(self, tmp_path):
         """Shares add up, and no curve that rises on above the last level has a rate outside the bounds."""
@@ -194,8 +198,8 @@ class TestRates:
         assert high != IDA
         steep = HAZARD.replace("k = 2.5", "k = 4.0")
         assert steep != HAZARD
-        notes = study(tmp_path, BLOCKS, MODELS, MOTIONS, high, steep, SCREEN).run().attrs["notes"]
-        assert "comes from shaking below the first level, where the curve is not known: lower ida.levels.from" in notes
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, high, steep, SCREEN).run()
+        assert ("below", "lower ida.levels.from") in extrapolated(notes_of(found))
 
     def test_nothing_is_said_where_the_curve_has_risen(self):
         """All that shakes harder overturns it: that share of the rate is known."""
@@ -246,8 +250,9 @@ class TestRates:
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
         assert sum("no width" in cell for cell in rates(found).texts("rate")) == 2
-        (note,) = (one for one in found.attrs["notes"].splitlines() if "no width" in one)
-        assert "for 2 of 4 curves (narrow under housner e=e_R; wide under housner e=e_R)" in note
+        (note,) = (one for one in notes_of(found) if one.what == "rate.no_width")
+        assert (note.value, note.more["of"]) == (2, 4)
+        assert note.names == ("narrow under housner e=e_R", "wide under housner e=e_R")
 
     def test_cloud(self, tmp_path):
         strong = MOTIONS.replace("seed = 1", "seed = 1\ns0_m2_s3 = 0.2")
@@ -259,7 +264,9 @@ class TestRates:
         np.testing.assert_allclose(found["rate_share_above_levels"], share, rtol=1e-9)
         # (of the wide block none may fall)
         known = found["rate_share_above_levels"].max() > 0.05
-        assert ("above the strongest motion" in found.attrs["notes"]) == bool(known)
+        runs = {fact.more["side"]: fact.more["run"] for fact in notes_of(found) if fact.what == "rate.extrapolated"}
+        assert ("above" in runs) == bool(known)
+        assert {*runs.values()} <= {"motion"}
 
 
 class TestPlaces:
@@ -390,7 +397,8 @@ class TestUncertainRates:
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, low, UNCERTAIN, HAZARD).run()
         missing = int(found["sample_rate"].isnull().sum())
         assert missing > 0
-        assert f"{missing} of 24 samples have no curve and so no rate of their own" in found.attrs["notes"]
+        (note,) = (one for one in notes_of(found) if one.what == "uncertainty.samples_without_rate")
+        assert (note.value, note.more["samples"]) == (missing, 24)
 
     @pytest.mark.slow
     def test_other_forms_and_methods(self, tmp_path):
@@ -449,9 +457,10 @@ class TestPerformance:
             shares.append(rarer / every)
         share = max(shares)
         assert share > 0.05
-        of = "come from shaking above the hazard curve's last"
-        (note,) = (one for one in found.attrs["notes"].splitlines() if of in one)
-        assert note.startswith(f"{100 * float(share):.0f} % of the annual overturnings ")
+        (note,) = (one for one in notes_of(found) if one.what == "rate.share_beyond_hazard")
+        assert (note.more["side"], note.more["formula"]) == ("above", False)
+        (told,) = (part for part, text in note.more["shares"] if text == "overturnings")
+        assert told == pytest.approx(share, rel=1e-3)
 
     @pytest.mark.parametrize(("number", "coarse"), [(5, True), (25, False)])
     def test_coarse_levels_are_said(self, tmp_path, number, coarse):
@@ -460,19 +469,18 @@ class TestPerformance:
         levels = f'levels = {{ from = 0.5, to = 30.0, number = {number}, spacing = "log", unit = "m/s2" }}\n'
         asked = f'[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n{levels}'
         found = study(tmp_path, MODELS, MOTIONS, asked, '[hazard]\nunit = "g"\nk0 = 1e-4\nk = 3.5\n').run()
-        said = [line for line in found.attrs["notes"].splitlines() if "the levels are coarse" in line]
+        said = [fact for fact in notes_of(found) if fact.what == "hazard.levels_coarse"]
         assert bool(said) == coarse, said
         if coarse:
-            assert "% more annual overturnings " in said[0]
-            assert said[0].endswith(" than the cubics used: add levels")
+            assert min(share for share, _ in said[0].more["shares"]) > 0.1
+            assert "overturnings" in {text for _, text in said[0].more["shares"]}
 
     def test_the_level_of_the_ranking_is_said(self, tmp_path):
         (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
-        sentence = "performance.at_level is not given: table and ranking are of the middle level, 0.408 g"
         found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run()
-        assert sentence in found.attrs["notes"]
+        assert [fact.names for fact in notes_of(found) if fact.what == "building.middle_level"] == [("0.408 g",)]
         given = study(tmp_path, MODELS, MOTIONS, PERFORMANCE + "at_level = 8.0\n").run()
-        assert "at_level" not in given.attrs["notes"]
+        assert "building.middle_level" not in {fact.what for fact in notes_of(given)}
 
     @pytest.mark.slow
     def test_pieces_are_exported_and_no_curves(self, tmp_path, capsys):
@@ -552,12 +560,12 @@ class TestOneSide:
         heavy = tp.Block(0.3, 1.8, name="c", cm_offset=0.03)
         every = [free, touching, heavy]
         (found,) = one_side_notes(every, "front", "lognormal")
-        assert found.startswith("a, c: it may fall to the other side instead")
+        assert (found.what, found.names, found.more["state"]) == ("curve.forced", ("a", "c"), "a forward fall")
         assert len(one_side_notes(every, "back", "lognormal")) == 1
         for state, form in (("overturned", "lognormal"), (0.5, "lognormal")):
             assert one_side_notes(every, state, form) == []
         (counted,) = one_side_notes(every, "front", "isotonic")
-        assert counted.startswith("a, c: it may fall to the other side instead, and such falls are not counted")
+        assert (counted.what, counted.names) == ("curve.one_side", ("a", "c"))
         assert one_side_notes([touching], "front", "lognormal") == []
 
 
