@@ -155,7 +155,7 @@ def stiffness_notes(study: Mapping[str, Any]) -> list[Fact]:
     tables = dict(study.get("restraints") or {})
     for block in study.get("blocks") or ():
         if isinstance(block.get("restraint"), dict):
-            tables[f"of {block.get('name') or block.get('catalogue') or 'a block'}"] = block["restraint"]
+            tables[f"the restraint of {block.get('name') or block.get('catalogue') or 'a block'}"] = block["restraint"]
     assumed = {
         listed_name(name): STIFFNESSES[one["kind"]]
         for name, one in tables.items()
