@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from pathlib import Path
@@ -15,6 +14,7 @@ from ...fragility.curves.published import fema_p58
 from ...fragility.runs.provenance import SCENE, blocks_of
 from ...models import Block
 from ..facts.building import recommended_lines
+from ..store.outputs import file_digest
 from ..text.block_order import chosen_of
 from ..text.rows import Rows
 from ..text.words import block_title, consequence_name, floor_cell, roof_of
@@ -121,11 +121,6 @@ def provenance_rows(results: xr.Dataset, path: Path, state: str) -> Rows:
         ("identity of the study", str(results.attrs.get("identity", ""))),
         ("result file", path.name),
         ("its contents", state),
-        ("its SHA-256", _digest(path)),
+        ("its SHA-256", file_digest(path)),
     ]
     return Rows("Provenance", ("", ""), rows)
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

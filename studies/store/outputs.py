@@ -63,12 +63,14 @@ def _is_ours(path: Path, record: Record) -> bool:
     if path.is_symlink() or not path.is_file():
         return False
     digests = {files[path.name] for files in record.values() if path.name in files}
-    return BEING_WRITTEN in digests or _digest(path) in digests
+    return BEING_WRITTEN in digests or file_digest(path) in digests
 
 
-def _digest(path: Path) -> str:
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes; StudyError if it cannot be read."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
 
@@ -88,7 +90,7 @@ def _read(folder: Path) -> Record:
 
 def _settle(folder: Path, others: Record, command: str, there: Collection[str], made: bool) -> None:
     """Write the record of the files that are there; remove it, and a folder made here, where there are none."""
-    own = {name: _digest(folder / name) for name in sorted(there)}
+    own = {name: file_digest(folder / name) for name in sorted(there)}
     found = {**others, command: own} if own else others
     if found:
         _write(folder, found)
