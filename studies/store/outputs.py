@@ -40,7 +40,8 @@ def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[No
     try:
         yield
     except BaseException:
-        _settle(folder, others, command, _stamps(folder, names), made)
+        with suppress(StudyError):  # (the first error counts)
+            _settle(folder, others, command, _stamps(folder, names), made)
         raise
     after = _stamps(folder, names)
     for name, stamp in before.items():
@@ -76,11 +77,14 @@ def file_digest(path: Path) -> str:
 
 
 def _read(folder: Path) -> Record:
-    """Return the record of a folder; empty where there is none, or none that can be read."""
+    """Return the record of a folder; empty where there is none, or another content."""
+    path = folder / RECORD
     try:
-        found = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError, RecursionError):
         return {}
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     if not isinstance(found, dict) or not all(isinstance(files, dict) for files in found.values()):
         return {}
     return {
