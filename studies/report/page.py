@@ -137,7 +137,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
         "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
         "remarks": [say(check, "checks") for check in checks if check.what in REMARKS and check.word == GOOD],
-        "notes": notes_said(left_notes(results, (*checks, *method, *below))),
+        "notes": notes_said(left_notes(results, (*bad, *method, *below))),
     }
     return {
         **page,
