@@ -41,7 +41,7 @@ def rendered(table: Table, width: int) -> Iterator[RenderableType]:
     for part in parts:
         yield _part(table, part, least, most, width)
     if table.note:
-        yield Padding(Text(table.note), (0, 1, 1, 1))
+        yield Padding(Text(table.note), (0, 1))
 
 
 def _width(columns: list[int]) -> int:
