@@ -7,7 +7,7 @@ import re
 
 from ...core import checks
 from ...motions.intensity.measure import Measure
-from ...motions.readers.lines import LATIN, Lines, RecordError
+from ...motions.readers.lines import Lines, RecordError, lines_of
 from .curve import HazardCurve
 from .formats import MAP, OF_MEASURES, Site, one_measure, read_nshmp, read_openquake, read_plain, read_services
 from .reading import MOST_LEVELS, HazardError, measure_label, row_words
@@ -112,8 +112,8 @@ def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: f
     if len(names) > MOST_LEVELS:
         raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")
     lowered = [{"longitude": "lon", "latitude": "lat"}.get(name.lower(), name.lower()) for name in names]
-    with lines.file.open(encoding="utf-8-sig", errors=LATIN) as stream:  # (comments may stand anywhere)
-        comment = " ".join(text for line in stream if (text := line.strip()).startswith("#"))
+    # (comments may stand anywhere)
+    comment = " ".join(text for line in lines_of(lines.file) if (text := line.strip()).startswith("#"))
     if "lon" in lowered and (re.match(r"\w*(?:hazard|quantile)_(?:map|uhs)", lines.file.name) or "~" in text):
         raise HazardError(f"{lines.file}: {MAP}")
     if "lon" in lowered and any(OF_MEASURES.fullmatch(name) and name[:4] != "poe-" for name in lowered):

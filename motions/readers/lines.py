@@ -13,6 +13,7 @@ import os
 import re
 from array import array
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -88,6 +89,15 @@ def beginning(file: Path, size: int = 4096) -> bytes:
         raise RecordError(f"{file}: cannot be read ({system_reason(error)})") from None
 
 
+def lines_of(file: Path) -> Iterator[str]:
+    """Yield the lines of a text file; RecordError if it cannot be read."""
+    try:
+        with file.open(encoding="utf-8-sig", errors=LATIN) as stream:
+            yield from stream
+    except OSError as error:
+        raise RecordError(f"{file}: cannot be read ({system_reason(error)})") from None
+
+
 class Lines:
     """Lines of a text record, read one at a time and counted; `head` holds the first lines without consuming them.
 
@@ -114,7 +124,7 @@ class Lines:
             if not any(self.head) and len(self.head) < HEAD_LINES:
                 raise RecordError(f"{self.file}: empty")
         except RecordError:
-            self._stream.close()
+            self._close()
             raise
         self._ahead.reverse()
 
@@ -124,7 +134,11 @@ class Lines:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._stream.close()
+        self._close()
+
+    def _close(self) -> None:
+        with suppress(OSError):  # (nothing is lost where a file that was read cannot be closed)
+            self._stream.close()
 
     def __iter__(self) -> Iterator[str]:
         return self
@@ -148,13 +162,12 @@ class Lines:
         if not fields or last.strip(_OF_NUMBERS):
             return
         above: list[tuple[int, int, int]] = []
-        with self.file.open(encoding="utf-8-sig", errors=LATIN) as stream:
-            for line in stream:
-                at = [*_FIELD.finditer(line)]
-                if line.strip(_OF_NUMBERS):
-                    above.clear()
-                elif len(at) >= len(fields):
-                    above.append(_shape(at[len(fields) - 1]))
+        for line in lines_of(self.file):
+            at = [*_FIELD.finditer(line)]
+            if line.strip(_OF_NUMBERS):
+                above.clear()
+            elif len(at) >= len(fields):
+                above.append(_shape(at[len(fields) - 1]))
         if len(above) < 4:
             return
         # (without a number of samples that may stand first, and the last line itself)

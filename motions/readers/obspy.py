@@ -20,7 +20,7 @@ import numpy as np
 from ...core.doubts import Doubt, first_names, warn
 from ...core.limits import OBSPY_BYTES
 from .components import Component, without_offset
-from .lines import LATIN, MAX_SAMPLES, RecordError, beginning
+from .lines import MAX_SAMPLES, RecordError, beginning, lines_of
 from .units import Unit, agreed, given_factor, unit_of
 
 _GROUP = "obspy.plugin.waveform"
@@ -61,8 +61,8 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
         name, traces = _traces(file)
     units: list[Unit] = []
     if any("ascii" in trace.stats for trace in traces):  # (SLIST and TSPAIR, whose headers end in the unit)
-        with file.open(encoding="utf-8", errors=LATIN) as text:
-            headers = [(number, line) for number, line in enumerate(text, start=1) if line.startswith("TIMESERIES")]
+        numbered = enumerate(lines_of(file), start=1)
+        headers = [(number, line) for number, line in numbered if line.startswith("TIMESERIES")]
         units = [unit_of(line.rpartition(",")[2].strip(), number) for number, line in headers]
     agreed_on = agreed(file, (unit for unit in units if unit.quantity))
     strange = {said.text for said in units if not said.quantity and said.text}

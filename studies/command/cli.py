@@ -342,12 +342,13 @@ def export(
     verify: Verify = False,
 ) -> None:
     """Write the fragility curves of a study's results, or the pieces of a building, for another program."""
+    from ..store.folder import result_file
     from ..text.error import StudyError
     from .building_files import write_building_files
     from .export import PERFORMANCE, guessed_lines, kind_of, missing_lines, read_curves, write_curves
     from .piece_files import write_pieces
 
-    result = _result_file(result)
+    result = result_file(result)
     folder = result.parent / "export" if out is None else out
     console = terminal()
     building = kind_of(result) == PERFORMANCE
@@ -385,12 +386,13 @@ def report(
     """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance."""
     from ...core.doubts import noted
     from ..report.page import write_report
+    from ..store.folder import result_file
 
     console = terminal()
     if format_ is None:
         format_ = "md" if out is not None and out.suffix == ".md" else "html"
     with console.status("drawing the figures"), noted():
-        written = write_report(_result_file(result), out, format_, verify)
+        written = write_report(result_file(result), out, format_, verify)
     say(console, *(f"written: {path}" for path in written))
 
 
@@ -450,12 +452,6 @@ def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed w
         return
     with writing(out):
         write_bytes(out, stored)
-
-
-def _result_file(path: Path) -> Path:
-    from ..store.folder import RESULT_NAME
-
-    return path / RESULT_NAME if path.is_dir() else path
 
 
 def _connect(address: str) -> Client:

@@ -19,8 +19,7 @@ from ..kinds.study import Study
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.differences import changes, makes_motions, same_inputs
-from ..store.folder import RESULT_NAME, UNREADABLE, is_locked
-from ..store.manifest import read_manifest
+from ..store.folder import RESULT_NAME, UNREADABLE, refuse_unfinished, result_file
 from ..store.netcdf import opened
 from ..text.curve_notes import state_in
 from ..text.error import StudyError
@@ -85,7 +84,7 @@ def result_of(path: Path) -> Path:
         run = f"toppling run {shlex.quote(str(path))}"
         named = "or name the folder of its results"
         if folder.is_dir():
-            _refuse_unfinished(path, folder)
+            refuse_unfinished(path, folder)
         target = folder / RESULT_NAME
         study = Study.from_toml(path)
         if not target.exists():
@@ -102,19 +101,7 @@ def result_of(path: Path) -> Path:
                 f"them again, {named}"
             )
         return target
-    if not path.is_dir():
-        return path
-    _refuse_unfinished(path, path)
-    if not (path / RESULT_NAME).exists():
-        raise StudyError(f"{path}: holds no results of a study ({RESULT_NAME})")
-    return path / RESULT_NAME
-
-
-def _refuse_unfinished(said: Path, folder: Path) -> None:
-    if is_locked(folder):
-        raise StudyError(f"{said}: its study is running: compare it when it is finished")
-    if read_manifest(folder) is not None:
-        raise StudyError(f"{said}: its study is not finished: the same toppling run goes on where it stopped")
+    return result_file(path)
 
 
 @contextmanager

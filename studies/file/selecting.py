@@ -204,8 +204,11 @@ class SelectTable(Table):
         with noted() as said:
             try:
                 parts = shaking.read_disaggregation(file, im=im, level=level, column=column)
-            except shaking.TargetError:  # (of one level, for all stripes; where there are several it is refused)
-                parts = shaking.read_disaggregation(file, im=im, column=column)
+            except shaking.TargetError as error:
+                try:  # (of one level, for all stripes)
+                    parts = shaking.read_disaggregation(file, im=im, column=column)
+                except shaking.TargetError:
+                    raise error from None
         if levels.hazard is not None:
             said += disaggregation_doubts(levels.hazard, parts.level, parts.rate, Path(file).name)
         if abs(parts.level / level - 1.0) > NEAR:

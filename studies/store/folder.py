@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.wording import system_reason
 from ...core.writing import whole_file, write_bytes
 from ..text.error import StudyError
+from .manifest import read_manifest
 from .netcdf import WHOLE_BYTES, load_small, look_through, opened, write
 
 if TYPE_CHECKING:
@@ -113,6 +114,25 @@ def _is_held(path: Path) -> bool:
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     return False
+
+
+def result_file(path: Path) -> Path:
+    """Return a file, or the results in a folder; StudyError where its study is not finished or it holds none."""
+    if not path.is_dir():
+        return path
+    refuse_unfinished(path, path)
+    target = path / RESULT_NAME
+    if not target.exists():
+        raise StudyError(f"{path}: holds no results of a study ({RESULT_NAME})")
+    return target
+
+
+def refuse_unfinished(named: Path, folder: Path) -> None:
+    """Raise a StudyError where the study of a folder runs or was interrupted; the error begins with `named`."""
+    if is_locked(folder):
+        raise StudyError(f"{named}: its study is running: wait until it is finished")
+    if read_manifest(folder) is not None:
+        raise StudyError(f"{named}: its study is not finished: the same toppling run goes on where it stopped")
 
 
 def refuse_folder(target: Path) -> None:

@@ -40,7 +40,8 @@ def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[No
     try:
         yield
     except BaseException:
-        _settle(folder, others, command, _stamps(folder, names), made)
+        with suppress(StudyError):  # (the first error counts)
+            _settle(folder, others, command, _stamps(folder, names), made)
         raise
     after = _stamps(folder, names)
     for name, stamp in before.items():
@@ -63,22 +64,27 @@ def _is_ours(path: Path, record: Record) -> bool:
     if path.is_symlink() or not path.is_file():
         return False
     digests = {files[path.name] for files in record.values() if path.name in files}
-    return BEING_WRITTEN in digests or _digest(path) in digests
+    return BEING_WRITTEN in digests or file_digest(path) in digests
 
 
-def _digest(path: Path) -> str:
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes; StudyError if it cannot be read."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
 
 
 def _read(folder: Path) -> Record:
-    """Return the record of a folder; empty where there is none, or none that can be read."""
+    """Return the record of a folder; empty where there is none, or another content."""
+    path = folder / RECORD
     try:
-        found = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError, RecursionError):
         return {}
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     if not isinstance(found, dict) or not all(isinstance(files, dict) for files in found.values()):
         return {}
     return {
@@ -88,7 +94,7 @@ def _read(folder: Path) -> Record:
 
 def _settle(folder: Path, others: Record, command: str, there: Collection[str], made: bool) -> None:
     """Write the record of the files that are there; remove it, and a folder made here, where there are none."""
-    own = {name: _digest(folder / name) for name in sorted(there)}
+    own = {name: file_digest(folder / name) for name in sorted(there)}
     found = {**others, command: own} if own else others
     if found:
         _write(folder, found)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from pathlib import Path
@@ -15,6 +14,7 @@ from ...fragility.curves.published import fema_p58
 from ...fragility.runs.provenance import SCENE, blocks_of
 from ...models import Block
 from ..facts.building import recommended_lines
+from ..store.outputs import file_digest
 from ..tables.table import Column, Row, Table, chosen
 from ..text.block_order import shown
 from ..text.words import block_title, consequence_name, floor_cell, roof_of
@@ -112,12 +112,7 @@ def provenance(results: xr.Dataset, path: Path, state: str) -> Table:
         ("identity of the study", str(results.attrs.get("identity", ""))),
         ("result file", path.name),
         ("its contents", state),
-        ("its SHA-256", _digest(path)),
+        ("its SHA-256", file_digest(path)),
     ]
     columns = Column("what"), Column("value")
     return Table("Provenance", columns, [{"what": what, "value": value} for what, value in rows])
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,14 +1,17 @@
 """Record files: both AT2 headers, plain CSV, and faulty files of both kinds."""
 
+import errno
 import os
 
 import numpy as np
 import pytest
+from failing_calls import refuse_opening
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions import RecordError
+from toppling.motions.readers.lines import Lines
 
 HEADER = "PEER STRONG MOTION DATABASE RECORD\nSOMEWHERE 01/01/00, STATION\nACCELERATION TIME HISTORY IN UNITS OF G\n"
 
@@ -185,6 +188,24 @@ def test_missing_and_unreadable_files(tmp_path):
         pytest.skip("this user reads every file")
     with pytest.raises(RecordError, match="cannot be read"):
         mo.read(locked)
+
+
+def test_a_disk_that_fails_while_a_record_is_read(tmp_path, monkeypatch):
+    """The file is opened four times: for its kind, its line ends, its lines, and again as its last one has no end."""
+    path = csv(tmp_path, "\n".join(f"{0.01 * i:.2f},{0.1:.4f}" for i in range(9)))
+    for number in range(1, 5):
+        with monkeypatch.context() as context:
+            refuse_opening(context, path.name, number)
+            with pytest.raises(RecordError, match=r"record.csv: cannot be read \(Input/output error\)"):
+                [*Lines(path)]
+    refuse_opening(monkeypatch, path.name, 5)
+    with Lines(path) as lines:
+        assert len([*lines]) == 9
+
+        def refuse():
+            raise OSError(errno.EIO, "Input/output error")
+
+        lines._stream.close = refuse  # (nothing is lost)
 
 
 @pytest.mark.slow

@@ -227,6 +227,15 @@ def test_a_disaggregation(tmp_path, target):
     np.testing.assert_allclose(results["selection_target_median"][0, :2], wanted, rtol=1e-9)
 
 
+def test_a_disaggregation_of_other_levels(tmp_path, target):
+    """The error names the level of the stripe, and not a choice that a study file does not have."""
+    head = '#,,,,,"generated_by=OpenQuake, investigation_time=50.0"\nimt,iml,poe,mag,dist,mean\n'
+    bins = "PGA,0.5,0.1,6.5,20.0,0.06\nPGA,0.9,0.1,7.0,30.0,0.04\n"
+    keys = 'disaggregation = "d.csv"\nvs30_m_s = 400\nmeasures = ["pga", "pgv"]\noutside = "keep"'
+    with pytest.raises(StudyError, match=r"d.csv: holds pga = 0.5 g, pga = 0.9 g, none within 2 % of 0.3 g"):
+        study(tmp_path, target, STUDY.replace('target = "target.csv"', keys), **{"d.csv": head + bins})
+
+
 @pytest.mark.parametrize(
     ("k0", "poe", "said"),
     [

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from failing_calls import failing, library
+from failing_calls import failing, library, refuse_opening
 from real_processes import command, finish
 from study_texts import crate_study
 
@@ -22,7 +22,7 @@ from toppling.core import limits
 from toppling.motions.readers import at2
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.store import netcdf
+from toppling.studies.store import netcdf, shards
 from toppling.studies.store.folder import is_locked
 
 FEW = crate_study("Few", 3, 6, 0.02, 3)
@@ -146,16 +146,29 @@ class TestReading:
         (tmp_path / "study.toml").write_text(FEW)
         (tmp_path / "out/shards").mkdir(parents=True)
         (tmp_path / "out" / name).write_bytes(quiet)
-        opened = Path.open
-
-        def refuse(path, *options, **more):
-            if path.name == Path(name).name:
-                raise OSError(errno.EIO, "Input/output error", str(path))
-            return opened(path, *options, **more)
-
-        monkeypatch.setattr(Path, "open", refuse)
+        refuse_opening(monkeypatch, Path(name).name)
         assert main(arguments) == 2
         assert capsys.readouterr().err == f"toppling: out/{name}: cannot be read (Input/output error)\n"
+
+    @pytest.mark.parametrize(
+        ("arguments", "times"),
+        [
+            (["report", "out"], 2),
+            (["compare", "out", "--laws", "discrete", "housner", "--out", "compared"], 2),
+        ],
+    )
+    def test_results_that_are_read_again(self, tmp_path, monkeypatch, capsys, quiet, arguments, times):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "out").mkdir()
+        (tmp_path / "out/results.nc").write_bytes(quiet)
+        for refused in range(1, times + 1):
+            with monkeypatch.context() as context:
+                refuse_opening(context, "results.nc", refused)
+                assert main(arguments) == 2
+            assert capsys.readouterr().err == "toppling: out/results.nc: cannot be read (Input/output error)\n"
+            assert [path.name for path in (tmp_path / "out").iterdir()] == ["results.nc"]
+        refuse_opening(monkeypatch, "results.nc", times + 1)
+        assert main(arguments) == 0
 
     @pytest.mark.skipif(sys.platform == "win32", reason="locks of another kind")
     def test_a_lock_of_another_user(self, tmp_path, monkeypatch):
@@ -185,6 +198,17 @@ class TestReading:
         monkeypatch.setattr(Path, "open", refuse)
         with pytest.raises(StudyError, match=r"\.lock: cannot be read \(Permission denied\)"):
             is_locked(tmp_path)
+
+
+@pytest.mark.parametrize("words", [["report"], ["export", "--format", "csv"], ["compare", "--laws", "a", "b"]])
+def test_no_page_of_an_unfinished_study(tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.toml").write_text(FEW)
+    study = tp.Study.from_toml(tmp_path / "study.toml")
+    (tmp_path / "out").mkdir()
+    shards.open_shards(tmp_path / "out", study._pinned, fresh=False)
+    assert main([*words[:1], "out", *words[1:]]) == 2
+    assert capsys.readouterr().err.startswith("toppling: out: its study is not finished: ")
 
 
 @pytest.mark.slow

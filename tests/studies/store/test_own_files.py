@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from toppling.studies.store import outputs
 from toppling.studies.store.outputs import RECORD, own_files
 from toppling.studies.text.error import StudyError
 
@@ -81,6 +82,28 @@ def test_an_error_while_writing(tmp_path):
     assert there(tmp_path) == {"a.csv", "b.csv", "c.csv"}
     write(tmp_path, "c.csv")
     assert there(tmp_path) == {"c.csv"}
+
+
+def test_a_record_that_cannot_be_read(tmp_path):
+    """It is not taken for none, after which files of ours would be those of others."""
+    (tmp_path / RECORD).mkdir()
+    with pytest.raises(StudyError, match=rf"{re.escape(RECORD)}: cannot be read \("):
+        write(tmp_path, "a.csv")
+    assert there(tmp_path) == set()
+
+
+def test_the_first_error_counts(tmp_path, monkeypatch):
+    """A disk that fails refuses the files to the record, too."""
+
+    def refuse(path):
+        raise StudyError(f"{path}: cannot be read")
+
+    monkeypatch.setattr(outputs, "file_digest", refuse)
+    with pytest.raises(RuntimeError):
+        stop_after(tmp_path, "a.csv")
+    monkeypatch.undo()
+    write(tmp_path, "b.csv")  # (what was written remains ours)
+    assert there(tmp_path) == {"b.csv"}
 
 
 def test_an_error_leaves_no_new_folder(tmp_path):
