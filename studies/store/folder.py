@@ -123,7 +123,7 @@ def result_file(path: Path) -> Path:
     refuse_unfinished(path, path)
     target = path / RESULT_NAME
     if not target.exists():
-        raise StudyError(f"{path}: holds no results of a study ({RESULT_NAME})")
+        raise StudyError(f"{target}: not found, the folder holds no results of a study")
     return target
 
 

@@ -446,7 +446,7 @@ def test_the_report_shows_the_events(with_events, tmp_path):
     (page,) = write_report(with_events[2], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
     assert "Shares of the region that fall in one event" in text
-    assert "that falls in one event" in text
+    assert "blocks in one event" in text
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,10 @@ from study_texts import crate_study
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.core.wording import three_digits
+from toppling.core.wording import three_digits, two_digits
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.text.words import reference_law
 
 mpl.use("Agg")
 
@@ -260,14 +261,17 @@ class TestCommand:
         assert main(["run", str(write(tmp_path)), "--out", str(tmp_path / "out")]) == 0
         printed = capsys.readouterr().out
         assert "384 runs (96 for stability)" in printed
-        assert "bookcase-5-shelf" in printed
+        assert "Bookcase, 5 shelves" in printed
         assert "runs: 100 %" in printed
         picture = (tmp_path / "out" / "fragility.png").read_bytes()
         assert picture[:8] == b"\x89PNG\r\n\x1a\n"
         assert len(picture) > 20_000
         results = tp.Study.from_toml(write(tmp_path)).run()
-        for value in (results["half_level"].values / G).ravel():
-            assert ("not reached" if value == np.inf else three_digits(value)) in printed
+        at = reference_law(results)[0]
+        for j, values in enumerate((results["half_level"].values / G).T):
+            for value in values:
+                level_text = two_digits if j == at else three_digits
+                assert ("not reached" if value == np.inf else level_text(value)) in printed
 
     @pytest.mark.slow
     def test_separated_data_are_said_in_the_table(self, tmp_path, capsys):
