@@ -60,7 +60,7 @@ def validate(path: Path, folder: Path, granite_folder: Path | None = None, blind
         outcomes = read_granite_outcomes(granite_folder, replays.runs)
         rocks = granite(replays, outcomes)
     second = [second_prediction(row, replays, rocks) for row in rows]
-    write_bytes(folder / MEASURED, _csv(HEADINGS[:-1], [_cells(one) for one in second if one is not None]))
+    write_bytes(folder / MEASURED, _csv(HEADINGS[:-1], [_cells(test) for test in second if test is not None]))
     found = [
         compared(row, one, other, None if replays is None or outcomes is None else units_of(row, replays, outcomes))
         for row, (one, _), other in zip(rows, made, second, strict=True)

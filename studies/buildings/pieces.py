@@ -37,7 +37,7 @@ from .sliding import ITEM_MOVES_SHARE, MOVES_SHARE, shares_with_moving_supports
 from .variables import DOUBTFUL, ITEM_SAVING, JOINT, variable
 
 RANKING = "ranked_"
-"""Prefix of the names of the ranking's variables, beside those of the assessment."""
+"""Prefix of the names of the ranking's variables in the dataset of the assessment."""
 TEXTS = {
     "status": "what the code says of anchoring it",
     "clause": "clause that says so",

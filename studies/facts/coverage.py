@@ -40,7 +40,7 @@ def coverage(kinds: Iterable[str], motions: int) -> Iterator[Fact]:
     short = []
     for kind in kinds:
         measured = COVERAGE[kind]
-        number = max((one for one in measured if one <= motions), default=min(measured))
+        number = max((tested for tested in measured if tested <= motions), default=min(measured))
         if measured[number][0] < ENOUGH:
             short.append((kind, number, *measured[number]))
     if short:
@@ -72,6 +72,7 @@ def _kinds(results: xr.Dataset) -> list[str]:
         "measure": "measure_amplitude_dispersion_lower",
         "size": "size_status",
         "total": "any_probability_lower",
+        "number": "number_rate_lower",
         "saving": "ranked_saving_lower",
         "kit": "kit_share_saved_lower",
     }

@@ -123,7 +123,7 @@ def result_file(path: Path) -> Path:
     refuse_unfinished(path, path)
     target = path / RESULT_NAME
     if not target.exists():
-        raise StudyError(f"{target}: not found, the folder holds no results of a study")
+        raise StudyError(f"{target}: no such file; the folder holds no results of a study")
     return target
 
 

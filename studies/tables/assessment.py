@@ -1,4 +1,4 @@
-"""Tables of a performance assessment: totals in a year or at a level, consequences, and what anchoring saves."""
+"""Tables of a performance assessment: totals per year or at a level, consequences, and savings from anchoring."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ CANNOT_FALL = "nothing in that place can fall"
 
 
 def totals(results: xr.Dataset, model: int = 0) -> Table:
-    """Return the expected values in a year by place, or those at the study's level."""
+    """Return the expected values by place, per year or at the study's level."""
     yearly = "annual_number" in results
     return annual(results, model) if yearly else at_level(results, float(results.attrs["at_level"]), model)
 
 
 def annual(assessment: xr.Dataset, model: int = 0) -> Table:
-    """Return the expected values in a year by place."""
+    """Return the expected values per year by place."""
     here = assessment.isel(model=model)
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")

@@ -184,7 +184,7 @@ def laws_apart(results: xr.Dataset) -> list[tuple[str, float]]:
 
 
 def median_ratios(results: xr.Dataset) -> Table:
-    """Return the medians divided by those of the reference, the laws of each block together."""
+    """Return the medians divided by the reference medians, the laws of each block together."""
     here = shown(results)
     ratio = here["median_ratio"].sel(comparison=reference_of(here))
     blocks = {str(block): ratio.sel(block=block) for block in here["block"].values}
@@ -192,7 +192,7 @@ def median_ratios(results: xr.Dataset) -> Table:
 
 
 def short_ratios(results: xr.Dataset) -> Table:
-    """Return the first rows of the medians divided by those of the reference, for a terminal."""
+    """Return the first rows of the medians divided by the reference medians, for a terminal."""
     return median_ratios(results).first(MOST_SHORT)
 
 
@@ -203,7 +203,7 @@ def overturnings(results: xr.Dataset) -> Table:
 
 
 def flips(results: xr.Dataset) -> Table:
-    """Return the shares of outcomes that differ from those of the reference, at the level given by `level_between`."""
+    """Return the shares of outcomes that differ from the reference outcomes, at the level given by `level_between`."""
     here = shown(results)
     flipped = here["flipped"].sel(comparison=reference_of(here))
     return _table(here, f"Outcomes that differ from {reference_name(here)}", _between(here, flipped), "share")

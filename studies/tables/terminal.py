@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from rich import table as rich
 from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
-from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
@@ -19,7 +18,7 @@ WIDEST = 40
 """Longest text of the first column that is not broken."""
 
 
-def rendered(table: Table, width: int) -> Iterator[RenderableType]:
+def rendered(table: Table, width: int) -> Iterator[Padding]:
     """Yield a table that fits a width, or several that begin with its first column, and the note."""
     cells = [[column.heading] for column in table.columns]
     for heading, lines in table.groups:
@@ -39,7 +38,8 @@ def rendered(table: Table, width: int) -> Iterator[RenderableType]:
             parts.append([0])
         parts[-1].append(i)
     for part in parts:
-        yield _part(table, part, least, most, width)
+        # (as an edge without the empty line above it)
+        yield Padding(_part(table, part, least, most, width), (0, EDGE, 1, EDGE), expand=False)
     if table.note:
         yield Padding(Text(table.note), (0, 1))
 
@@ -52,7 +52,7 @@ def _width(columns: list[int]) -> int:
 def _part(table: Table, part: list[int], least: list[int], most: list[int], width: int) -> rich.Table:
     """Return a table of some columns, each as wide as there is room for."""
     title = table.title if 1 in part or len(part) == 1 else f"{table.title}, continued"
-    shown = rich.Table(title=Text(title), box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    shown = rich.Table(title=Text(title), box=SIMPLE_HEAD, show_edge=False, pad_edge=False, title_justify="left")
     room = width - _width([least[i] for i in part])
     given, left = {}, max(0, room)
     for i in sorted(part, key=lambda i: most[i] - least[i]):  # (as few columns as possible have broken cells)

@@ -111,7 +111,7 @@ class TestRefused:
 
     def test_files_that_are_not_ours(self, capsys, folder, tmp_path):
         assert "no such file" in self.said(capsys, tmp_path / "none.nc")
-        assert f"{tmp_path}: holds no results" in self.said(capsys, tmp_path)
+        assert "results.nc: no such file" in self.said(capsys, tmp_path)
         (tmp_path / "text.nc").write_text("not netCDF", encoding="utf-8")
         assert "is no result file" in self.said(capsys, tmp_path / "text.nc")
         whole = (folder / "cloud" / "results.nc").read_bytes()

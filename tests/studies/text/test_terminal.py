@@ -27,6 +27,10 @@ def printed(table, width):
     return console.file.getvalue()
 
 
+def parts_of(table, width):
+    return [padded.renderable for padded in rendered(table, width)]
+
+
 @pytest.mark.parametrize("width", [40, 46, 60, 80, 100, 200])
 def test_no_word_is_broken(width):
     text = printed(table_of("What it means"), width)
@@ -40,11 +44,11 @@ def test_no_word_is_broken(width):
 
 def test_what_fits_is_one_table():
     table = table_of("Wide")
-    (part,) = rendered(table, 200)
+    (part,) = parts_of(table, 200)
     assert [str(column.header) for column in part.columns] == list(HEADINGS)
     columns = [[str(cell) for cell in column.cells] for column in part.columns]
     assert columns == [list(column) for column in zip(*ROWS, strict=True)]
-    parts = list(rendered(table, 60))
+    parts = parts_of(table, 60)
     assert [str(part.columns[0].header) for part in parts] == [""] * len(parts)
     assert [str(column.header) for part in parts for column in part.columns[1:]] == list(HEADINGS[1:])
     assert [str(part.title) for part in parts] == ["Wide"] + ["Wide, continued"] * (len(parts) - 1)
@@ -53,11 +57,11 @@ def test_what_fits_is_one_table():
 def test_groups_have_a_heading_and_a_gap():
     columns = Column("law", "law"), Column("median", "median", "three")
     rows = ["a block", {"law": "x", "median": Range(1.0, 0.5, 2.0)}, "another", {"law": "y", "median": "[none]"}]
-    part, note = rendered(Table("Groups", columns, rows, ["A note."]), 80)
+    part, note = parts_of(Table("Groups", columns, rows, ["A note."]), 80)
     assert [str(cell) for cell in part.columns[0].cells] == ["a block", "x", "another", "y"]
     assert [str(cell) for cell in part.columns[1].cells] == ["", "1.00 (0.500–2.00)", "", "[none]"]
     assert [row.end_section for row in part.rows] == [False, True, False, True]
-    assert str(note.renderable) == "A note."
+    assert str(note) == "A note."
 
 
 def test_a_word_that_is_too_long_is_broken():
