@@ -35,8 +35,9 @@ SAID_BY = {
 
 def notes_of(results: xr.Dataset) -> list[Fact]:
     """Return the notes of results, those on the inputs first, those on their intervals last."""
-    stored = [fact for name in (INPUT_NOTES, "notes") for fact in facts_in(str(results.attrs.get(name, "")))]
-    return [*stored, *coverage_in(results)]
+    known, found = (facts_in(str(results.attrs.get(name, ""))) for name in (INPUT_NOTES, "notes"))
+    said = {(fact.what, fact.names) for fact in known}
+    return [*known, *(fact for fact in found if (fact.what, fact.names) not in said), *coverage_in(results)]
 
 
 def of_branch(motions: str, notes: Iterable[Fact]) -> list[Fact]:

@@ -9,6 +9,7 @@ from study_texts import CABINET, HAZARD, IDA, motions
 import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.plan.piece_classes import piece_classes
 
 FIT = "[fit]\nreplicates = 100\n"
@@ -51,7 +52,8 @@ class TestFragility:
         np.testing.assert_array_equal(found["rate"], byhand["rate"])
         assert found.attrs["modelling_dispersion"] == beta
         assert f"β_m = {beta:g}" in found.attrs["notes"]
-        assert piece_classes()["rock"].sentence in found.attrs["notes"]
+        (tests,) = (fact for fact in notes_of(found) if fact.what == "validity.tests")
+        assert (tests.names, tests.more["tests"]) == (("rock",), 642)
         assert "tests_of_class" not in byhand.attrs
         assert class_tests(byhand) == []
         assert class_tests(found) == [piece_classes()["rock"].sentence]
@@ -83,5 +85,6 @@ class TestPerformance:
         found = study(tmp_path, motions(12), PERFORMANCE, 'modelling_class = "rock"\n', HAZARD).run()
         byhand = study(tmp_path, motions(12), PERFORMANCE, f"modelling_dispersion = {beta}\n", HAZARD).run()
         np.testing.assert_array_equal(found["any_rate"], byhand["any_rate"])
-        assert piece_classes()["rock"].sentence in found.attrs["notes"]
+        (tests,) = (fact for fact in notes_of(found) if fact.what == "validity.tests")
+        assert (tests.names, tests.more["tests"]) == (("rock",), 642)
         assert "class rock: 642 tests" in class_tests(found)[0]
