@@ -41,7 +41,7 @@ from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Cloud, Incremental, OfRuns, Stripes
 from ..plan.estimates import LOW_SHARE, MEAN, Fit, ranked
 from ..plan.gains import OTHER, gains
-from ..plan.piece_classes import class_attribute, class_notes
+from ..plan.piece_classes import class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
 from ..plan.risk import Risk, without_replicates
 from ..plan.selections import selection_notes, selection_variables
@@ -447,7 +447,6 @@ class FragilityStudy(BlockStudy, Study):
             MODELLING: self.fit.modelling_dispersion,
             RANGE: self.fit.modelling_dispersion or USUAL_DISPERSION,
             "modelling": self.fit.modelling,
-            **class_attribute(self.fit.modelling_class),
         }
 
     def _rated(

@@ -73,7 +73,7 @@ from ..kits.savings import Shake, kit_savings, with_kit
 from ..money.present_value import DISCOUNT
 from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
-from ..plan.piece_classes import class_attribute, class_notes
+from ..plan.piece_classes import class_notes
 from ..plan.reading import Reading
 from ..plan.slides import INSTEAD
 from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, level_modelling_note, modelling_note
@@ -642,7 +642,6 @@ class PerformanceStudy(Study):
                 modelling_dispersion=self.modelling,
                 modelling_range=self.modelling or USUAL_DISPERSION,
                 modelling=self.where,
-                **class_attribute(self.piece_class),
                 **({} if self.at is None else {"at_level": self.at}),
             )
         )

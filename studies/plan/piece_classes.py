@@ -8,11 +8,9 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any, NamedTuple
 
-from ...core.facts import Fact, stored
+from ...core.facts import Fact
 
 TABLE = "piece_classes.csv"
-TESTS = "tests_of_class"
-"""Attribute of results with what is known of the class of pieces that a study names."""
 NAMES = {
     "bookcase-wall": "bookcase against a wall",
     "bookcase": "bookcase",
@@ -93,11 +91,6 @@ def with_class(given: Any) -> Any:
         return given
     own = piece_classes().get(str(given.get("modelling_class")))
     return given if own is None or math.isnan(own.beta_m) else {**given, "modelling_dispersion": own.beta_m}
-
-
-def class_attribute(name: str | None) -> dict[str, str]:
-    """Return the attribute of results that tells the tests of a class; none where no class is named."""
-    return {TESTS: stored(class_notes(name))} if name is not None else {}
 
 
 def class_notes(name: str | None) -> list[Fact]:

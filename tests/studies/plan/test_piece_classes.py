@@ -2,10 +2,10 @@
 
 import math
 
-from toppling.core.facts import facts_in
+from toppling.core.facts import facts_in, stored
 from toppling.studies.facts.say import notes_said
 from toppling.studies.plan import piece_classes
-from toppling.studies.plan.piece_classes import COLUMNS, TESTS, PieceClass, class_attribute, class_notes
+from toppling.studies.plan.piece_classes import COLUMNS, PieceClass, class_notes
 
 
 def test_sentences(monkeypatch):
@@ -17,7 +17,7 @@ def test_sentences(monkeypatch):
 
     def said():
         (fact,) = class_notes("rack")
-        (kept,) = facts_in(class_attribute("rack")[TESTS])
+        (kept,) = facts_in(stored([fact]))
         assert (fact.what, fact.names, {*fact.more}) == ("validity.tests", ("rack",), {*COLUMNS})
         assert notes_said([kept]) == notes_said([fact])
         return notes_said([fact])[0]
@@ -33,4 +33,3 @@ def test_sentences(monkeypatch):
     assert known.beta_m == 0.37
     assert "0.80 (0.70 to 0.90) times the computed" in said()
     assert class_notes(None) == []
-    assert class_attribute(None) == {}
