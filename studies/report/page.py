@@ -34,6 +34,7 @@ from ..text.error import StudyError, writing
 from ..text.glossary import used
 from ..text.reached import within_levels
 from ..text.spread import model_note
+from ..text.words import with_law_names
 from .figures import Picture, pictures_of
 from .results_file import read_results
 
@@ -106,6 +107,7 @@ def html_page(results: xr.Dataset, path: Path, state: str) -> str:
 
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
+    results = with_law_names(results)
     within, checks = within_levels(results), checks_of(results, state)
     titles = value_of("titles", "checks")
     bad = [check for check in checks if check.word != GOOD]

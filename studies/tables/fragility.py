@@ -26,12 +26,12 @@ from .table import ENDS, Column, Marked, Row, Table, chosen, dispersion_of, ends
 
 # Advice where there is no curve, by the status of the fit (separated data have a curve, and a note).
 ADVICE = {
-    "no overturning": "nothing {did} at any level: {higher}",
-    "all overturned": "everything {did} at every level: {lower}",
-    "one level": "one level gives no curve: take more levels",
-    "not increasing": "fewer blocks {did} at higher levels: look at the motions",
-    "flat": "barely more blocks {did} at higher levels: take more motions or a wider range of levels",
-    "not converged": "the likelihood has no clear maximum: take more motions",
+    "no overturning": "nothing {did} at any level; {higher}",
+    "all overturned": "everything {did} at every level; {lower}",
+    "one level": "one level gives no curve; take more levels",
+    "not increasing": "fewer blocks {did} at higher levels; look at the motions",
+    "flat": "barely more blocks {did} at higher levels; take more motions or a wider range of levels",
+    "not converged": "the likelihood has no clear maximum; take more motions",
 }
 
 

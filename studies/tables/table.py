@@ -331,7 +331,7 @@ FORMATS: dict[str, Format] = {
     "whole": _number("{:.0f}".format),
     "given": _number(given_number),
     "plain": _number("{:.3g}".format),
-    "times": lambda value, *_: NOT_REACHED if value == math.inf else f"{value:.2f}",
+    "times": lambda value, *_: DASH if math.isnan(value) else NOT_REACHED if value == math.inf else f"{value:.2f}",
     "thousandths": _number("{:.3f}".format),
     "tenths": lambda value, *_: f"{value:.1f}".replace("-", "−"),
     "hundredths": _number("{:.2f}".format),
