@@ -11,8 +11,7 @@ from ...core import checks
 from ...core.wording import counted
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
-from ..text.words import block_title, floor_name
-from ..text.words import law_names as names_of_laws
+from ..text.words import block_title, floor_name, law_names as names_of_laws
 from . import axes
 
 
