@@ -132,7 +132,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "details": [*more, *(say(fact, "page") for fact in (building.details(within) if of_building else ()))],
         "after": next((fact for fact in facts if fact.what == "anchoring.after" and math.isfinite(fact.value)), None),
         "hints": show.hints(results),
-        "tables": _page_tables(results, TABLES),
+        "tables": _page_tables(results, [name for name in TABLES if name not in LEAD]),
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in inputs_of(results)],
         "input_tables": _page_tables(results, INPUTS),
         "method": [say(fact, "method") for fact in method],

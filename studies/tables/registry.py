@@ -86,7 +86,8 @@ REGISTRY = {
     "measures": Entry(has("measure_rank"), fragility.measures),
     "shares": Entry(_both(OF_BLOCKS, has("component")), uncertainty.shares),
     "indices": Entry(_both(OF_BLOCKS, has("sobol_first")), uncertainty.indices),
-    "pieces": Entry(OF_PIECES, pieces.pieces, by_law=True),
+    "pieces": Entry(OF_PIECES, pieces.danger, by_law=True),
+    "worth": Entry(OF_PIECES, pieces.worth, by_law=True),
     "short_pieces": Entry(OF_PIECES, pieces.short_pieces),
     "kits": Entry(has("kit_falls"), kits.kits, by_law=True),
     "short_kits": Entry(has("kit_falls"), kits.short_kits),
@@ -109,13 +110,13 @@ REGISTRY = {
 }
 """All tables by name."""
 
-LEAD = "anchoring", "lead_blocks", "block_levels"
+LEAD = "anchoring", "lead_blocks", "spread", "block_levels"
 """Tables of a page's first part."""
 SHORT = "short_blocks", "short_pieces", "short_ratios", "short_kits"
 """Tables on a terminal."""
 TABLES = (
     *("surfaces", "spread", "events", "curves", "rates", "precision", "gains", "breaks", "edges", "slides"),
-    *("shares", "indices", "pieces", "kits", "item_slides", "totals", "consequences", "ranking"),
+    *("shares", "indices", "pieces", "worth", "kits", "item_slides", "totals", "consequences", "ranking"),
     *("axes", "selections", "branch_rates", "branch_amounts", "branch_consequences", "sizes", "measures"),
     *("static_checks", "kit_breaks", "codes", "ratios", "overturnings", "flips"),
 )
