@@ -49,7 +49,7 @@ class Picture(NamedTuple):
 
 
 CAPTIONS = {
-    "fragility": "Probability of the studied state, usually overturning, by the intensity of shaking.",
+    "fragility": "Probability of the studied state by the intensity of shaking.",
     "laws": "Medians under each damping law relative to the median under the reference law.",
     "map": "Values of all blocks by slenderness and size, a panel for each law.",
     "events": "Probability that more than a given share of the region falls in one event, a panel for each law.",

@@ -76,11 +76,9 @@ def curves(results: xr.Dataset) -> Table:
         *(Column(f"P = {p:g}", f"{given_percent(p)} {fall} at", "level", unit, priority=2) for p in fractions),
         Column("samples", "medians of 90 % of the samples", "level", unit),
     )
-    held = held_apart(here).strip(" ()")
-    apart = f"Of 95 % intervals of levels, {held}." if held else ""
     uplift = "Dispersions are of the blocks that uplift." if "uplift_median" in here else ""
     both = "Motions and inputs vary together." if "sample_median" in here else ""
-    return Table.of("Fragility curves", columns, rows, intervals(here), apart, uplift, both, chosen(here))
+    return Table.of("Fragility curves", columns, rows, intervals(here), held_apart(here), uplift, both, chosen(here))
 
 
 def rates(results: xr.Dataset) -> Table:
@@ -180,7 +178,8 @@ def sizes(results: xr.Dataset) -> Table:
             "status": "" if status == "ok" else status,
         })  # fmt: skip
     columns = Column("law", "law"), Column("size", along, "three", str(results[size].attrs["units"])), Column("status")
-    goal = f"A block of that size {verb_in(results)} with {percent(target)} in {results.attrs['years']:g} years."
+    years = years_text(float(results.attrs["years"]))
+    goal = f"A block of this size {verb_in(results)} with a chance of {percent(target)} in {years}."
     return Table.of("Size for the target", columns, rows, goal, intervals(results))
 
 

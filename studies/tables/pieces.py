@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -163,16 +162,13 @@ def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
 
 def danger(results: xr.Dataset, model: int = 0) -> Table:
     """Return how likely each piece falls, and what to do."""
-    table = pieces(results, model)
-    return table.only(*(column.key for column in table.columns if column.key not in WORTH)).first(MOST_ROWS)
+    return pieces(results, model).but(WORTH).first(MOST_ROWS)
 
 
 def worth(results: xr.Dataset, model: int = 0) -> Table:
     """Return the levels at which each piece falls, its value, and what anchoring it costs and saves."""
-    table = pieces(results, model)
-    columns = [column.key for column in table.columns if column.key in WORTH]
-    table = replace(table.only("item", "room", "floor", *columns), title="Levels and values of the pieces", notes=[])
-    return table.first(MOST_ROWS) if columns else replace(table, rows=[])
+    table = pieces(results, model).apart("Levels and values of the pieces", ("item", "room", "floor"), WORTH)
+    return table.first(MOST_ROWS)
 
 
 SHORT = "item", "floor", "pieces", "chance", "model_range", "recommendation"

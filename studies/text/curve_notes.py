@@ -51,14 +51,14 @@ STATES = {
 
 
 def held_apart(results: xr.Dataset) -> str:
-    """What intervals of levels hold that lie between levels far apart, with many motions; nothing elsewhere."""
+    """Return how often intervals between levels far apart contain the true level; '' with few motions."""
     cloud, levels = results.attrs.get("design") == "cloud", np.unique(axis_of(results).values)
     if cloud or levels.size < 2 or "motion" not in results.dims or number_of_motions(results) <= MANY_MOTIONS:
         return ""
     far = "dispersion" in results and np.diff(np.log(levels)).max() > FAR_APART * float(results["dispersion"].min())
     if not far or results.attrs.get("confidence", MEASURED) != MEASURED:
         return ""
-    return f" (85 to 98 % of those between levels over {FAR_APART} β apart hold the true level)"
+    return f"Between levels over {FAR_APART} β apart, 95 % intervals contain the true level in 85 to 98 % of cases."
 
 
 def state_in(results: xr.Dataset) -> str:

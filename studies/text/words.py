@@ -24,6 +24,8 @@ MEASURES = {
     "housner_intensity": "Housner intensity",
     "pga_normalised": "PGA/(g tan α)",
     "pgv_normalised": "p·PGV/(g tan α)",
+    "d5_75": "D5–75",
+    "d5_95": "D5–95",
     "scale": "scale factor",
 }
 STRENGTHS = ("yield_coefficient", "system")
@@ -49,22 +51,23 @@ CONSEQUENCES = {
 }
 """Consequences that have words of their own: as a name, and after a piece in a sentence."""
 INPUTS = {
-    "alpha": "α",
-    "alpha_factor": "α / nominal",
-    "R": "R",
-    "R_factor": "R / nominal",
-    "inertia_factor": "λ",
+    "alpha": "slenderness α",
+    "alpha_factor": "slenderness α",
+    "R": "size R",
+    "R_factor": "size R",
+    "inertia_factor": "inertia factor λ",
     "restraint_strength": "restraint strength",
     "restraint_stiffness": "restraint stiffness",
-    "e": "e",
-    "restitution_factor": "$e/e_R$",
-    "delta": "δ",
-    "zeta": "ζ",
+    "e": "restitution e",
+    "restitution_factor": "restitution e",
+    "delta": "zone of damping δ",
+    "zeta": "damping ratio ζ",
     "law": "damping law",
     "model": "damping law",
-    "sample": "parameters",
+    "sample": "properties",
     "cm_height": "mass centre",
 }
+"""Uncertain inputs and dimensions of runs in words."""
 
 
 def display_unit(level: xr.DataArray) -> tuple[float, str]:
