@@ -34,7 +34,7 @@ from ..text.error import StudyError, writing
 from ..text.glossary import used
 from ..text.reached import within_levels
 from ..text.spread import model_note
-from ..text.words import with_law_names
+from ..text.words import renamed, with_law_names
 from .figures import Picture, pictures_of
 from .results_file import read_results
 
@@ -49,7 +49,7 @@ ReportFormat = Literal["html", "md"]
 
 _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
-MANY_COLUMNS = 8
+MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
@@ -107,7 +107,7 @@ def html_page(results: xr.Dataset, path: Path, state: str) -> str:
 
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
-    results = with_law_names(results)
+    labelled, results = results, with_law_names(results)
     within, checks = within_levels(results), checks_of(results, state)
     titles = value_of("titles", "checks")
     bad = [check for check in checks if check.word != GOOD]
@@ -139,7 +139,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
         "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
         "remarks": [say(check, "checks") for check in checks if check.what in REMARKS and check.word == GOOD],
-        "notes": notes_said(left_notes(results, (*bad, *method, *below))),
+        "notes": [renamed(note, labelled) for note in notes_said(left_notes(results, (*bad, *method, *below)))],
     }
     return {
         **page,

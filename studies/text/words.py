@@ -183,6 +183,18 @@ def with_law_names(results: xr.Dataset) -> xr.Dataset:
     return results.assign_coords({name: (results[name].dims, words[name], results[name].attrs) for name in of_laws})
 
 
+def renamed(text: str, results: xr.Dataset) -> str:
+    """Return a text with names of laws and titles of blocks in place of their labels, for a page."""
+    laws, blocks = ([*map(str, results[name].values)] if name in results.dims else [] for name in ("model", "block"))
+    names = dict(zip(laws, law_names(laws), strict=True))
+    for block in blocks:
+        if block_title(block) != block:
+            names |= {block: f"“{block_title(block)}”", f"“{block}”": f"“{block_title(block)}”"}
+    for label in sorted(names, key=len, reverse=True):
+        text = text.replace(label, names[label])
+    return text
+
+
 def consequence_name(word: str) -> str:
     """The name of a consequence in a table or a list: the words of the default ones, any other as it is written."""
     return CONSEQUENCES.get(word, (word, ""))[0]
