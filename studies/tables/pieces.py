@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -180,12 +181,15 @@ WORTH = *(f"level_{k}" for k in range(len(SHARES))), "value", "anchoring_cost", 
 def codes(results: xr.Dataset) -> Table:
     """Return what the building code says of each piece, with the design forces."""
     rows = []
-    for piece in pieces_of(results):
-        code = piece.code
-        assert code is not None  # (the study names a code)
+    pieces_with_code = [(piece, piece.code) for piece in pieces_of(results) if piece.code is not None]
+    clauses = Counter(code.clause for _, code in pieces_with_code if ": " in code.clause)
+    (often, number), *_ = [*clauses.most_common(1), ("", 0)]
+    short, _, reason = often.partition(": ")
+    for piece, code in pieces_with_code:
         missing = code.factors if math.isnan(code.coefficient) else ""
         row = {"item": piece.item, "floor": floor_cell(piece.floor), "status": code.status}
-        row["clause"] = "; ".join(filter(None, (code.clause, missing)))
+        clause = f"{short} *" if code.clause == often and number > 1 else code.clause
+        row["clause"] = "; ".join(filter(None, (clause, missing)))
         rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
     columns = (
         *(Column("item", "piece"), Column("floor", "floor"), Column("status", "code says")),
@@ -194,7 +198,8 @@ def codes(results: xr.Dataset) -> Table:
         Column("ratio", "demand / strength", "two"),
     )
     checked = f"{results.attrs['code']}; {results.attrs['code_site']}."
-    return Table.of("Code requirements", columns, rows, checked, ANCHORS, most=MOST_ROWS)
+    repeated = f"*: {reason}." if number > 1 else ""
+    return Table.of("Code requirements", columns, rows, checked, repeated, ANCHORS, most=MOST_ROWS)
 
 
 ANCHORS = (

@@ -19,7 +19,7 @@ from ..text.words import LAW_NAMES, axis_of, block_title, display_unit, level_na
 from .table import Column, Marked, Row, Table, chosen
 
 GREEK = {"delta": "δ", "e": "e"}
-MEANINGS = {"delta": "δ is the half width of the zone of damping.", "e": "e is the coefficient of restitution."}
+MEANINGS = {"delta": "δ is the half width of the elastic zone.", "e": "e is the coefficient of restitution."}
 SLIPS, SQUAT, ABOVE = "†", "‡", "*"
 """Marks of values of e: not possible with the friction there is, for so squat a block; and possible, but above e_R."""
 NO_CURVE = "no curve can be fitted"

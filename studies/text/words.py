@@ -60,7 +60,7 @@ INPUTS = {
     "restraint_stiffness": "restraint stiffness",
     "e": "restitution e",
     "restitution_factor": "restitution e",
-    "delta": "zone of damping δ",
+    "delta": "elastic zone δ",
     "zeta": "damping ratio ζ",
     "law": "damping law",
     "model": "damping law",
