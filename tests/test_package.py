@@ -79,10 +79,11 @@ class TestWheel:
         data |= {"toppling/fragility/curves/published.csv", "toppling/studies/plan/piece_classes.csv"}
         data.add("toppling/studies/reference/study.schema.json")
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
-        templates = {f"toppling/studies/templates/{p.name}" for p in (ROOT / "studies/templates").glob("*.j2")}
+        folders = [ROOT / package / "templates" for package in ("fragility", "studies")]
+        templates = {f"toppling/{p.relative_to(ROOT)}" for folder in folders for p in folder.glob("*.j2")}
         starters = {f"toppling/studies/starters/{p.name}" for p in (ROOT / "studies/starters").iterdir()}
         assert names == modules | data | examples | starters | templates
-        assert templates
+        assert {"toppling/fragility/templates/screen.j2", "toppling/studies/templates/notes.j2"} <= templates
         assert starters
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
 

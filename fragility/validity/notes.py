@@ -1,9 +1,11 @@
-"""Notes of a validity screen: a sentence for each reason that holds, for tables and reports."""
+"""Notes of a validity screen: a fact for each reason that holds, and its sentences."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +13,10 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array, Flags
-from ...core.doubts import NAMED, first_names
-from ...core.wording import counted, listed_name, two_digit_percent, two_digits
+from ...core.doubts import NAMED
+from ...core.facts import Fact, doubted
+from ...core.sentences import register_of, sentence
+from ...core.wording import listed_name
 from ...models import Block
 from ...models.columns import BlockArray
 from ...motions.arrays import POLARITY
@@ -28,33 +32,33 @@ from .reasons import (
     SLIDES_WHILE_ROCKING,
     Reason,
 )
-from .scenes import round_note, scene_notes
+from .scenes import scene_facts
 from .slab_screen import SQUAT_RATIO, TESTED
 
-MOST_ALONE = 8  # blocks with a sentence of their own
+TEMPLATES = Path(__file__).parents[1] / "templates"
 _BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
-OF_THE_WIDTH = (
-    "blocks are run about both axes; squatness, sliding and the elastic mode are checked in the direction of the width"
-)
+OF_THE_WIDTH = Fact("axis.screen_of_width")
+"""Fact of blocks that run about both axes."""
 
 
-def not_modelled(vertical: bool = False, slides: bool = False) -> str:
-    """Return the sentence on the effects that are not modelled.
-
-    vertical: whether motions shake vertically, too; slides: whether sliding is evaluated beside rocking.
-    """
-    effects = "bouncing and sliding while a block rocks" if slides else "sliding and bouncing"
-    return f"{'' if vertical else 'vertical shaking, '}{effects} are not modelled"
+def sentences_of(facts: Iterable[Fact]) -> list[str]:
+    """Return the sentences of facts on blocks and screens."""
+    return [sentence(fact.what, fact, [register_of(TEMPLATES, "screen")]) for fact in facts]
 
 
 def block_notes(blocks: Iterable[Block]) -> list[str]:
-    """Return notes on the blocks alone, before anything is run: one sentence each."""
+    """Return notes on the blocks alone, before anything is run: one or two sentences each."""
+    return sentences_of(block_facts(blocks))
+
+
+def block_facts(blocks: Iterable[Block]) -> list[Fact]:
+    """Return what is to be known of blocks before anything is run: squat ones, what is around them, and doubts."""
     every = list(blocks)
-    return [*squat_notes(every), *scene_notes(every), *(one.sentence for one in block_doubts(every))]
+    return [*squat_facts(every), *scene_facts(every), *doubted(doubt.sentence for doubt in block_doubts(every))]
 
 
-def squat_notes(blocks: Iterable[Block] | BlockArray) -> list[str]:
-    """Return a sentence on each squat block, which slides or bounces rather than rocks."""
+def squat_facts(blocks: Iterable[Block] | BlockArray) -> list[Fact]:
+    """Return the fact on squat blocks, which slide or bounce rather than rock; none without any."""
     if isinstance(blocks, BlockArray):
         return _squat(blocks.names.tolist(), 1.0 / np.tan(blocks.alpha))
     every = list(blocks)
@@ -62,7 +66,7 @@ def squat_notes(blocks: Iterable[Block] | BlockArray) -> list[str]:
 
 
 def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
-    """Return notes that a user should read before trusting a result: a sentence for each reason that holds.
+    """Return notes that a user should read before trusting a result: one or two sentences for each reason that holds.
 
     Parameters
     ----------
@@ -74,7 +78,7 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
     Returns
     -------
     list of str
-        Notes on each squat block; friction; the elastic mode; scale factors; the number of motions; undecided flags;
+        Notes on squat blocks; friction; the elastic mode; scale factors; the number of motions; undecided flags;
         and the effects that are not modelled.
 
     Examples
@@ -83,12 +87,16 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
     >>> from toppling.fragility import screen
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
     >>> runs = tp.ida(tp.Block(0.4, 1.2, name="cabinet"), tp.HousnerImpact(e=0.9), shakes, [2.0, 9.8])
-    >>> for sentence in notes(screen(runs, shakes, friction=0.45)):
-    ...     print(sentence)
-    50 % of the runs slide while they rock: they need a coefficient of friction of up to 0.48 (cabinet 50 %)
-    with 4 motions a probability of 1/2 is known only to ±0.35 (95 %); 39 motions give ±0.15
-    vertical shaking, sliding and bouncing are not modelled
+    >>> for note in notes(screen(runs, shakes, friction=0.45))[1:]:
+    ...     print(note)
+    4 motions give a probability of 1/2 within ±0.35 (95 %); 39 motions give ±0.15.
+    Not modelled: vertical shaking, bouncing, and sliding.
     """
+    return sentences_of(screen_facts(screened, slides))
+
+
+def screen_facts(screened: xr.Dataset, slides: bool = False) -> list[Fact]:
+    """Return what the `notes` of a screen say, as facts."""
     if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
     if "item" in screened.dims:
@@ -102,105 +110,77 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
     if "undecided" in screened:
         found.append(_undecided(screened, settings))
     if "round" in screened.coords and bool(screened["round"].any()):
-        found.append(round_note([label for label, one in zip(labels, screened["round"].values, strict=True) if one]))
+        found.append(Fact("block.round", names=tuple(screened["block"].values[screened["round"].values].tolist())))
     if about_both_axes(screened):
         found.append(OF_THE_WIDTH)
-    return [*found, not_modelled(settings.get("vertical", False), slides)]
+    more = {"vertical": bool(settings.get("vertical", False)), "slides": slides}
+    return [*found, Fact("validity.not_modelled", more=more)]
 
 
-def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[str]:
-    """Sentences on squat blocks: by the height of the centre of mass over half the width, or as given by the screen."""
+def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[Fact]:
+    """Return squat blocks: by the height of the centre of mass over half the width, or as given by the screen."""
     squat = np.flatnonzero(ratios < SQUAT_RATIO if here is None else here)
-    if squat.size > MOST_ALONE:
-        low, high = float(ratios[squat].min()), float(ratios[squat].max())
-        named = first_names([labels[i] for i in squat])
-        return [
-            f"{squat.size:,} blocks ({named}) have their centre of mass {low:.1f} to {high:.1f} half widths high; "
-            f"below {SQUAT_RATIO:g} they slide or bounce rather than rock, which is not modelled"
-        ]
-    return [
-        f"{labels[i]}: its centre of mass is {ratios[i]:.1f} half widths high; below {SQUAT_RATIO:g} it slides or "
-        "bounces rather than rocks, which is not modelled"
-        for i in squat
-    ]
+    if not squat.size:
+        return []
+    low, high = float(ratios[squat].min()), float(ratios[squat].max())
+    return [Fact("block.squat", SQUAT_RATIO, low, high, names=tuple(labels[i] for i in squat))]
 
 
-def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
-    """Sentences on sliding; where no coefficient is given, on the friction that blocks need."""
+def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
+    """Return shares of runs that slide; where no coefficient is given, the friction that blocks need."""
     given = settings["friction"] is not None
-    against = "" if given else ", which very few floors provide"
     found = []
-    for reason, text, name in (
-        (SLIDES_AT_UPLIFT, "slide before or at uplift", "friction_uplift_demand"),
-        (SLIDES_WHILE_ROCKING, "slide while they rock", "friction_rocking_demand"),
-        (SLIDES_AT_IMPACT, "slide when they come down", "friction_impact"),
+    for reason, when, name in (
+        (SLIDES_AT_UPLIFT, "uplift", "friction_uplift_demand"),
+        (SLIDES_WHILE_ROCKING, "rocking", "friction_rocking_demand"),
+        (SLIDES_AT_IMPACT, "impact", "friction_impact"),
     ):
-        share = float(_shares(screened, reason).mean())
-        if share > 0.0:
-            by = _PAIR if reason is SLIDES_AT_IMPACT else _BLOCK
+        shares = _shares(screened, reason)
+        if float(shares.mean()) > 0.0:
+            more = {"when": when, "given": given, **_worst(shares, _PAIR if reason is SLIDES_AT_IMPACT else _BLOCK)}
             need = greatest_need(screened, name)
-            found.append(
-                f"{two_digit_percent(share)} of the runs {text}: they need a coefficient of friction of up to "
-                f"{need:.2f}{against} ({_worst(_shares(screened, reason), by)})"
-            )
+            found.append(Fact("sliding.share", float(shares.mean()), upper=need, more=more))
     if not given:
-        at_uplift = screened["friction_uplift"].values
         impact = screened["friction_impact"]
-        found.append(
-            f"no coefficient of friction is given: blocks slide where it is below {_range(at_uplift)} at uplift, "
-            f"{greatest_need(screened, 'friction_rocking_demand'):.2f} at the greatest peak"
-            + (f", {float(impact.max()):.2f} at impact" if bool(impact.notnull().any()) else "")
-        )
+        more = {
+            "rocking": greatest_need(screened, "friction_rocking_demand"),
+            "impact": float(impact.max()) if bool(impact.notnull().any()) else None,
+        }
+        found.append(Fact("friction.not_given", math.nan, *_ends(screened["friction_uplift"].values), more=more))
     return found
 
 
-def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
-    """Sentences on the elastic mode, the scale factors and the number of motions."""
+def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
+    """Return facts on the elastic mode, the scale factors and the number of motions."""
     found = []
-    share = float(_shares(screened, ELASTIC_MODE).mean())
-    if share > 0.0:
-        frequency = screened["elastic_frequency"].where(_shares(screened, ELASTIC_MODE) > 0.0).values
-        found.append(
-            f"in {two_digit_percent(share)} of the runs the law's elastic mode ({_range(frequency)} Hz) lies inside "
-            "the motion's band: at rest the block resonates, and uplifts where a rigid block would not "
-            f"({_worst(_shares(screened, ELASTIC_MODE), _LAW)})"
-        )
+    resonant, frequency = _shares(screened, ELASTIC_MODE), screened["elastic_frequency"]
+    if (share := float(resonant.mean())) > 0.0:
+        ends = _ends(frequency.where(resonant > 0.0).values)
+        found.append(Fact("law.elastic_mode", share, *ends, more=_worst(resonant, _LAW)))
     if "rest" in screened.coords and bool((screened["rest"] == "soft").any()):
-        frequency = screened["elastic_frequency"].where(screened["rest"] == "soft").values
-        found.append(
-            f"the elastic mode of rest='soft' ({_range(frequency)} Hz) is that of the soft support whose settlement or "
-            "frequency gives δ: it is physical, and a block that resonates with it uplifts as a real one would"
-        )
+        ends = _ends(frequency.where(screened["rest"] == "soft").values)
+        found.append(Fact("support.soft", math.nan, *ends, more={"bed": False}))
     if BED in screened.coords:
-        frequency = screened["elastic_frequency"].where(screened[BED].notnull()).values
-        found.append(
-            f"the elastic mode of blocks on a soft bed ({_range(frequency)} Hz) is that of the bed, and not of δ: "
-            "it is physical, and a block that resonates with it uplifts as a real one would"
-        )
-    share = float(_shares(screened, SCALED_FAR).mean())
-    if share > 0.0:
-        lowest, highest = settings["factors"]
+        ends = _ends(frequency.where(screened[BED].notnull()).values)
+        found.append(Fact("support.soft", math.nan, *ends, more={"bed": True}))
+    if (share := float(_shares(screened, SCALED_FAR).mean())) > 0.0:
         whole = "scale_factor" in screened  # (else the least and the greatest of each block)
         names = ["scale_factor"] if whole else ["scale_factor_lowest", "scale_factor_highest"]
         factors = np.stack([near_curves(screened, name) for name in names])
         known = factors[np.isfinite(factors)]
-        ends = [two_digits(float(end)) for end in (known.min(), known.max())] if known.size else []
-        found.append(
-            f"{two_digit_percent(share)} of the runs have motions scaled by less than {lowest:g} or more than "
-            f"{highest:g}{f' (from {ends[0]} to {ends[1]} in all)' if ends else ''}"
-        )
+        least, most = (float(known.min()), float(known.max())) if known.size else (None, None)
+        more = {"least": least, "most": most}
+        lowest, highest = settings["factors"]
+        found.append(Fact("motion.scaled_far", share, lowest, highest, more=more))
     if settings.get("vertical", False):
-        share = float(_shares(screened, AIRBORNE).mean())
-        found.append("the vertical components of the motions shake, too, scaled as the horizontal ones")
-        if share > 0.0:
-            found.append(
-                f"in {two_digit_percent(share)} of the runs the floor falls faster than g, and the block leaves it: "
-                f"these runs are not computed and count as overturned ({_worst(_shares(screened, AIRBORNE), _BLOCK)})"
-            )
+        found.append(Fact("motion.vertical"))
+        leaving = _shares(screened, AIRBORNE)
+        if (share := float(leaving.mean())) > 0.0:
+            found.append(Fact("motion.airborne", share, more=_worst(leaving, _BLOCK)))
     if bool(screened["few_motions"]):
         n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
-        half = float(screened["interval_half_width"])
-        found.append(few_motions_note(n, half, widest))
+        more = {"motions": n, "need": runs_for_half_width(widest), "width": widest}
+        found.append(Fact("validity.few_motions", float(screened["interval_half_width"]), more=more))
     return found
 
 
@@ -215,54 +195,39 @@ def greatest_need(screened: xr.Dataset, name: str) -> float:
     return float(np.fmax.reduce(near_curves(screened, name).ravel(), initial=np.nan))
 
 
-def few_motions_note(n: int, half: float, widest: float) -> str:
-    """Return the sentence on `n` motions whose interval of a probability of 1/2 is wider than it may be."""
-    return (
-        f"with {counted(n, 'motion')} a probability of 1/2 is known only to ±{half:.2f} (95 %); "
-        f"{runs_for_half_width(widest)} motions give ±{widest:g}"
-    )
-
-
-def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> str:
+def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> Fact:
     share = screened["undecided"]
     # (at adaptive levels curves have different numbers of runs)
     each = screened[TESTED].values if TESTED in screened else int(settings["tested_runs"])
     tested = int(np.sum(each * share.notnull().values))
     flipped = int(np.rint(share.fillna(0.0).values * each).sum())
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
-    change = "a change of one millionth in the motion or the restitution"
-    of = f"the {counted(tested, 'outcome')} tested, under {int(screened['perturbed'].sum())} of "
-    motions = screened["perturbed"].size
-    of += counted(motions, "motion")
-    if POLARITY in screened.coords:
-        of += f" ({motions // 2:,} and their reverses)"
-    if not flipped:
-        return f"{change} reverses none of {of}: at most {two_digit_percent(high)} of all outcomes are undecided (95 %)"
-    worst = f" ({_worst(share, _PAIR)})" if int(share.notnull().sum()) > 1 else ""
-    return (
-        f"{two_digit_percent(flipped / tested)} of the outcomes are undecided ({two_digit_percent(low)} to "
-        f"{two_digit_percent(high)}, 95 %): {change} reverses {flipped:,} of {of}{worst}"
-    )
+    several = flipped and int(share.notnull().sum()) > 1
+    more = {
+        "flipped": flipped,
+        "tested": tested,
+        "perturbed": int(screened["perturbed"].sum()),
+        "motions": screened["perturbed"].size,
+        "reversed": POLARITY in screened.coords,
+        **(_worst(share, _PAIR) if several else {"worst": [], "others": 0}),
+    }
+    return Fact("stability.undecided", flipped / tested if tested else 0.0, low, high, more=more)
 
 
 def _shares(screened: xr.Dataset, reason: Reason) -> xr.DataArray:
     return screened["outside"].sel(reason=reason.name, drop=True)
 
 
-def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> str:
-    """The blocks, laws or pairs of them with the greatest shares, in their order where shares are equal."""
+def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> dict[str, Any]:
+    """Return the blocks, laws or pairs with the greatest shares, each after its share, and the number of the others."""
     means = shares.mean([dim for dim in shares.dims if dim not in by]).transpose(*by)
     flat = means.values.ravel()
     order = [int(i) for i in np.argsort(-flat, kind="stable") if flat[i] > 0.0]
-    names = []
-    for i in order[:NAMED]:
-        at = np.unravel_index(i, means.shape)
-        label = " under ".join(listed_name(str(means[dim].values[k])) for dim, k in zip(by, at, strict=True))
-        names.append(f"{label} {two_digit_percent(float(flat[i]))}")
-    more = len(order) - len(names)
-    return ", ".join(names) + (f" and {more} more" if more else "")
+    places = [np.unravel_index(i, means.shape) for i in order[:NAMED]]
+    labels = [[listed_name(str(means[dim].values[k])) for dim, k in zip(by, at, strict=True)] for at in places]
+    named = [[float(flat[i]), *label] for i, label in zip(order, labels, strict=False)]
+    return {"worst": named, "others": len(order) - len(named)}
 
 
-def _range(values: np.ndarray) -> str:
-    low, high = f"{np.nanmin(values):.2f}", f"{np.nanmax(values):.2f}"
-    return low if low == high else f"{low} to {high}"
+def _ends(values: Array) -> tuple[float, float]:
+    return float(np.nanmin(values)), float(np.nanmax(values))

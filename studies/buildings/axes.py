@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 import xarray as xr
 
 from ...core.doubts import first_names
-from ...core.wording import listed_name, two_digit_percent
+from ...core.facts import Fact
 from ...fragility.runs.axes import WEAK_RATIO, check_axes
 from ...fragility.uncertainty.joint import with_restitution
 from ...models import Law
 from ...models.block import describe_scene
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS
 from ..inventory.contents import Contents, Inventory
-from ..text.axes import held_notes
+from ..text.axes import depth_notes, held_notes
 from .shaking import Shaking
 from .slide_runs import slides
 from .variables import SIDEWAYS
-
-MOST_NAMED = 8
 
 
 def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) -> Inventory:
@@ -71,59 +68,28 @@ def _decided(row: Contents, laws: Sequence[Law]) -> bool:
     return False
 
 
-def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[str]:
-    """Return notes on the axes about which the lines of an inventory are run, a sentence each."""
+def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[Fact]:
+    """Return notes on the axes about which the lines of an inventory are run."""
     if not axes:
         return []
     free = [row for row in inventory.rows if not row.anchored]
     if axes == WEAK_AXIS:
-        found = [
-            "every piece is run about its width alone, under the component in whose direction its width lies: each is "
-            f"at least {WEAK_RATIO:g} times as long as it is wide, or something holds it"
-        ]
+        found = [Fact("axis.weak_axis", WEAK_RATIO)]
     else:
-        found = [
-            "both horizontal components shake: each piece is run about its width under the component in whose "
-            "direction its width lies and about its depth under the other, under one scale factor, and has fallen "
-            "where it fell about either; squatness and sliding are checked in the direction of the width"
-        ]
-        found += held_notes([row.label for row in free if row.both_axes and describe_scene(row.block)])
-        soft = [row.label for row in free if row.block.bed is not None]
+        held = [row.label for row in free if row.both_axes and describe_scene(row.block)]
+        found = [Fact("axis.both_axes"), *held_notes(held)]
+        soft = tuple(row.label for row in free if row.block.bed is not None)
         if soft:
-            found.append(
-                f"{first_names(soft)}: run about the width alone, because a soft bed is modelled in that direction; "
-                "falls along the depth are not included"
-            )
-        squat = [row.label for row in free if not row.both_axes and row.block.bed is None]
-        if squat:
-            found.append(
-                f"{first_names(squat)}: run about the width alone, because the depth is at least {WEAK_RATIO:g} times "
-                "the width and too large for the law's restitution (give e to run it)"
-            )
-    undirected = [
-        row.label
-        for row, given in zip(inventory.rows, as_read.rows, strict=True)
-        if not given.direction and not row.anchored
-    ]
-    if undirected:
-        found.append(
-            f"direction is not given of {first_names(undirected)}: their widths are taken to lie in x, which decides "
-            "what falls together"
-        )
-    return found
+            found.append(Fact("axis.bed_along_width", names=soft))
+        deep = tuple(row.label for row in free if not row.both_axes and row.block.bed is None)
+        if deep:
+            found.append(Fact("axis.too_deep", WEAK_RATIO, names=deep))
+    rows = zip(inventory.rows, as_read.rows, strict=True)
+    undirected = tuple(row.label for row, given in rows if not given.direction and not row.anchored)
+    return [*found, Fact("axis.direction_not_given", names=undirected)] if undirected else found
 
 
-def sideways_notes(assessment: xr.Dataset) -> list[str]:
-    """Return a sentence on the share of each line's falls that are along its depth, in a year or over all levels."""
-    if f"{SIDEWAYS.name}_share" not in assessment:
-        return []
-    every = assessment[f"{SIDEWAYS.name}_share"].isel(model=0).values
-    named = [
-        f"{listed_name(str(item))} {two_digit_percent(share)}"
-        for item, share in zip(assessment["item"].values, every.tolist(), strict=True)
-        if np.isfinite(share)
-    ]
-    if not named:
-        return []
-    more = f" and {len(named) - MOST_NAMED:,} more" if len(named) > MOST_NAMED else ""
-    return [f"share of the falls that are along the depth: {', '.join(named[:MOST_NAMED])}{more}"]
+def sideways_notes(assessment: xr.Dataset) -> list[Fact]:
+    """Return the note on the share of each line's falls that are along its depth, in a year or over all levels."""
+    name = f"{SIDEWAYS.name}_share"
+    return depth_notes(assessment["item"].values, assessment[name].isel(model=0).values) if name in assessment else []

@@ -1,4 +1,4 @@
-"""Notes on a performance assessment that a reader needs before relying on its numbers, in sentences."""
+"""Notes on a performance assessment that a reader needs before relying on its numbers."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Flags
-from ...core.doubts import first_names
+from ...core.aliases import Array
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
-from ...core.wording import counted, listed_name, whole_percent
+from ...core.wording import listed_name
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
 from ...fragility.numerics.proportions import wilson_interval
@@ -25,7 +25,7 @@ from ...models.friction import LOCKED
 from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import BOTH
 from ..inventory.contents import Inventory
-from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard
+from ..text.curve_notes import NOTABLE, SETTLED
 from ..text.words import level_text
 from .assessment import BUILDING, straight_weights
 from .modelling import covering
@@ -46,86 +46,72 @@ ABROAD = {
 """Beginnings of words of other languages, and of other English ones, for the safety consequences."""
 AMOUNTS = {"number": "overturnings", "loss": "loss", "downtime": "downtime", "injuries": "injuries"}
 """Annual amounts of a building in words."""
-SINGULAR = ("loss", "downtime")
 MOST_NAMED = 6
-"""Most anchored items that a sentence names."""
+"""Most anchored lines that a note names."""
 
 
-def notes(assessment: xr.Dataset) -> list[str]:
-    """Notes that a reader should know before relying on the numbers: one sentence each."""
-    held = anchored_text(assessment)
-    found = [held] if held else []
+def notes(assessment: xr.Dataset) -> list[Fact]:
+    """Return what a reader should know before relying on the numbers."""
+    found = _anchored(assessment)
     amounts = _amounts(assessment)
     below = [(one, _share(one, "below")) for one in amounts]
     above = [(one, _share(one, "above")) for one in amounts if not one.settled]
-    found += _from(below, NOTABLE_BELOW, "below the first level, where it is a guess: add lower levels")
-    found += _from(above, NOTABLE, "above the last level, as if nothing more fell there: add higher levels")
+    found += _from("rate.share_below_levels", below, NOTABLE_BELOW)
+    found += _from("rate.share_above_levels", above, NOTABLE)
     if not bool(fall_flags(assessment).any()):
-        found.append("nothing overturned under any motion: annual values have no intervals")
+        found.append(Fact("building.no_fall"))
     if FALLEN in assessment:
-        found.append(
-            "falls count overturning, as if no piece could slide, and sliding off an edge; overturning alone is given "
-            "beside them"
-        )
+        found.append(Fact("sliding.upper_estimate"))
     if levels_have_own_motions(assessment) and "level_weight" in assessment:
         found += _untried(assessment)
-    if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
-        found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
-    if FALLEN in assessment and assessment.attrs["pieces"] == TOGETHER and int(assessment["count"].max()) > 1:
-        found.append("pieces of a line share their friction and fall together: means do not depend on it, extremes do")
+    several = int(assessment["count"].max()) > 1
+    if assessment.attrs["pieces"] == "alike" and several:
+        found.append(Fact("consequence.pieces_alike", more={"friction": False}))
+    if FALLEN in assessment and assessment.attrs["pieces"] == TOGETHER and several:
+        found.append(Fact("consequence.pieces_alike", more={"friction": True}))
     return found
 
 
-def _untried(assessment: xr.Dataset) -> list[str]:
-    """Return a sentence on levels whose own motions made nothing fall: resampling them adds nothing to an interval."""
+def _untried(assessment: xr.Dataset) -> list[Fact]:
+    """Return the note on levels whose own motions made nothing fall: resampling them adds nothing to an interval."""
     flags = fall_flags(assessment)
     never = ~flags.any([dim for dim in flags.dims if dim != "level"]).values
     if not never.any() or never.all():
         return []
     n = number_of_motions(assessment)
     most = float(wilson_interval(np.zeros(1, np.int64), np.array([n]), float(assessment.attrs["confidence"]))[1][0])
-    named = ", ".join(level_text(float(one), assessment["level"]) for one in assessment["level"].values[never])
-    return [
-        f"nothing fell under the {counted(n, 'motion')} at {named}, which intervals of annual values take as certain: "
-        f"{whole_percent(most)} of such motions might still make something fall, so take more motions there"
-    ]
+    named = tuple(level_text(float(one), assessment["level"]) for one in assessment["level"].values[never])
+    return [Fact("precision.levels_without_falls", most, names=named, more={"motions": n})]
 
 
-def anchored_text(here: xr.Dataset) -> str:
-    """A sentence on the pieces that are anchored already, for good or with kits that can break; empty without any."""
-    every = int(here["count"].values.sum())
-    number, names = _named(here, here["anchored"].values.astype(bool))
-    one = number == 1
-    said = f"{number:,} of {every:,} pieces {'is' if one else 'are'} anchored and assumed not to overturn: {names}"
+def _anchored(here: xr.Dataset) -> list[Fact]:
+    """Return the notes on the pieces that are anchored already, for good or with kits that can break."""
     kits = here["anchored_with"].values if "anchored_with" in here.coords else np.full(here.sizes["item"], "")
-    held, of_kits = _named(here, kits != "", kits)
-    if not held:
-        return said if number else ""
-    can = f"{held:,} of {every:,} pieces {'is' if held == 1 else 'are'} held by a kit that can break: {of_kits}"
-    return f"{said}; {can}" if number else can
+    counts, items = here["count"].values, here["item"].values
+    found = []
+    for what, which in (
+        ("anchoring.already", here["anchored"].values.astype(bool)),
+        ("anchoring.with_kit", kits != ""),
+    ):
+        at = np.flatnonzero(which)
+        lines = [[int(counts[i]), listed_name(str(items[i])), str(kits[i])] for i in at[:MOST_NAMED]]
+        more = {"of": int(counts.sum()), "lines": lines, "others": max(0, at.size - MOST_NAMED)}
+        if at.size:
+            found.append(Fact(what, int(counts[at].sum()), more=more))
+    return found
 
 
-def _named(here: xr.Dataset, which: Flags, beside: Array | None = None) -> tuple[int, str]:
-    """Return the number of the pieces of some items, and the first items, with what holds them."""
-    at = np.flatnonzero(which)
-    kits = ["" if beside is None else f" ({beside[i]})" for i in at]
-    names = [f"{int(here['count'].values[i]):,} × {listed_name(str(here['item'].values[i]))}" for i in at[:MOST_NAMED]]
-    named = ", ".join(f"{name}{kit}" for name, kit in zip(names, kits[:MOST_NAMED], strict=True))
-    more = f" and {at.size - MOST_NAMED} more items" if at.size > MOST_NAMED else ""
-    return int(here["count"].values[at].sum()), f"{named}{more}"
-
-
-def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[str]:
-    """Notes on what an inventory may have meant, and on what a building code would need of it: a sentence each.
+def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[Fact]:
+    """Return what an inventory may have meant, and what a building code would need of it.
 
     >>> import toppling as tp
     >>> from toppling.studies.inventory.contents import Contents
     >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injuries",))
-    >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), False)[0]
-    "the consequence 'injuries' is not among the safety consequences: did you mean 'injury'?"
+    >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), False)[0].names
+    ('injuries', 'injury')
     >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injury and release",))
-    >>> inventory_notes(Inventory((shelf,)), ("injury", "release"), False)[0]
-    "the consequence 'injury and release' is not among the safety consequences: did you mean 'injury; release'?"
+    >>> inventory_notes(Inventory((shelf,)), ("injury", "release"), False)[0].names
+    ('injury and release', 'injury', 'release')
     """
     found = []
     words = [word for word in inventory.consequences if word not in safety]
@@ -134,94 +120,44 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
         near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word)]
         near = near or difflib.get_close_matches(word, safety, 1, NEAR)
         if near:
-            meant = f"did you mean {'; '.join(near)!r}?"
-            found.append(f"the consequence {word!r} is not among the safety consequences: {meant}")
+            found.append(Fact("consequence.misspelt", names=(word, *near)))
     if words and len(words) == len(inventory.consequences):
-        found.append(
-            f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "
-            f"piece is judged by {'money' if inventory.value > 0.0 else 'its falls'}; performance.safety names others"
-        )
-    rolling = [row.label for row in inventory.rows if row.rolls and not row.anchored]
-    if rolling:
-        found.append(
-            f"{first_names(rolling)}: on castors that are not locked a piece rolls, which is not modelled: what is "
-            "said of its falls is of the same piece on feet that cannot slide"
-        )
-    locked = [row.label for row in inventory.rows if row.contact == LOCKED and not row.anchored]
-    if locked:
-        found.append(
-            f"{first_names(locked)}: locked castors are taken as feet, which holds only as long as every brake does"
-        )
-    if coded:
-        for column, missing, what in (
-            (
-                "mass_kg",
-                [row.label for row in inventory.rows if row.block.mass is None],
-                "no design force is computed for",
-            ),
-            (
-                "code_class",
-                [row.label for row in inventory.rows if not row.code_class],
-                "the code's class is not known of",
-            ),
-        ):
-            if missing:
-                found.append(f"{column} is not given, so that {what} {first_names(missing)}")
-    return found
+        more = {"safety": list(safety), "value": inventory.value > 0.0}
+        found.append(Fact("consequence.none_of_safety", names=tuple(words), more=more))
+    rows = inventory.rows
+    named = {
+        "support.rolls": [row for row in rows if row.rolls and not row.anchored],
+        "support.brakes_assumed": [row for row in rows if row.contact == LOCKED and not row.anchored],
+        "code.mass_not_given": [row for row in rows if coded and row.block.mass is None],
+        "code.class_not_given": [row for row in rows if coded and not row.code_class],
+    }
+    return [*found, *(Fact(what, names=tuple(row.label for row in of)) for what, of in named.items() if of)]
 
 
-def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[str]:
-    """Notes on how motions are run where front and back of the blocks that can fall differ, or with both polarities."""
+def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[Fact]:
+    """Return how motions are run where front and back of blocks that can fall differ, or with both polarities."""
     if polarity == BOTH:
-        return [
-            "every motion is run both ways, as it is and reversed, because an earthquake may come from either side: "
-            "intervals count the two as one earthquake, and the fronts of all pieces are taken to face the same way"
-        ]
-    sided = [block.label for block in blocks if block.sided or faces_an_edge(block)]
-    if not sided:
-        return []
-    return [
-        f"{first_names(sided)}: a motion and its reverse differ for what stands at a wall or an edge, is held by a "
-        "kit, is loaded off the middle or leans; motions are run as recorded only (performance.polarity), which can "
-        "make falls to the front or off an edge and what kits save too high or too low"
-    ]
+        return [Fact("motion.polarity_both")]
+    sided = tuple(block.label for block in blocks if block.sided or faces_an_edge(block))
+    return [Fact("motion.polarity_as_recorded", names=sided)] if sided else []
 
 
-UNDIRECTED = (
-    "the directions in the inventory are not used: each floor has one motion, which shakes every piece in the "
-    "direction of its width"
-)
+UNDIRECTED = Fact("motion.directions_unused")
+"""Fact of an inventory with directions, where each floor has one motion."""
+PROPORTIONAL = Fact("motion.floors_scaled_elastic")
+"""Fact of floor histories that are scaled in proportion to their ground motions."""
 
 
-PROPORTIONAL = (
-    "the floor histories are scaled in proportion to their ground motions, as if the building were elastic "
-    "(motions.elastic)"
-)
-
-
-def history_notes(histories: FloorHistories, inventory: Inventory) -> list[str]:
-    """Notes on floor histories of a user's own building model, and on what is not taken from them: a sentence each."""
-    if not histories.unit:
-        how = "as they are, of one earthquake"
-    elif histories.elastic:
-        how = (
-            f"one set at {histories.texts[0]}, scaled linearly to the other levels as if the building were elastic "
-            "(motions.elastic)"
-        )
-    else:
-        how = f"as they are, each set at its own level: {', '.join(histories.texts)}"
-    found = [f"the floor motions are histories of another program's building model ({how})"]
+def history_notes(histories: FloorHistories, inventory: Inventory) -> list[Fact]:
+    """Return notes on floor histories of a user's own building model, and on what is not taken from them."""
+    how = "one" if not histories.unit else "elastic" if histories.elastic else "levels"
+    found = [Fact("motion.floor_histories", names=tuple(histories.texts) if histories.unit else (), more={"how": how})]
     if histories.own_motions:
-        found.append(
-            "each level has motions of its own: levels count as independent of each other in intervals of annual values"
-        )
+        found.append(Fact("motion.levels_independent"))
     used = {row.direction for row in inventory.rows if not row.anchored}
     if used - {""} and not histories.axes:
-        each = [f"{sum(row.direction == one for row in inventory.rows)} in {one}" for one in sorted(used)]
-        found.append(
-            f"each line is shaken in the direction of its width alone ({', '.join(each)}): shaking across it, and "
-            "falling sideways, are not included"
-        )
+        each = [[sum(row.direction == one for row in inventory.rows), one] for one in sorted(used)]
+        found.append(Fact("axis.across_not_included", more={"lines": each}))
     return found
 
 
@@ -249,27 +185,22 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
     return found
 
 
-def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
-    """Notes on annual values that hang on few levels, or come from beyond the hazard curve's own: a sentence each."""
+def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
+    """Return notes on annual values that hang on few levels, or come from beyond the hazard curve's own."""
     levels = assessment["level"].values
     curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
     whole = xr.DataArray(line_weights(levels, curve).weights, dims="level")
-    amounts, more = _amounts(assessment), []
+    amounts = _amounts(assessment)
+    apart = []
     for one in amounts:
         given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
         annual = (given * whole).sum("level")
-        apart = float((annual / one.annual.where(one.annual > 0.0) - 1.0).fillna(0.0).max())
-        more += [f"{whole_percent(apart)} more annual {one.text}"] if apart > COARSE else []
-    found = []
-    if more:
-        found.append(
-            f"the levels are coarse for this hazard curve: straight lines between them would give {_listed(more)} than "
-            "the cubics used: add levels"
-        )
+        apart.append((one, float((annual / one.annual.where(one.annual > 0.0) - 1.0).fillna(0.0).max())))
+    found = _from("hazard.levels_coarse", apart, COARSE)
     for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
         shares = [(one, float(assessment[f"annual_{one.name}_share_{side}"].max())) for one in amounts]
-        where = beyond_hazard(side, level_text(float(end), assessment["level"]), hazard.of_formula)
-        found += _from(shares, NOTABLE, f"shaking {where}")
+        level = level_text(float(end), assessment["level"])
+        found += _from("rate.share_beyond_hazard", shares, NOTABLE, side=side, end=level, formula=hazard.of_formula)
     return found
 
 
@@ -314,14 +245,7 @@ def _share(one: _Amount, side: str) -> float:
     return float((part / one.annual.where(one.annual > 0.0)).fillna(0.0).clip(max=1.0).max())
 
 
-def _from(shares: Sequence[tuple[_Amount, float]], least: float, where: str) -> list[str]:
-    """Return one sentence on the shares of annual amounts above `least` that come from somewhere, if there are any."""
-    told = [(f"{whole_percent(share)} of the annual {one.text}", one.name) for one, share in shares if share > least]
-    if not told:
-        return []
-    single = len(told) == 1 and told[0][1] in SINGULAR
-    return [f"{_listed([text for text, _ in told])} {'comes' if single else 'come'} from {where}"]
-
-
-def _listed(parts: Sequence[str]) -> str:
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+def _from(what: str, shares: Sequence[tuple[_Amount, float]], least: float, **more: object) -> list[Fact]:
+    """Return one fact on the shares of annual amounts above `least`, if there are any."""
+    told = [[share, one.text] for one, share in shares if share > least]
+    return [Fact(what, more={"shares": told, **more})] if told else []

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Flags
+from ...core.facts import Fact, doubted
 from ...core.units import DIMENSIONLESS, METRE
-from ...core.wording import listed_name, two_digit_percent
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.hazard.levels import LevelWeights
 from ...fragility.numerics.slabs import RUNS
@@ -215,13 +215,13 @@ def slide_coordinates(inventory: Inventory, runs: SlidingRuns | None) -> dict[st
     return found
 
 
-def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
-    """Return what limits the results on sliding of the lines that have friction and can fall, one sentence each."""
+def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]:
+    """Return what limits the results on sliding of the lines that have friction and can fall."""
     at = [i for i, row in enumerate(inventory.rows) if row.friction is not None and not row.anchored]
     if INSTEAD not in assessment or not at:
         return []
     blocks = [replace(inventory.rows[i].block, name=inventory.rows[i].label) for i in at]
-    said = [str(assessment.attrs[SLIDES_ON])] if SLIDES_ON in assessment.attrs else []
+    said = doubted(str(assessment.attrs.get(SLIDES_ON, "")).splitlines())
     names = [name for name in (INSTEAD, NEAR, TRIP) if name in assessment]
     found = assessment[names].isel(item=at).rename(item="block")
     said += slide_notes(found, blocks, plane=AXES in configuration_of(assessment))
@@ -231,12 +231,9 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[str]:
         moving = shares_with_moving_supports(assessment)
         above = [i for i, row in enumerate(inventory.rows) if row.stands_on]
         worst = max(above, key=lambda i: moving[i])
-        name = listed_name(str(assessment["item"].values[worst]))
-        said.append(
-            "objects on pedestals are run as if their pedestals moved with the floor: of the falls of "
-            f"{name} {two_digit_percent(float(moving[worst]))} are in runs in which its pedestal slides or rocks itself"
-            f"{', the largest share of all' if (moving > 0.0).sum() > 1 else ''}"
-        )
+        more = {"several": bool((moving > 0.0).sum() > 1)}
+        name = str(assessment["item"].values[worst])
+        said.append(Fact("support.pedestals_as_floor", float(moving[worst]), names=(name,), more=more))
     return said
 
 

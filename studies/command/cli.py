@@ -172,6 +172,8 @@ def _stamp(folder: Path) -> tuple[int, int] | None:
 def _show(console: Console, told: list[str], results: Dataset, folder: Path, verbose: bool) -> None:
     """Print a study's answer, or all its tables and notes, and write its figures; `told`: notes that are printed."""
     from .. import show
+    from ..facts.notes import notes_of
+    from ..facts.say import notes_said
     from ..store.folder import RESULT_NAME
     from ..tables.terminal import rendered
     from .verdict import verdict
@@ -182,7 +184,7 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
         say(console, *answer)
     for table in tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
-    notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in told]
+    notes = [note for note in notes_said(notes_of(results)) if note not in told]
     say(console, *show.hints(results), *([f"note: {note}" for note in notes] if verbose else validity))
     more = f" ({counted(len(notes), 'further note')}; --verbose prints them)" if notes and not verbose else ""
     written = show.draw(results, folder)

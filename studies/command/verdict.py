@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import xarray as xr
 
+from ...core.facts import GOOD, INVALID, Fact
 from ..facts import building, curves, sensitivity
 from ..facts.checks import badge, checks_of
-from ..facts.fact import GOOD, INVALID, Fact
 from ..facts.footnotes import footnotes
 from ..facts.say import say
 from ..text.reached import within_levels

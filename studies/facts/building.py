@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import xarray as xr
 
+from ...core.facts import Fact
 from ...core.wording import currency_of
 from ...fragility.numerics.slabs import slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none
@@ -47,7 +48,6 @@ from ..tables.item_slides import contacts_of
 from ..tables.unseen import at_most
 from ..text.spread import OUTER, building_spread, rates_of_consequences, sources
 from ..text.words import block_title, floor_name, quantity_name, reference_law
-from .fact import Fact
 from .law_choice import damped_throughout
 
 BUILDING = "building"

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...core.facts import CARE, GOOD, INVALID, UNKNOWN, Fact
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.fitting.states import DIRECTIONS, OK, OVERTURNED, SEPARATED, state_name, state_named
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
@@ -29,7 +30,6 @@ from ..text.one_side import FORCED
 from ..text.precision import missed_curves, reached_by
 from ..text.reached import levels_run, other_levels, within_levels
 from ..text.words import reference_law
-from .fact import CARE, GOOD, INVALID, UNKNOWN, Fact
 from .say import value_of
 
 MARKED = 0.01

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator
 
 import xarray as xr
 
+from ...core.facts import Fact
 from ...fragility.runs.provenance import RUN, number_of_motions
-from .fact import Fact
 
 COVERAGE: dict[str, dict[int, tuple[float, float]]] = {
     "rate": {10: (88.0, 98.9), 20: (89.2, 99.3), 40: (88.2, 99.6), 80: (85.4, 99.9), 400: (81.2, 100.0)},

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Index
+from ...core.facts import Fact
 from ...fragility.fitting.states import ALL
 from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
 from ...models import Block
@@ -37,7 +38,6 @@ from ..text.words import (
     reference_law,
 )
 from .crossed import Crossing, crossings_between, crossings_of_laws
-from .fact import Fact
 from .law_choice import damped_throughout
 
 RARE = 0.1

@@ -7,18 +7,18 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from ...core.facts import Fact
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS
-from ..plan.piece_classes import TESTS
 from ..text.block_order import HALF, RATE, places
 from ..text.spread import has_model_range
 from ..text.words import axis_of, display_unit, reference_law
 from .building import BUILDING
 from .coverage import coverage_in
-from .fact import Fact
 from .law_choice import choice_of_law
+from .notes import notes_of
 
 
 def footnotes(results: xr.Dataset) -> Iterator[Fact]:
@@ -36,8 +36,7 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
         yearly = "item" not in results.dims or "annual_number" in results
         more = {"yearly": yearly, "spread": str(results.attrs.get("modelling")) == "fractiles"}
         yield Fact("rate.modelling_included", beta, more=more)
-    if tests := str(results.attrs.get(TESTS, "")):
-        yield Fact("validity.tests", names=(tests,))
+    yield from (note for note in notes_of(results) if note.what == "validity.tests")
     # (sensitivity studies compare laws with the reference themselves)
     choice = None if "value" in results.dims else choice_of_law(results)
     if choice is not None:

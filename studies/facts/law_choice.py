@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Flags
+from ...core.facts import Fact
 from ..tables.sensitivity import LAW_NAMES
 from ..text.words import REFERENCE_LAW, reference_law
-from .fact import Fact
 
 VISCOUS = ("giannini-masiani", "makris-konstantinidis", "vassiliou")
 """Laws that replace impacts by viscous damping."""

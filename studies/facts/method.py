@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...core.facts import Fact
 from ...fragility.fitting.states import DIRECTIONS, state_name
 from ...fragility.runs.provenance import EDGE, SCENE, about_both_axes, blocks_of, number_of_motions
 from ...fragility.validity.scenes import DRIFT, pushed_by_drift
@@ -19,7 +20,6 @@ from ...motions.supports.stops import RESTITUTION
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, INSTEAD
 from ..text.words import block_title, reference_law, roof_of, scales, storeys_yield
-from .fact import Fact
 
 MOST_LINES = 6
 """Most records whose corrections are written out."""

@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from ...core import wording
-from ...core.doubts import first_names, first_of
+from ...core import sentences, wording
+from ...core.facts import Fact
 from ...fragility.hazard.rates import probability_in
-from ..text.curve_notes import action_of, reached_of
+from ...fragility.validity.notes import TEMPLATES as OF_SCREENS
+from ..text.curve_notes import action_of, infinitive_of, reached_of, verb_of
 from ..text.names import clean
 from ..text.words import that_has, value_in
-from .fact import Fact
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
-FILTERS: dict[str, Callable[..., str | float]] = {
-    "counted": lambda number, noun: wording.counted(int(number), noun),
-    "percent": wording.two_digit_percent,
-    "whole": wording.given_percent,
-    "two_digits": wording.two_digits,
-    "given": wording.given_number,
-    "listed": first_of,
-    "named": first_names,
-    "quoted": lambda names: first_of([f"“{name}”" for name in names]),
+FALLBACKS = {"notes": ("notes", "screen", "method", "page"), "method": ("method", "screen")}
+"""Registers in which the sentences of a register are looked up, where it shares them with others."""
+FILTERS: sentences.Filters = {
+    **sentences.FILTERS,
     "chance": wording.about_percent,
     "chances": lambda ends: _ends(ends, wording.about_percent, wording.chances_between),
     "ends": lambda ends: _ends(ends, wording.two_digits, wording.interval_text),
@@ -38,14 +34,14 @@ FILTERS: dict[str, Callable[..., str | float]] = {
     "years": wording.about_years,
     "in_years": lambda rate, years: float(probability_in(np.float64(rate), years)),
     "year_count": wording.years_text,
-    "article": wording.with_article,
     "in_unit": value_in,
     "that_has": that_has,
     "acts": action_of,
     "fell": reached_of,
+    "falls": verb_of,
+    "fall": lambda state: infinitive_of(verb_of(state)),
 }
 """Filters of numbers, plurals and lists."""
-_SPACES, _GAPS = re.compile(r"[ \n]+"), re.compile(r" ([,.;:])(?=\s|$)")
 
 
 def _ends(ends: tuple[float, float], write: Callable[[float], str], between: Callable[..., str]) -> str:
@@ -58,12 +54,21 @@ def _ends(ends: tuple[float, float], write: Callable[[float], str], between: Cal
 
 def say(fact: Fact, register: str) -> str:
     """Return the sentence of a fact: the macro of its name in the template of a register, `a.b` as `a_b`."""
-    return _sentence(register, fact.more.get("sentence", fact.what), fact)
+    return sentences.sentence(fact.more.get("sentence", fact.what), fact, _modules(register))
 
 
 def remedy(fact: Fact, register: str) -> str:
     """Return what to do about a fact; empty if there is nothing to do."""
-    return _sentence(register, fact.remedy, fact) if fact.remedy else ""
+    return sentences.sentence(fact.remedy, fact, _modules(register)) if fact.remedy else ""
+
+
+def notes_said(facts: Iterable[Fact]) -> list[str]:
+    """Return the sentences of notes; those on the motions of a branch name it."""
+    return [
+        f"{sentences.sentence('motion.of_branch', fact, _modules('notes')) if 'branch' in fact.more else ''}"
+        f" {say(fact, 'notes')}".strip()
+        for fact in facts
+    ]
 
 
 def value_of(name: str, register: str) -> Any:
@@ -71,9 +76,8 @@ def value_of(name: str, register: str) -> Any:
     return getattr(_module(register), name)
 
 
-def _sentence(register: str, what: str, fact: Fact) -> str:
-    text = getattr(_module(register), what.replace(".", "_"))(fact)
-    return _GAPS.sub(r"\1", _SPACES.sub(" ", str(text))).strip()
+def _modules(register: str) -> Iterable[Any]:
+    return map(_module, FALLBACKS.get(register, (register,)))
 
 
 @cache
@@ -87,14 +91,4 @@ def environment(*, escaping: bool) -> Environment:
     def safe(value: object) -> object:
         return clean(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
-    made = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=escaping,
-        finalize=safe,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    made.filters |= FILTERS
-    return made
+    return sentences.environment([TEMPLATES, OF_SCREENS], FILTERS, escaping=escaping, safe=safe)

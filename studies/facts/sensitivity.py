@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
+from ...core.facts import Fact
 from ..tables.sensitivity import (
     GREEK,
     MOST_SAID,
@@ -19,7 +20,6 @@ from ..tables.sensitivity import (
     swings_of,
 )
 from ..text.words import axis_of, block_title, display_unit, quantity_name
-from .fact import Fact
 
 NOTABLE_SWING = 1.15
 """Ratio of levels from which a parameter or a law matters."""

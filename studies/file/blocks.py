@@ -12,6 +12,7 @@ from typing import Annotated, Any, NoReturn, Self
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ...core.doubts import warn
+from ...core.facts import Fact
 from ...core.wording import listed_name, with_article
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
@@ -149,24 +150,19 @@ class RestraintTable(Table):
         return found
 
 
-def stiffness_notes(study: Mapping[str, Any]) -> list[str]:
-    """Return a sentence on the restraints of a study file (as plain values) whose stiffness is not given."""
+def stiffness_notes(study: Mapping[str, Any]) -> list[Fact]:
+    """Return the note on the restraints of a study file (as plain values) whose stiffness is not given."""
     tables = dict(study.get("restraints") or {})
     for block in study.get("blocks") or ():
         if isinstance(block.get("restraint"), dict):
-            tables[f"of {block.get('name') or block.get('catalogue') or 'a block'}"] = block["restraint"]
-    assumed = [
-        f"{listed_name(name)} ({STIFFNESSES[one['kind']]:g} N/mm)"
+            tables[f"the restraint of {block.get('name') or block.get('catalogue') or 'a block'}"] = block["restraint"]
+    assumed = {
+        listed_name(name): STIFFNESSES[one["kind"]]
         for name, one in tables.items()
         if one.get("stiffness_n_per_mm") is None and one["kind"] in STIFFNESSES
-    ]
-    if not assumed:
-        return []
-    several = len(assumed) > 1
-    return [
-        f"the stiffness of restraint{'s' if several else ''} {', '.join(assumed)} is not given but a judgement, on "
-        "which it depends whether a restraint breaks: ask the maker, or try softer and stiffer ones"
-    ]
+    }
+    stiffnesses = {"stiffnesses": [*assumed.values()]}
+    return [Fact("restraint.stiffness_assumed", names=tuple(assumed), more=stiffnesses)] if assumed else []
 
 
 SCENE = {

@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 
 from ... import motions as shaking
 from ...core.doubts import noted
+from ...core.facts import Fact
 from ...core.units import STANDARD_GRAVITY
 from ...core.wording import short_digits
 from ...motions import RecordError
@@ -260,17 +261,14 @@ class BuildingTable(Table):
         return code_strength(self.system, first, self.sds_g, self.sd1_g, factor)
 
     @property
-    def strength_text(self) -> list[str]:
-        """What is to be said of its strength where that is a judgement or uncertain; ValueError as `build`."""
-        found, strength = [], self.default_strength
+    def strength_facts(self) -> list[Fact]:
+        """What is assumed or uncertain of its strength; ValueError as `build`."""
+        found, strength, name = [], self.default_strength, self.name or ""
         if strength is not None:
-            found.append(f"default strength of the building (judgement, R and Ω0 recalled): {strength.text}")
+            found.append(Fact("building.default_strength", names=(name, strength.text)))
         if self.strength_dispersion:
-            found.append(
-                "each motion meets a building of its own, whose strengths are multiplied by a lognormal factor of "
-                f"median 1 and dispersion {self.strength_dispersion:g} (seed {self.seed or 0}), the same at every "
-                "level: curves and rates hold that uncertainty"
-            )
+            more = {"seed": self.seed or 0}
+            found.append(Fact("building.random_strength", self.strength_dispersion, names=(name,), more=more))
         return found
 
     @property
@@ -344,14 +342,10 @@ class BuildingTable(Table):
         ]
 
 
-def strength_notes(study: Mapping[str, Any]) -> list[str]:
-    """Return notes on the buildings of a study file, as plain values, whose strength is a judgement or uncertain."""
+def strength_notes(study: Mapping[str, Any]) -> list[Fact]:
+    """Return notes on the buildings of a study file, as plain values, whose strength is assumed or uncertain."""
     tables = [one for one in [study.get("building"), *(study.get("buildings") or [])] if one]
-    found = []
-    for one in map(BuildingTable.model_validate, tables):
-        named = f"building {one.name!r}: " if one.name else ""
-        found += [f"{named}{text}" for text in one.strength_text]
-    return found
+    return [fact for table in map(BuildingTable.model_validate, tables) for fact in table.strength_facts]
 
 
 PROCESSING = ("baseline_order", "window", "taper_s", "highpass_hz", "lowpass_hz", "order")

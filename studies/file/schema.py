@@ -34,6 +34,7 @@ from ...motions import Generator
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
+from ..facts.say import notes_said
 from ..plan.designs import Cloud, Design, Events, Incremental, OfRuns, Pooled, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
@@ -656,7 +657,7 @@ class StudyFile(Table):
             if not building.scales:
                 line = f"{where}{building.yielding(ground, moved)}"
                 doubts = [one._replace(sentence=f"{where}{one.sentence}") for one in _collapses(moved)]
-                said = (*reading.storeys, *building.strength_text, line)
+                said = (*reading.storeys, *notes_said(building.strength_facts), line)
                 reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=said)
             elif building.kind != "ground":
                 reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))

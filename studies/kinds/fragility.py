@@ -14,8 +14,9 @@ import xarray as xr
 
 from ...core.aliases import Array, Progress
 from ...core.doubts import Doubt
+from ...core.facts import Fact, stored
 from ...core.wording import counted
-from ...fragility import notes, screen
+from ...fragility import screen
 from ...fragility.analyses.sliding import number_of_slides
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.fit import FIRST
@@ -27,21 +28,23 @@ from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, rang
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.plausibility import level_doubts
 from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law, Restraint
 from ...models.block import describe_scene
 from ...models.friction import FixedFriction, Friction
 from ...motions.polarity import BOTH
+from ..facts.notes import of_branch
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Cloud, Incremental, OfRuns, Stripes
 from ..plan.estimates import LOW_SHARE, MEAN, Fit, ranked
 from ..plan.gains import OTHER, gains
-from ..plan.piece_classes import class_attribute, class_notes
+from ..plan.piece_classes import class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
 from ..plan.risk import Risk, without_replicates
-from ..plan.selections import UNSELECTED, selection_notes, selection_variables
+from ..plan.selections import selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import EXCEEDED, SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
@@ -164,7 +167,7 @@ class Rated(NamedTuple):
     variables: dict[Hashable, xr.DataArray]
     coordinates: dict[Hashable, xr.DataArray]
     attributes: dict[str, Any]
-    notes: list[str]
+    notes: list[Fact]
 
 
 @dataclass(frozen=True)
@@ -395,12 +398,12 @@ class FragilityStudy(BlockStudy, Study):
             len(self.blocks), self.models, each_motion, design.shakes, self.undecided, axes=design.about
         )
 
-    def _spread(self, own: FittedCurves, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
+    def _spread(self, own: FittedCurves, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[Fact]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches' curves."""
         assert self.branches is not None
         assert self.risk is not None
         done = self.own_runs + self.perturbed_runs
-        said: list[str] = []
+        said: list[Fact] = []
 
         def fitted(name: str, design: OfRuns) -> FittedCurves:
             nonlocal done
@@ -408,7 +411,7 @@ class FragilityStudy(BlockStudy, Study):
             runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
             done += len(self.blocks) * len(self.models) * design.runs * design.about
             found = self.fit.curves(runs, True, telling=client.tell)
-            said.extend(f"under the motions {name!r}: {note}" for note in self.fit.notes(found, runs))
+            said.extend(of_branch(name, self.fit.notes(found, runs)))
             return FittedCurves(self.fit.modelled(found), design.highest(runs), found)
 
         spread = self.branches.of(own, fitted, self.risk, self.fit)
@@ -444,7 +447,6 @@ class FragilityStudy(BlockStudy, Study):
             MODELLING: self.fit.modelling_dispersion,
             RANGE: self.fit.modelling_dispersion or USUAL_DISPERSION,
             "modelling": self.fit.modelling,
-            **class_attribute(self.fit.modelling_class),
         }
 
     def _rated(
@@ -524,7 +526,7 @@ class FragilityStudy(BlockStudy, Study):
             coordinates |= chosen.coords
             said += selection_notes(chosen)
         elif isinstance(self.design, Stripes):
-            said.append(UNSELECTED)
+            said.append(Fact("selection.none"))
         kept = without_replicates(curves).assign(range_of_half_levels(curves, self.fit.modelling_dispersion))
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:
@@ -556,6 +558,6 @@ class FragilityStudy(BlockStudy, Study):
                 confidence=self.fit.confidence,
                 state=state_name(self.fit.state),
                 screen=screened.attrs["screen"],
-                notes="\n".join([*said, *notes(screened, self.slides is not None)]),
+                notes=stored([*said, *screen_facts(screened, self.slides is not None)]),
             )
         )

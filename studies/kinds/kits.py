@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...core.doubts import Doubt, first_names, first_of
+from ...core.doubts import Doubt, first_of
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
 from ...fragility.validity.plausibility import UNITS, unit_doubts
 from ...models import Block
@@ -119,19 +120,15 @@ def scenes_of(inventory: Inventory, kits: Sequence[Kit]) -> list[Block]:
     return found
 
 
-def kit_notes(inventory: Inventory, kits: Sequence[Kit]) -> list[str]:
-    """Return which kits do not fit which lines, and which have no cost: a sentence for each kit."""
-    found = [
-        f"kit {kit.name!r} has no cost, so that no set of kits holds it"
-        for kit in kits
-        if kit.cost is None and any(other.cost is not None for other in kits)
-    ]
+def kit_notes(inventory: Inventory, kits: Sequence[Kit]) -> list[Fact]:
+    """Return which kits do not fit which lines, and which have no cost."""
+    priced = any(kit.cost is not None for kit in kits)
+    found = [Fact("kit.no_cost", names=(kit.name,)) for kit in kits if kit.cost is None and priced]
     for kit in kits:
         left = [row for row in inventory.rows if not row.anchored and row.kit != kit.name and not kit.fits(row)]
         if left:
-            why = kit.misfit(left[0].block, left[0].anchor_height)
-            named = first_names([row.label for row in left])
-            found.append(f"kit {kit.name!r} is not tried on {named}: of {left[0].label!r} it {why}")
+            more = {"kit": kit.name, "why": kit.misfit(left[0].block, left[0].anchor_height)}
+            found.append(Fact("kit.not_tried", names=tuple(row.label for row in left), more=more))
     return found
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 
 from ...core.aliases import Array, Index
 from ...core.doubts import Doubt, noted, warn
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS, METRE
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...motions import Building, Generator, records
@@ -22,6 +23,7 @@ from ...motions.scaling import scale_to
 from ..buildings.notes import PROPORTIONAL, history_notes
 from ..buildings.shaking import Shaking
 from ..buildings.variables import variable
+from ..facts.say import notes_said
 from ..file.analyses import LEVEL_UNITS, LevelsTable, PerformanceTable
 from ..file.floor_index import read_floor_index
 from ..file.motions import SHAKES, BuildingTable, MotionsTable
@@ -58,8 +60,8 @@ def reading_of(motions: Motions, generator: Generator | None, building: Building
     return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
 
 
-def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: bool = False) -> list[str]:
-    """Return notes on floor histories, a sentence each."""
+def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: bool = False) -> list[Fact]:
+    """Return notes on floor histories."""
     if isinstance(motions, FloorHistories):
         if yields:
             return []
@@ -208,7 +210,7 @@ def level_floors(
     ductility, collapsed, isolator = [], [], []
     strength = None
     if table is not None:
-        lines += table.strength_text
+        lines += notes_said(table.strength_facts)
     for level in own.tolist():
         given = level / LEVEL_UNITS[unit][0] if unit else 1.0
         where = f"at {im} of {given:.4g} {unit} " if unit else ""

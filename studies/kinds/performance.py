@@ -14,18 +14,19 @@ import xarray as xr
 
 from ...core.aliases import Array, Progress
 from ...core.doubts import Doubt, noted
+from ...core.facts import Fact, stored
 from ...core.units import DIMENSIONLESS
 from ...core.wording import counted
-from ...fragility import HazardCurve, notes as screen_notes
+from ...fragility import HazardCurve
 from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import PieceDraws, Variability, with_restitution
-from ...fragility.validity.notes import squat_notes
+from ...fragility.validity.notes import screen_facts, squat_facts
 from ...fragility.validity.plausibility import period_doubts, stated_restitution_doubts
-from ...fragility.validity.scenes import scene_notes
+from ...fragility.validity.scenes import scene_facts
 from ...models import Block, Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
@@ -60,6 +61,7 @@ from ..buildings.sliding import item_slide_notes
 from ..buildings.variables import ITEM_SAVING, JOINT, fall_flags, range_of_a_year, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
+from ..facts.notes import of_branch
 from ..file.analyses import LevelsTable
 from ..file.hazard import OF_MOTIONS
 from ..file.schema import StudyFile
@@ -71,7 +73,7 @@ from ..kits.savings import Shake, kit_savings, with_kit
 from ..money.present_value import DISCOUNT
 from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
-from ..plan.piece_classes import class_attribute, class_notes
+from ..plan.piece_classes import class_notes
 from ..plan.reading import Reading
 from ..plan.slides import INSTEAD
 from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, level_modelling_note, modelling_note
@@ -152,7 +154,7 @@ class PerformanceStudy(Study):
     target: dict[str, float] | None = None
     polarity: str = AS_RECORDED
     axes: str = ""
-    of_axes: tuple[str, ...] = ()
+    of_axes: tuple[Fact, ...] = ()
     of_levels: LevelFloors | None = None
     struck: tuple[Doubt, ...] = ()
     slipping: Slipping = USUAL
@@ -493,28 +495,23 @@ class PerformanceStudy(Study):
         )
 
     @property
-    def notes(self) -> list[str]:
+    def facts(self) -> list[Fact]:
+        scenes = scenes_of(self.inventory, self.kits)
         said = inventory_notes(self.inventory, self.safety, self.code is not None)
-        said += scene_notes(scenes_of(self.inventory, self.kits))
+        said += scene_facts(scenes)
         said += kit_notes(self.inventory, self.kits)
-        said += polarity_notes(scenes_of(self.inventory, self.kits), self.polarity)
+        said += polarity_notes(scenes, self.polarity)
         elastic, yields = bool(self.configuration["motions"].get("elastic")), self.of_levels is not None
         said += motion_notes(self.motions, self.inventory, elastic, yields)
         for name, one in self.further.items():
-            of = motion_notes(one.motions, one.inventory, one.elastic, yields)
-            said += [f"motions {name!r}: {note}" for note in of]
+            said += of_branch(name, motion_notes(one.motions, one.inventory, one.elastic, yields))
         if self.undirected:
             said.append(UNDIRECTED)
-        said += self.of_axes
-        return [*super().notes, *said]
-
-    def _settled_notes(self, results: xr.Dataset) -> set[str]:
-        before = str(results.attrs["safety"]).split(JOINT), "code" in results.attrs
-        return super()._settled_notes(results) | {*inventory_notes(self.inventory, *before)}
+        return [*super().facts, *said, *self.of_axes]
 
     @property
-    def squat(self) -> list[str]:
-        return squat_notes([replace(row.block, name=row.label) for row in self.inventory.rows])
+    def squat(self) -> list[Fact]:
+        return squat_facts([replace(row.block, name=row.label) for row in self.inventory.rows])
 
     @property
     def doubts(self) -> list[Doubt]:
@@ -628,7 +625,7 @@ class PerformanceStudy(Study):
         said += class_notes(self.piece_class)
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
             middle = level_text(self.at, found["level"])
-            said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
+            said.append(Fact("building.middle_level", names=(middle,)))
         if self.of_levels is not None:
             found = found.assign(self.of_levels.variables(self.polarities))
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
@@ -641,11 +638,10 @@ class PerformanceStudy(Study):
             .assign_attrs(
                 ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
                 screen=screened.attrs["screen"],
-                notes="\n".join([*said, *screen_notes(screened.assign_coords(ways), INSTEAD in found)]),
+                notes=stored([*said, *screen_facts(screened.assign_coords(ways), INSTEAD in found)]),
                 modelling_dispersion=self.modelling,
                 modelling_range=self.modelling or USUAL_DISPERSION,
                 modelling=self.where,
-                **class_attribute(self.piece_class),
                 **({} if self.at is None else {"at_level": self.at}),
             )
         )
@@ -674,13 +670,13 @@ class PerformanceStudy(Study):
         done = part_of(progress, self.runs - self.kit_runs, self.work)
         return kit_savings(self.inventory, self.kits, found, self._shake, self.at, client, done)
 
-    def _spread(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
+    def _spread(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[Fact]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches."""
         if self.branches is None:
             return xr.Dataset(), []
         done = self.runs + self.perturbed_runs
         assessed = {OF_MOTIONS: found}
-        said: list[str] = []
+        said: list[Fact] = []
         for name, one in self.further.items():
             shake = self._shake._replace(motions=one.motions, hazard=None, modelling_dispersion=0.0)
             told = part_of(progress, done, self.work)
@@ -689,7 +685,7 @@ class PerformanceStudy(Study):
             )
             done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
             if not bool(fall_flags(assessed[name]).any()):
-                said.append(f"under the motions {name!r} nothing overturns: their rates are 0 and have no range")
+                said.append(Fact("rate.no_falls_under", names=(name,)))
         spread = self.where != IN_MEAN
         sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.draws, self.correlation)
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)

@@ -13,13 +13,14 @@ import xarray as xr
 from ...core.aliases import Progress
 from ...core.doubts import Doubt
 from ...core.elementary import expm1
+from ...core.facts import Fact, doubted, stored
 from ...core.units import DIMENSIONLESS
 from ...core.wording import counted, years_text
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.progress import part_of
-from ...fragility.validity.notes import squat_notes
+from ...fragility.validity.notes import squat_facts
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...models import Block, Law
 from ...models.columns import BlockArray
@@ -115,8 +116,8 @@ class PooledStudy(BlockStudy, Study):
         return HELD_BYTES * self.stored_bytes
 
     @property
-    def squat(self) -> list[str]:
-        return squat_notes(self.region)
+    def squat(self) -> list[Fact]:
+        return squat_facts(self.region)
 
     @property
     def doubts(self) -> list[Doubt]:
@@ -167,7 +168,9 @@ class PooledStudy(BlockStudy, Study):
             modelling="mean",
             confidence=CONFIDENCE,
             state=state_name(OVERTURNED),
-            notes="\n".join([*pooled_notes(found), *median_doubts(found["half_level"].values, run.attrs["units"])]),
+            notes=stored(
+                [*pooled_notes(found), *doubted(median_doubts(found["half_level"].values, run.attrs["units"]))]
+            ),
         )
 
     def _events(self, client: Runner, progress: Progress | None) -> xr.Dataset:

@@ -13,12 +13,14 @@ import xarray as xr
 
 from ...core.aliases import Progress
 from ...core.doubts import Doubt
+from ...core.facts import stored
 from ...core.wording import counted
-from ...fragility import RandomInputs, notes, overturning_response, sobol_indices, tornado
+from ...fragility import RandomInputs, overturning_response, sobol_indices, tornado
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.plausibility import restitution_doubts
 from ...fragility.validity.slab_screen import screen_input
 from ...fragility.validity.summary import summary_screen
@@ -206,7 +208,7 @@ class SensitivityStudy(BlockStudy, Study):
             .assign_coords(reason=screened["reason"])
             .assign_attrs(
                 screen=screened.attrs["screen"],
-                notes="\n".join(notes(varied)),
+                notes=stored(screen_facts(varied)),
             )
         )
 

@@ -11,14 +11,15 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Progress
+from ...core.facts import doubted, stored
 from ...core.wording import counted
-from ...fragility import notes
 from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.modelling import range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.request import DERIVED
+from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.sparse_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
 from ...motions.arrays import LIFTS
@@ -183,7 +184,7 @@ class SequentialStudy(FragilityStudy):
             medians = np.append(medians, slid[SLIP_HALF].values)
             said += [*noted, *slide_notes(slid, self.blocks, plane=in_plane(runs))]
             said += exact_friction_notes(self.slides.exact(self.blocks))
-        said += [*median_doubts(medians, units), *notes(runs, self.slides is not None)]
+        said += [*doubted(median_doubts(medians, units)), *screen_facts(runs, self.slides is not None)]
         found |= without_replicates(curves).drop_vars(OF_FIT).data_vars
         found |= range_of_half_levels(runs, self.fit.modelling_dispersion)
         own = [f"{name}{end}" for name in OF_ANALYSIS for end in ENDS]
@@ -197,6 +198,6 @@ class SequentialStudy(FragilityStudy):
                 **attributes,
                 confidence=self.fit.confidence,
                 state=state_name(self.fit.state),
-                notes="\n".join(said),
+                notes=stored(said),
             )
         )

@@ -20,6 +20,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Progress
 from ...core.doubts import Doubt, noted
+from ...core.facts import Fact, doubted, stored
 from ...core.wording import counted, with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import hazard_doubts
@@ -34,15 +35,17 @@ from ...fragility.runs.plan import (
     seconds_per_sample,
 )
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, thread_count
-from ...fragility.validity.notes import squat_notes
+from ...fragility.validity.notes import squat_facts
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
-from ...fragility.validity.scenes import scene_notes
+from ...fragility.validity.scenes import scene_facts
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
+from ..facts.notes import INPUT_NOTES
+from ..facts.say import notes_said
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.motions import strength_notes
 from ..file.schema import StudyFile, read_study_file
@@ -309,8 +312,8 @@ class Study(ABC):
 
     @property
     @abstractmethod
-    def squat(self) -> list[str]:
-        """Notes on blocks that slide or bounce rather than rock: one sentence each."""
+    def squat(self) -> list[Fact]:
+        """Notes on blocks that slide or bounce rather than rock."""
 
     @property
     @abstractmethod
@@ -323,11 +326,15 @@ class Study(ABC):
         return [str(kind) for kind in self.configuration.get("accept", [])]
 
     @property
+    def facts(self) -> list[Fact]:
+        """What a user should know before anything runs."""
+        doubts = doubted(doubt.sentence for doubt in self.doubts if doubt.kind not in self.accepted)
+        return [*self.squat, *stiffness_notes(self.configuration), *strength_notes(self.configuration), *doubts]
+
+    @property
     def notes(self) -> list[str]:
-        """Notes that a user should know before anything runs: one sentence each."""
-        doubts = (one.sentence for one in self.doubts if one.kind not in self.accepted)
-        stated = stiffness_notes(self.configuration) + strength_notes(self.configuration)
-        return [*self.squat, *stated, *doubts]
+        """Notes that a user should know before anything runs, as sentences."""
+        return notes_said(self.facts)
 
     @property
     @abstractmethod
@@ -418,7 +425,7 @@ class Study(ABC):
                 if state == EDITED:
                     raise StudyError(f"{target}: was {state}; move it away, or use --fresh to compute it again")
                 # (with what keys decide now that are no part of the identity)
-                named = self._named(before)
+                named = self._named
                 same = before.attrs.get("study") == named["study"]
                 results = (before if same else self._decided(before)).assign_attrs(named)
                 if results.attrs == before.attrs:
@@ -514,25 +521,17 @@ class Study(ABC):
             # (where the curve came from does not change it)
             curve = json.dumps({**asdict(self.site_hazard), "source": ""}, sort_keys=True).encode()
             read["hazard_sha256"] = hashlib.sha256(curve).hexdigest()
-        return found.assign_attrs(
-            **self._named(found), **read, kind=self.results_are_of or self.kind, identity=self.identity
-        )
+        return found.assign_attrs(**self._named, **read, kind=self.results_are_of or self.kind, identity=self.identity)
 
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
         """Return results with what `DECISIONS` compute from them, in place of what earlier ones gave."""
         return results
 
-    def _settled_notes(self, results: xr.Dataset) -> set[str]:
-        """Return the notes of results that are written anew: on doubts, and on `DECISIONS`."""
-        return {one.sentence for one in self.doubts}
-
-    def _named(self, results: xr.Dataset) -> dict[str, str]:
-        """Return the attributes that title, accepted doubts, cover and `DECISIONS` decide."""
-        own = self.notes
-        settled = {*self._settled_notes(results), *own}  # (own notes first, in a finished study as in a new one)
-        said = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in settled]
+    @property
+    def _named(self) -> dict[str, str]:
+        """The attributes that title, accepted doubts, cover and `DECISIONS` decide."""
         return {
-            "notes": "\n".join([*own, *said]),
+            INPUT_NOTES: stored(self.facts),
             "doubts": json.dumps(
                 [[*one[:2], one.kind in self.accepted] for one in self.doubts if not one.settled], ensure_ascii=False
             ),
@@ -580,8 +579,8 @@ class BlockStudy:
         return None if self.risk is None else self.risk.hazard
 
     @property
-    def squat(self) -> list[str]:
-        return [*squat_notes(self.blocks), *scene_notes(self.blocks)]
+    def squat(self) -> list[Fact]:
+        return [*squat_facts(self.blocks), *scene_facts(self.blocks)]
 
     @property
     def doubts(self) -> list[Doubt]:

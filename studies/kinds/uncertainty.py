@@ -14,11 +14,11 @@ import xarray as xr
 
 from ...core.aliases import Progress
 from ...core.doubts import Doubt
+from ...core.facts import Fact, stored
 from ...core.units import DIMENSIONLESS
 from ...core.wording import counted
 from ...fragility import (
     RandomInputs,
-    notes,
     overturning_response,
     sobol_indices,
     uncertain_ida,
@@ -35,7 +35,7 @@ from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.uncertainty.indices import sobol_samples
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
-from ...fragility.validity.notes import OF_THE_WIDTH
+from ...fragility.validity.notes import OF_THE_WIDTH, screen_facts
 from ...fragility.validity.plausibility import restitution_doubts
 from ...models import Block, Law
 from ...models.block import describe_scene
@@ -234,22 +234,22 @@ class UncertaintyStudy(BlockStudy, Study):
             screens.append(screen_samples(block, pairs, self.design, part["overturned"], *asked))
             done += self.perturbed_runs // len(self.blocks)
         screened = joined_screens(screens, found["model"])
-        said = [*self._said(found), *notes(screened)]
+        said = [*self._said(found), *screen_facts(screened)]
         return (
             found.assign(screened.data_vars)
             .assign_coords(reason=screened["reason"])
             .assign_attrs(combined_attributes(parts), screen=screened.attrs["screen"])
-            .assign_attrs(notes="\n".join(said))
+            .assign_attrs(notes=stored(said))
         )
 
-    def _said(self, found: xr.Dataset) -> list[str]:
-        """Notes on the curves and rates of all samples together, in sentences."""
+    def _said(self, found: xr.Dataset) -> list[Fact]:
+        """Return notes on the curves and rates of all samples together."""
         over = ["sample", "level", "motion"]
         fell = found["overturned"].sum(over)
         runs = xr.full_like(fell, self.samples * self.design.runs)
         said = curve_notes(found, fell, runs, state_name(OVERTURNED))
         if self.design.about == 2:
-            said += [OF_THE_WIDTH, "the depth of every sampled block keeps its ratio to the width"]
+            said += [OF_THE_WIDTH, Fact("axis.depth_ratio_kept")]
             said += held_notes([one.label for one in self.blocks if describe_scene(one)])
         if self.risk is None:
             return said
@@ -257,10 +257,7 @@ class UncertaintyStudy(BlockStudy, Study):
         said += self.risk.notes(found, curves, self.design.highest(found), self.configuration)
         missing = int(found["sample_rate"].isnull().sum())
         if missing:
-            said.append(
-                f"{missing} of {found['sample_rate'].size} samples have no curve and so no rate of their own: mean and "
-                "quantiles over samples are of the others"
-            )
+            said.append(Fact("uncertainty.samples_without_rate", missing, more={"samples": found["sample_rate"].size}))
         return said
 
     def _of_block(self, block: Block, client: Runner, progress: Progress | None) -> xr.Dataset:

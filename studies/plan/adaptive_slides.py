@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
+from ...core.facts import Fact, doubted
 from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
-from ...core.wording import counted
 from ...fragility import Slip
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE
 from ...models import Block, RandomSliding
@@ -80,13 +80,13 @@ def adaptive_slides(
     falls: Mapping[str, xr.DataArray],
     units: str,
     client: Runner,
-) -> tuple[xr.Dataset, list[str]]:
+) -> tuple[xr.Dataset, list[Fact]]:
     """Return chances to slide instead of rocking, curves of slips, and notes; NaN for held and uneven blocks."""
     found = slides.chances(blocks, design.axes != "")
     chance = found[INSTEAD].values
     curves = {(i, k): UNRUN for i in range(len(blocks)) for k in range(len(slides.distances))}
     longest, ends = 0, ""
-    notable: list[str] = []
+    notable: list[Fact] = []
     of_laws = groups(slides, blocks)
     number = 0
     for law, mine in of_laws.items():
@@ -101,11 +101,9 @@ def adaptive_slides(
                 curves[place, k] = one
             number += 1
             client.tell("slips", number, len(of_laws) * len(slides.distances))
-    said = [ends] if ends else []
-    said += notable[:MOST_SAID]
+    said = [*doubted(ends.splitlines()), *notable[:MOST_SAID]]
     if len(notable) > MOST_SAID:
-        further = counted(len(notable) - MOST_SAID, "further slip")
-        said.append(f"the precision of {further} was missed, or the form of curve is off (table of precision)")
+        said.append(Fact("adaptive.further_slips", len(notable) - MOST_SAID))
     still = [chance[i] <= NEGLIGIBLE for i in range(len(blocks))]
     shape = len(blocks), len(slides.distances)
 
@@ -142,7 +140,7 @@ def adaptive_slides(
         table = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
         found[name] = (("block", "slip"), table, {"units": DIMENSIONLESS, "long_name": text})
     slip = xr.Variable("slip", list(slides.distances), {"units": METRE, "long_name": "slip that is exceeded"})
-    return found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), list(dict.fromkeys(said))
+    return found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), said
 
 
 def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -> Iterator[_Curve]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
 from ...fragility import curve_probability, fit_fragility, overturning_probability, rank_measures, with_modelling
 from ...fragility.curves.curve import LEAST, TABULATED, form_name
@@ -119,8 +120,8 @@ class Fit:
         """Observed probabilities of runs that have levels."""
         return gathered(lambda part: overturning_probability(part, self.confidence, self.state), runs)
 
-    def notes(self, curves: xr.Dataset, runs: xr.Dataset) -> list[str]:
-        """Notes on curves that rest on few or contradicting runs: one sentence each."""
+    def notes(self, curves: xr.Dataset, runs: xr.Dataset) -> list[Fact]:
+        """Return notes on curves that depend on few or contradicting runs."""
         counted = gathered(self._counted, runs)
         said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
         said += spacing_notes(curves)

@@ -7,7 +7,8 @@ from collections.abc import Hashable, Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.wording import counted, given_percent, listed_name, whole_percent
+from ...core.facts import Fact
+from ...core.wording import listed_name
 from ...fragility.adaptive.until import CONFIDENCE
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.rates import probability_in
@@ -21,12 +22,8 @@ from .risk import Risk
 FITTED = "fitted_"
 """Prefix of the rate and the chance of the fitted curve, where those of the results are without a form of curve."""
 ENDS = ("", "_lower", "_upper")
-FORM_FREE = (
-    "annual rates, and chances in years, are from weighted runs without a form of curve; those of the fitted curves "
-    "stand beside them in the table of the precision at adaptive levels, and the shares of a rate by shaking are those "
-    "of the fitted curve"
-)
-OF_THE_MEAN = "rates are at the mean hazard curve; their intervals do not hold the spread of its realisations"
+OF_THE_MEAN = Fact("rate.mean_hazard")
+"""Fact of rates at the mean of several hazard curves."""
 OF_CURVE = (
     "rate_share",
     "rate_share_below",
@@ -48,7 +45,7 @@ def form_free(
     risk: Risk,
     fit: Fit,
     blocks: Sequence[Block],
-) -> tuple[dict[Hashable, xr.DataArray], list[str]]:
+) -> tuple[dict[Hashable, xr.DataArray], list[Fact]]:
     """Return variables of annual rates without a form of curve, times `factor`, beside fitted ones, and notes."""
     found = dict(fitted)
     dims = fitted["rate"].dims
@@ -83,11 +80,11 @@ def form_free(
         compared = gains_of_rates(sampled, risk.years, blocks, fit.confidence)
         assert compared is not None  # (of the fitted rates there are ratios)
         found |= compared.data_vars
-    said = [FORM_FREE, *_differing(runs)]
+    said = [Fact("rate.form_free"), *_differing(runs)]
     if risk.hazard.weights is not None:
         said.append(OF_THE_MEAN)
     if fit.confidence != CONFIDENCE:
-        said.append(f"intervals of rates without a form of curve are of {given_percent(CONFIDENCE)}, as [until] asks")
+        said.append(Fact("rate.form_free_confidence", CONFIDENCE))
     return found, said
 
 
@@ -100,22 +97,14 @@ def modelling_factor(curves: xr.Dataset, risk: Risk, fit: Fit) -> xr.DataArray |
     return with_it / without
 
 
-def _differing(runs: xr.Dataset) -> list[str]:
+def _differing(runs: xr.Dataset) -> list[Fact]:
     """Return the note on curves whose own rate differs from that without a form by more than the error."""
     apart = runs["rate_misfit"].values
     every = np.argwhere(apart != 0.0)
     if not every.size:
         return []
-    laws = runs["model"].values.tolist()
-    several = len(laws) > 1
-    named = [
-        f"{listed_name(str(runs['block'].values[i]))}{f' under {laws[j]}' if several else ''} by "
-        f"{whole_percent(float(apart[i, j]), signed=True)}"
-        for i, j in every[:MOST_NAMED].tolist()
-    ]
-    more = len(every) - MOST_NAMED
-    text = "; ".join(named) + (f"; and {more:,} more" if more > 0 else "")
-    return [
-        f"the rate of the lognormal curve through all runs differs from that without a form by more than the error for "
-        f"{len(every):,} of {counted(apart.size, 'curve')} ({text}): rely on the rate without a form"
-    ]
+    laws = [f" under {law}" if apart.shape[1] > 1 else "" for law in runs["model"].values.tolist()]
+    named = every[:MOST_NAMED].tolist()
+    names = tuple(f"{listed_name(str(runs['block'].values[i]))}{laws[j]}" for i, j in named)
+    more = {"of": apart.size, "values": [float(apart[i, j]) for i, j in named]}
+    return [Fact("rate.form_apart", len(every), names=names, more=more)]

@@ -8,11 +8,9 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any, NamedTuple
 
-from ...core.wording import counted
+from ...core.facts import Fact
 
 TABLE = "piece_classes.csv"
-TESTS = "tests_of_class"
-"""Attribute of results with what is known of the class of pieces that a study names."""
 NAMES = {
     "bookcase-wall": "bookcase against a wall",
     "bookcase": "bookcase",
@@ -64,26 +62,6 @@ class PieceClass(NamedTuple):
         """The default modelling uncertainty: root mean square of ln(true/computed); NaN of too few tests."""
         return round(math.hypot(self.beta, math.log(self.ratio)), 2) if self.ratio > 0.0 else math.nan
 
-    @property
-    def sentence(self) -> str:
-        """What is to be said beside a rate of a piece of this class, without a full stop."""
-        if self.tests == 0:
-            return (
-                f"no test of this class ({self.name}) in which it could overturn: how far its capacities are from "
-                "those computed is not known"
-            )
-        tests = (
-            f"class {self.name}: {counted(self.tests, 'test')} of {counted(self.sources, 'source')}, of which "
-            f"{self.fell} fell and {self.predicted:.1f} were predicted to fall"
-        )
-        if math.isnan(self.ratio):
-            return f"{tests}; these are too few to say how far capacities are from those computed"
-        return (
-            f"{tests}; Brier's score {self.brier:.2f}, against {self.reference:.2f} of one share for all; capacities "
-            f"were {self.ratio:.2f} ({self.ratio_lower:.2f} to {self.ratio_upper:.2f}) times those computed, for which "
-            "rates and medians are not corrected"
-        )
-
 
 @lru_cache(maxsize=1)
 def piece_classes() -> dict[str, PieceClass]:
@@ -115,11 +93,6 @@ def with_class(given: Any) -> Any:
     return given if own is None or math.isnan(own.beta_m) else {**given, "modelling_dispersion": own.beta_m}
 
 
-def class_attribute(name: str | None) -> dict[str, str]:
-    """Return the attribute of results that tells the tests of a class; none where no class is named."""
-    return {} if name is None else {TESTS: piece_classes()[name].sentence}
-
-
-def class_notes(name: str | None) -> list[str]:
-    """Return what is known of a class, as notes; none where no class is named."""
-    return [] if name is None else [piece_classes()[name].sentence]
+def class_notes(name: str | None) -> list[Fact]:
+    """Return what is known of a class; nothing where no class is named."""
+    return [] if name is None else [Fact("validity.tests", names=(name,), more=piece_classes()[name]._asdict())]

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
 from ...fragility.curves.curve import LEAST
@@ -31,7 +32,6 @@ from ..text.curve_notes import (
     LEFT_OUT,
     SETTLED,
     UNDER,
-    LevelEnd,
     family_notes,
     rate_notes,
     verb_of,
@@ -143,18 +143,15 @@ class Risk:
 
     def notes(
         self, rates: xr.Dataset, curves: xr.Dataset, highest: xr.DataArray | float, study: Mapping[str, Any]
-    ) -> list[str]:
-        """Notes on rates that come from shaking beyond the hazard curve or beyond the runs of a study, in sentences."""
-        ends = {"ida": ("the first level", "the last level"), "stripes": ("the lowest stripe", "the highest stripe")}
-        both = next(
-            (words for key, words in ends.items() if key in study), ("the weakest motion", "the strongest motion")
-        )
+    ) -> list[Fact]:
+        """Return notes on rates that come from shaking beyond the hazard curve or beyond the runs of a study."""
         run = levels_run(curves)[0], float(np.max(highest))
-        first, last = (LevelEnd(end, other_levels(study, k > 0, run)) for k, end in enumerate(both))
+        ends = next((end for key, end in (("ida", "level"), ("stripes", "stripe")) if key in study), "motion")
+        cures = other_levels(study, False, run), other_levels(study, True, run)
         said = [] if self.along is None else family_notes(curves, self.along)
         settled = _at_level(without_replicates(curves), highest)
         known = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
-        return said + rate_notes(rates, settled, known, last, first, self.hazard.of_formula)
+        return said + rate_notes(rates, settled, known, cures, ends, self.hazard.of_formula)
 
     def beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """Return the largest share of each rate outside the hazard curve, or above `highest` unless known there."""

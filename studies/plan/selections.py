@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
-from ...core.wording import counted
 from ...motions.intensity.dataset import measure_named
 from ...motions.selection.select import ALWAYS
 
@@ -73,37 +73,19 @@ def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
     return [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(names))]
 
 
-UNSELECTED = (
-    "motions of the stripes are as they are given: whether they agree with the hazard at their levels is not checked "
-    "([stripes.select] chooses those that do)"
-)
-"""What is to be said of stripes whose motions are not selected."""
-
-
-def selection_notes(found: xr.Dataset) -> list[str]:
-    """Return what is to be said of a study's selections: how well they agree, and what was not asked to."""
-    given = found[STRIPE].attrs["long_name"]
+def selection_notes(found: xr.Dataset) -> list[Fact]:
+    """Return what is to be said of a study's selections: how well they agree, and what was not asked of them."""
+    given = str(found[STRIPE].attrs["long_name"])
     n = found.sizes[STRIPE]
-    good = int(found[PREFIX + "consistent"].sum())
-    said = [
-        f"motions of {counted(n, 'stripe')} are selected to agree with the hazard given {given}: medians within 10 % "
-        f"and scatter within 0.8 to 1.25 of the target's in {good} of {n}"
-    ]
+    said = [Fact("selection.agreement", int(found[PREFIX + "consistent"].sum()), names=(given,), more={"stripes": n})]
     bias = found[PREFIX + "bias"]
     free = [name for name in ALWAYS if bool(np.isnan(bias.sel({MEASURE: name})).all()) and name != given]
     if free:
-        names = " and ".join({"pgv": "PGV", "d5_95": "duration"}[name] for name in free)
-        said.append(
-            f"the target says nothing of {names}: blocks overturn by velocity and duration, which the selected motions "
-            "may have more or less of than the hazard does"
-        )
+        said.append(Fact("selection.target_silent", names=tuple(free)))
     share = float(found[PREFIX + "shared"].max()) if n > 1 else 0.0
     if share > 0.0:
-        said.append(
-            f"neighbouring stripes share up to {100.0 * share:.0f} % of their motions; intervals count a motion once"
-        )
+        said.append(Fact("selection.shared_motions", share))
     bounded = int(found[PREFIX + "factors_at_a_bound"].sum())
     if bounded:
-        verb = "is" if bounded == 1 else "are"
-        said.append(f"{counted(bounded, 'motion')} of the stripes {verb} scaled by a factor at its bound")
+        said.append(Fact("selection.factors_bounded", bounded))
     return said

@@ -12,9 +12,10 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.doubts import first_names, noted
+from ...core.doubts import noted
+from ...core.facts import Fact, doubted
 from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
-from ...core.wording import two_digit_percent, years_text
+from ...core.wording import years_text
 from ...fragility import Slip, fit_fragility, overturning_probability, probability_in, reached, slide_runs
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.curve import LEAST, MOST
@@ -54,16 +55,6 @@ DISTANCES = tuple(DAMAGE)
 LARGE = 0.1
 """Chance of a friction just above b/h from which on a block is named."""
 ENDS = ("", "_lower", "_upper")
-TRIP_NOTE = (
-    "trips over obstacles are decided by a criterion, not simulated: a block trips where the velocity of its slide at "
-    "the obstacle is enough to lift its mass centre over the foot that is stopped; the shaking after that is left out"
-)
-IN_PLANE = (
-    "both horizontal components shake: slips are distances in the plane of the floor, and falls over an edge are those "
-    "of the slip along the width; the probability of overturning with sliding leaves out only a friction below b/h of "
-    "the width, with which a block slides to every side"
-)
-"""Note on blocks that slide in the plane of the floor."""
 
 
 @dataclass(frozen=True)
@@ -321,49 +312,36 @@ def of_near(plane: bool) -> str:
 
 def slide_notes(
     found: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
-) -> list[str]:
-    """Return what limits the results on sliding, one sentence each."""
+) -> list[Fact]:
+    """Return what limits the results on sliding."""
     on = np.isin(np.arange(len(motions)), found.attrs.get(SLIDES_ON, []))
-    said = [one.sentence for one in end_doubts(on, motions)]
+    said = doubted(doubt.sentence for doubt in end_doubts(on, motions))
     if TRIP in found:
-        said.append(TRIP_NOTE)
+        said.append(Fact("sliding.trip_criterion"))
     if plane and any(map(is_free, blocks)):
-        said.append(IN_PLANE)
-    held = [block.label for block in blocks if not is_free(block)]
-    if held:
-        said.append(f"sliding is not evaluated for {first_names(held)}: walls, restraints, offsets and leans change it")
+        said.append(Fact("sliding.in_plane"))
     near = [str(one) for one, chance in zip(found["block"].values, found[NEAR].values, strict=True) if chance > LARGE]
-    if near:
-        chance = two_digit_percent(float(np.nanmax(found[NEAR].values)))
-        where = " of either axis" if plane else ""
-        said.append(
-            f"the friction of {first_names(near)} lies between b/h and 1.3 b/h{where} with a chance of up to {chance}: "
-            "a rocking block then slides at its impacts, too, which changed up to 28 % of the outcomes where both were "
-            "integrated"
-        )
-    squat = [block.label for block in blocks if is_free(block) and block.h < SQUAT_RATIO * block.b]
-    if squat:
-        said.append(
-            f"{first_names(squat)}: the mass centre is less than two half widths high; such a block slides while it "
-            "rocks, so that neither answer decides"
-        )
+    chance = float(np.fmax.reduce(found[NEAR].values, initial=0.0))
+    for what, value, named in (
+        ("sliding.held", math.nan, [block.label for block in blocks if not is_free(block)]),
+        ("sliding.friction_near_uplift", chance, near),
+        (
+            "sliding.squat",
+            math.nan,
+            [block.label for block in blocks if is_free(block) and block.h < SQUAT_RATIO * block.b],
+        ),
+    ):
+        if named:
+            said.append(Fact(what, value, names=tuple(named), more={"plane": plane}))
     return said
 
 
-def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[str]:
+def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[Fact]:
     """Return why falls over the edges of blocks are not evaluated, or nothing; `known`: whether there is friction."""
-    near = [block.label for block in blocks if block.edge is not None]
-    if not near:
-        return []
-    if not known:
-        why = "without [friction] a study does not know whether a block slides"
-    elif not has_levels(results):
-        why = "the motions of a cloud have no levels"
-    elif state != OVERTURNED:
-        why = 'they are evaluated with fit.state = "overturned" alone'
-    else:
-        return []
-    return [f"falls over the edge are not evaluated for {first_names(near)}: {why}"]
+    near = tuple(block.label for block in blocks if block.edge is not None)
+    cloud, one_way = not has_levels(results), state != OVERTURNED
+    why = "friction" if not known else "cloud" if cloud else "state" if one_way else ""
+    return [Fact("sliding.edge_unknown", names=near, more={"why": why})] if near and why else []
 
 
 def is_free(block: Block) -> bool:
@@ -402,11 +380,6 @@ def _said(text: str) -> dict[str, str]:
     return {"units": DIMENSIONLESS, "long_name": text}
 
 
-def exact_friction_notes(labels: Sequence[str]) -> list[str]:
+def exact_friction_notes(labels: Sequence[str]) -> list[Fact]:
     """Return the note on blocks whose coefficient of friction has no dispersion, or nothing."""
-    if not labels:
-        return []
-    return [
-        f"the coefficient of friction of {first_names(labels)} is taken as known exactly, because no dispersion is "
-        "given: whether such a piece slides is then certain, which it is not on a real floor"
-    ]
+    return [Fact("friction.exact", names=tuple(labels))] if labels else []

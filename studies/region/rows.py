@@ -7,8 +7,10 @@ import json
 import numpy as np
 import xarray as xr
 
+from ...core.facts import Fact
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.analyses.surface_results import POOLED
+from ..plan.form_free import OF_THE_MEAN
 from ..text.block_order import HALF
 from ..text.precision import measure_notes
 from ..text.words import reference_law
@@ -24,24 +26,19 @@ def is_pooled(results: xr.Dataset) -> bool:
     return str(results.attrs.get("design")) == POOLED
 
 
-def pooled_notes(results: xr.Dataset) -> list[str]:
+def pooled_notes(results: xr.Dataset) -> list[Fact]:
     """Return the notes on a region: what was not reached, surfaces cut or unlike their checks, and joint falls."""
-    several = results.sizes["model"] > 1
     said = []
     for j in range(results.sizes["model"]):
         one = results.isel(model=j)
         cut = "cut_places" in one and bool(one["cut_places"].notnull().all())
         if cut or str(one["stopped_because"].item()) != REACHED or float(one["lack_of_fit"]) > 0.0:
-            law = f"{one['model'].item()}: " if several else ""
-            said.append(f"{law}{one['account'].item()}")
+            said.append(Fact("adaptive.account", names=(str(one["model"].item()), str(one["account"].item()))))
     said += measure_notes(results)
     if "fallen_mean" not in results:
-        said.append(
-            "blocks that are alike fall in the same earthquakes: how many fall at once does not follow from their "
-            "curves, but from a sample of them under common motions ([events])"
-        )
+        said.append(Fact("region.joint_falls"))
     if "rate" in results and str(json.loads(str(results.attrs["hazard"])).get("weights", "")):
-        said.append("rates are at the mean hazard curve; their intervals do not hold the spread of its realisations")
+        said.append(OF_THE_MEAN)
     return said
 
 

@@ -14,15 +14,16 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
+from ...core.facts import GOOD
 from ...core.writing import write_bytes
 from .. import show
 from ..facts import building, curves, sensitivity
 from ..facts.bars import bars_of
 from ..facts.checks import REMARKS, badge, checks_of
-from ..facts.fact import GOOD
 from ..facts.footnotes import footnotes
 from ..facts.method import inputs_of, method_of, study_of
-from ..facts.say import environment as templates, remedy, say, value_of
+from ..facts.notes import left_notes
+from ..facts.say import environment as templates, notes_said, remedy, say, value_of
 from ..file.report import ReportTable
 from ..store.content import check_content
 from ..tables.inputs import provenance
@@ -51,8 +52,6 @@ MANY_COLUMNS = 8
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
-HOLDS = "intervals of (annual rates|totals) held the true"
-"""In the notes that a footnote says."""
 MOST_WORDS = 60
 """Most words of the answer; the others follow in the appendix."""
 EXPLAINED = (
@@ -109,11 +108,9 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
     within, checks = within_levels(results), checks_of(results, state)
     titles = value_of("titles", "checks")
-    # (the check of inputs says doubts, and a footnote how often intervals hold)
-    lines = str(results.attrs.get("notes", "")).splitlines()
-    doubts = [str(sentence) for _, sentence, _ in json.loads(str(results.attrs.get("doubts", "[]")))]
     bad = [check for check in checks if check.word != GOOD]
     labels = value_of("titles", "method")
+    method, below = [*method_of(results)], [*footnotes(within)]
     of_building = "item" in results.dims
     subject = building if of_building else sensitivity if "value" in results.dims else curves
     facts = list(subject.answer(within))
@@ -129,18 +126,18 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "badge": badge(checks),
         "verdict": say(badge(checks), "checks"),
         "lead": _page_tables(results, LEAD),
-        "footnotes": [say(fact, "page") for fact in footnotes(within)],
+        "footnotes": [say(fact, "page") for fact in below],
         "details": [*more, *(say(fact, "page") for fact in (building.details(within) if of_building else ()))],
         "after": next((fact for fact in facts if fact.what == "anchoring.after" and math.isfinite(fact.value)), None),
         "hints": show.hints(results),
         "tables": _page_tables(results, TABLES),
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in inputs_of(results)],
         "input_tables": _page_tables(results, INPUTS),
-        "method": [say(fact, "method") for fact in method_of(results)],
+        "method": [say(fact, "method") for fact in method],
         "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
         "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
         "remarks": [say(check, "checks") for check in checks if check.what in REMARKS and check.word == GOOD],
-        "notes": [line for line in lines if line and line not in doubts and not re.search(HOLDS, line)],
+        "notes": notes_said(left_notes(results, (*bad, *method, *below))),
     }
     return {
         **page,

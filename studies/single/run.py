@@ -14,10 +14,11 @@ import xarray as xr
 
 from ... import motions as shaking
 from ...core.doubts import noted
+from ...core.facts import Fact, doubted
 from ...core.units import ACCELERATION, STANDARD_GRAVITY
 from ...core.writing import whole_file, write_bytes
 from ...fragility import ida
-from ...fragility.validity.notes import block_notes, not_modelled
+from ...fragility.validity.notes import block_facts
 from ...fragility.validity.plausibility import level_doubts, stated_restitution_doubts
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
@@ -39,6 +40,7 @@ from ...models.sides import sides, surroundings
 from ...motions.arrays import filter_doubts, records
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
+from ..facts.say import notes_said
 from ..text.encoding import json_text
 from ..text.error import writing
 from ..text.histories import last_balance
@@ -255,8 +257,8 @@ class Simulation:
         return {name: value for name, value in found.items() if math.isfinite(value)}
 
     @property
-    def notes(self) -> list[str]:
-        """The reservations that a user should know before trusting the run, one sentence each."""
+    def facts(self) -> list[Fact]:
+        """The reservations that a user should know before trusting the run."""
         doubts = [
             *stated_restitution_doubts([self.model]),
             *record_doubts(records(self.motion)),
@@ -264,28 +266,25 @@ class Simulation:
         ]
         doubts += matching_doubts([self.motion])
         doubts += level_doubts(np.array([self.pga]), ACCELERATION) if self.factor != 1.0 else []
-        found = [*block_notes([self.block]), *(one.sentence for one in doubts)]
+        found = [*block_facts([self.block]), *doubted(doubt.sentence for doubt in doubts)]
         if self.screened is not None:
             verdict = int(self.screened["verdict"].max())
-            held = [reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT]
-            for reason in held:
+            for reason in (reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT):
                 if reason is UNDECIDED:
-                    found.append(
-                        "undecided: a millionth more or less of the motion or of e decides whether it overturns; one "
-                        "motion tells little here, `toppling run` counts many"
-                    )
+                    found.append(Fact("single.undecided"))
                 elif reason is SCALED_FAR:
-                    low, high = FACTORS
-                    found.append(
-                        f"the motion is scaled by {self.factor:.3g}: less than {low:g} or more than {high:g} times a "
-                        "record is no such earthquake any more"
-                    )
+                    found.append(Fact("single.scaled_far", self.factor, *FACTORS))
                 elif reason is ELASTIC_MODE:
-                    found.append(f"{reason.text}: at rest the block resonates, and uplifts where a rigid one would not")
+                    found.append(Fact("single.elastic_mode", names=(reason.text,)))
                 else:
-                    more = ": very few floors provide the friction that it needs to rock" if reason in _SLIDING else ""
-                    found.append(f"{reason.text}{more}")
-        return [*found, not_modelled()]
+                    found.append(Fact("single.outside", names=(reason.text,), more={"slides": reason in _SLIDING}))
+        more = {"vertical": False, "slides": False}
+        return [*found, Fact("validity.not_modelled", more=more)]
+
+    @property
+    def notes(self) -> list[str]:
+        """The reservations that a user should know before trusting the run, as sentences."""
+        return notes_said(self.facts)
 
     @property
     def _block_text(self) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import xarray as xr
 
-from ...core.doubts import first_names
-from ...core.wording import listed_name, two_digit_percent
+from ...core.aliases import Array
+from ...core.facts import Fact
+from ...core.wording import listed_name
 from ...fragility.runs.axes import AXIS
 from ...motions.arrays import HORIZONTAL
 from ...motions.intensity.directions import PAIR_MEASURES
@@ -16,40 +18,31 @@ from .words import measure_name
 MOST_NAMED = 8
 
 
-def axis_notes(results: xr.Dataset) -> list[str]:
-    """Return a sentence on the share of each block's falls that are along its depth; none of other runs."""
+def axis_notes(results: xr.Dataset) -> list[Fact]:
+    """Return the note on the share of each block's falls that are along its depth; none of other runs."""
     if AXIS not in results:
         return []
     over = [dim for dim in results[AXIS].dims if dim != "block"]
-    fell, deep = ((results[AXIS] >= least).sum(over).values.tolist() for least in (1, 2))
-    labels = [str(one) for one in results["block"].values]
-    shares = [
-        f"{listed_name(label)} {two_digit_percent(part / whole)}"
-        for label, whole, part in zip(labels, fell, deep, strict=True)
-        if whole
-    ]
-    if not shares:
-        return []
-    more = f" and {len(shares) - MOST_NAMED:,} more" if len(shares) > MOST_NAMED else ""
-    return [f"share of the falls that are along the depth: {', '.join(shares[:MOST_NAMED])}{more}"]
+    fell, deep = ((results[AXIS] >= least).sum(over).values.astype(float) for least in (1, 2))
+    with np.errstate(invalid="ignore"):
+        return depth_notes(results["block"].values, deep / fell)
 
 
-def held_notes(labels: Sequence[str]) -> list[str]:
-    """Return a sentence on what walls, restraints, offsets and leans do along the depth of pieces; none of no piece."""
-    if not labels:
-        return []
-    return [
-        f"{first_names(labels)}: a wall, a restraint, an offset of the mass or a lean acts in the direction of the "
-        "width; along the depth a piece is run as if it stood free, and what holds it there is left out"
-    ]
+def depth_notes(labels: Array, shares: Array) -> list[Fact]:
+    """Return the note on shares of falls along the depth, NaN without falls; none without any."""
+    fell = np.isfinite(shares)
+    more = {"shares": shares[fell][:MOST_NAMED].tolist(), "others": max(0, int(fell.sum()) - MOST_NAMED)}
+    named = tuple(listed_name(str(label)) for label in labels[fell][:MOST_NAMED])
+    return [Fact("axis.share_along_depth", names=named, more=more)] if named else []
 
 
-def component_notes(component: str | None, im: str) -> list[str]:
-    """Return a sentence where recordings are scaled by one of their components, and rates are computed from that."""
+def held_notes(labels: Sequence[str]) -> list[Fact]:
+    """Return the note on walls, restraints, offsets and leans along the depth of pieces; none of no piece."""
+    return [Fact("axis.held_free", names=tuple(labels))] if labels else []
+
+
+def component_notes(component: str | None, im: str) -> list[Fact]:
+    """Return the note on recordings that are scaled by one of their components, from which rates are computed."""
     if component not in HORIZONTAL or im.partition("(")[0] in PAIR_MEASURES:
         return []
-    name = measure_name(im)
-    return [
-        f"the levels are of {name} of the component that shakes, while hazard curves as a rule are of RotD50 of both: "
-        f"levels of RotD50({name}) take the differences between components into account"
-    ]
+    return [Fact("motion.one_component", names=(measure_name(im),))]

@@ -1,17 +1,18 @@
-"""Notes on fitted curves and their rates that a reader needs before relying on them, in sentences."""
+"""Notes on fitted curves and their rates that a reader needs before relying on them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Flags
-from ...core.wording import given_percent, listed_name, whole_percent
+from ...core.facts import Fact
+from ...core.wording import given_percent, listed_name
 from ...fragility.fitting.states import OVERTURNED, SEPARATED, state_name
 from ...fragility.runs.provenance import number_of_motions
 from .words import axis_of, floor_name, level_text
@@ -35,8 +36,6 @@ SETTLED = 0.95
 """Probability from which a curve has little left to rise."""
 ALIKE = 1e-6
 """Relative difference below which sizes are the same."""
-LARGE = 100.0
-"""Ratio above which no number is given."""
 MEASURED = 0.95  # the confidence of the intervals whose coverage is measured
 FAR_APART, MANY_MOTIONS = 1.5, 100
 """Dispersions between levels, and motions, from which on intervals between levels hold less than they say."""
@@ -89,111 +88,69 @@ def action_of(verb: str, name: str) -> str:
     return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
 
 
-def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
-    """Notes on curves of few `runs` that `reached` the state, and on levels of half with wide intervals."""
+def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[Fact]:
+    """Return notes on curves of few `runs` that `reached` the state, and on levels of half with wide intervals."""
     status = curves["status"]
     reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
     found = []
-    did, stayed = reached_of(state), f"did not {infinitive_of(verb_of(state))}"
-    for few, number, what, cure in (
-        (reached, reached, did, "higher levels"),
-        (runs - reached, runs - reached, stayed, "lower levels"),
-    ):
+    for what, few in (("curve.few_reached", reached), ("curve.few_stayed", runs - reached)):
         here = (few.values < FEWEST) & (runs.values > 0)
         if here.any():
-            of = [f"{int(a)} of {int(b)}" for a, b in zip(*_first(here, number.values, runs.values), strict=True)]
-            rest = "it rests" if here.sum() == 1 else "they rest"
-            found.append(
-                f"fewer than {FEWEST} runs {what} for {_how_many(here)} ({_listed(status, here, of)}): {rest} on them; "
-                f"take more motions or {cure}"
-            )
+            counts = [[int(count), int(of)] for count, of in zip(*_first(here, few.values, runs.values), strict=True)]
+            found.append(_of_curves(what, status, here, values=counts, fewest=FEWEST, state=state))
     apart = status.values == SEPARATED
     if apart.any():
-        found.append(
-            f"data are separated for {_how_many(apart)} ({_listed(status, apart)}): no two levels have both runs that "
-            f"{did} and runs that did not, so the dispersion is a guess (penalised likelihood); take more motions or "
-            "closer levels"
-        )
+        found.append(_of_curves("curve.separated", status, apart, state=state))
     if "half_level_lower" in curves:
         lower, upper = (curves[f"half_level_{end}"].transpose(*status.dims).values for end in ("lower", "upper"))
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = upper / lower
         wide = np.isfinite(curves["half_level"].transpose(*status.dims).values) & (ratio > WIDEST)
         if wide.any():
-            of = [f"{one:.1f}" if one < LARGE else f"more than {LARGE:g}" for one in _first(wide, ratio)[0]]
-            found.append(
-                f"the interval of the level at which half {did} is wider than a factor of {WIDEST:g} for "
-                f"{_how_many(wide)} ({_listed(status, wide, of)}): take more motions"
-            )
+            ratios = _first(wide, ratio)[0].tolist()
+            found.append(_of_curves("curve.wide_interval", status, wide, values=ratios, widest=WIDEST, state=state))
     return found
 
 
-def misfit_notes(curves: xr.Dataset, state: str) -> list[str]:
-    """Notes on curves whose median or 10 % level lies outside the interval of the level at which that share fell."""
-    rest = 'rates and exports are those of the fitted curve; compare with form = "isotonic", which follows any runs'
+def misfit_notes(curves: xr.Dataset, state: str) -> list[Fact]:
+    """Return notes on curves whose median or 10 % level is outside the interval of that level of the runs."""
+    dims = curves["status"].dims
     return [
-        note
-        for name, level, share in (("misfit", "median", "half"), ("misfit_low", "level of 10 %", "a tenth"))
-        for note in _misses(
-            curves[name].transpose(*curves["status"].dims),
-            f"{level} is not where {share} of them {reached_of(state)}; {rest}",
-        )
+        *_misses("curve.misfit", curves["misfit"].transpose(*dims), state=state),
+        *_misses("curve.misfit_low", curves["misfit_low"].transpose(*dims), state=state),
     ]
 
 
-def _misses(off: xr.DataArray, what: str) -> list[str]:
-    """Say of which curves something is off, relative to the runs; 0 where nothing is."""
+def _misses(what: str, off: xr.DataArray, **more: Any) -> list[Fact]:
+    """Return of which curves something is off, relative to the runs; 0 where nothing is."""
     here = off.values != 0.0
-    if not here.any():
-        return []
-    of = [
-        f"{100.0 * one:+.1f} %" if math.isfinite(one) else "the runs have none" for one in _first(here, off.values)[0]
-    ]
-    verb, their = ("misses its", "its") if int(here.sum()) == 1 else ("miss their", "their")
-    return [f"{_how_many(here)} ({_listed(off, here, of)}) {verb} runs: {their} {what}"]
+    return [_of_curves(what, off, here, values=_first(here, off.values)[0].tolist(), **more)] if here.any() else []
 
 
-def spacing_notes(curves: xr.Dataset) -> list[str]:
-    """Return one sentence on curves that were fitted to first overturnings, none on other curves."""
+def spacing_notes(curves: xr.Dataset) -> list[Fact]:
+    """Return the note on curves that were fitted to first overturnings, none on other curves."""
     if "level_shift" not in curves:
         return []
     shifts = curves["level_shift"].values.ravel()
     known = np.expm1(shifts[np.isfinite(shifts)])
-    text = "the curves are of first overturnings, which closer levels find earlier, without an end"
-    spacing = float(curves.attrs.get("level_spacing", math.nan))
-    if math.isfinite(spacing):
-        text += f": levels are up to {whole_percent(spacing)} apart"
-    if known.size:
-        low, high = (whole_percent(float(end)) for end in (known.min(), known.max()))
-        much = low if low == high else f"{low} to {high}"
-        text += f", and with every other level first overturnings come {much} later"
-    return [text]
+    low, high = (float(known.min()), float(known.max())) if known.size else (math.nan, math.nan)
+    return [Fact("curve.first_overturnings", float(curves.attrs.get("level_spacing", math.nan)), low, high)]
 
 
-def modelling_note(dispersion: float, where: str) -> str:
-    """Return what the rates hold of modelling uncertainty, in a sentence."""
+def modelling_note(dispersion: float, where: str) -> Fact:
+    """Return what rates contain of modelling uncertainty."""
     if dispersion == 0.0:
-        return (
-            "rates hold no modelling uncertainty (modelling_dispersion = 0; FEMA P-58 combines two parts of 0.1 to "
-            "0.4 each)"
-        )
-    if where == "mean":
-        return f"rates hold a modelling uncertainty of β_m = {dispersion:g}, in the mean"
-    return (
-        f"fractiles of the rate hold a modelling uncertainty of β_m = {dispersion:g}; rates of single branches do not"
-    )
+        return Fact("uncertainty.modelling_none")
+    return Fact("rate.modelling_included", dispersion, more={"yearly": True, "spread": where != "mean"})
 
 
-SLIPS_WITHOUT_BRANCHES = "chances and rates of slips are of the study's own motions and hazard, not over its branches"
-"""What is to be said of a study with branches whose pieces may slide."""
+SLIPS_WITHOUT_BRANCHES = Fact("sliding.without_branches")
+"""Fact of a study with branches whose pieces may slide."""
 
 
-def level_modelling_note(dispersion: float) -> str:
-    """Return what chances at given levels hold of modelling uncertainty, in a sentence."""
-    return (
-        f"chances and numbers at a level hold a modelling uncertainty of β_m = {dispersion:g}, from runs at levels up "
-        f"to {math.exp(3.0 * dispersion):.2g} times lower and higher; the ranking of what anchoring saves does not"
-    )
+def level_modelling_note(dispersion: float) -> Fact:
+    """Return what chances at given levels contain of modelling uncertainty."""
+    return Fact("chance.modelling_included", dispersion, upper=math.exp(3.0 * dispersion))
 
 
 def branches_beyond(results: xr.Dataset) -> str:
@@ -211,26 +168,17 @@ def branches_beyond(results: xr.Dataset) -> str:
     )
 
 
-def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[str]:
-    """Return what is to be known of branches whose rates come from shaking beyond hazard curves or levels.
+def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[Fact]:
+    """Return the note on branches whose rates come from shaking beyond hazard curves or levels.
 
     `beyond` is the share of each branch's rate (its largest over blocks) from such shaking.
     """
-    many = [share for share in beyond if share > NOTABLE]
+    many = sum(share > NOTABLE for share in beyond)
     if not many:
         return []
     worst = max(range(len(names)), key=lambda i: beyond[i])
-    return [
-        f"in {len(many)} of {len(names)} branches part of a rate comes from shaking beyond the hazard curve or above "
-        f"the highest runs, up to {whole_percent(beyond[worst])} ({names[worst]})"
-    ]
-
-
-class LevelEnd(NamedTuple):
-    """The lowest or the highest shaking that was run: its name (the last level), and advice (raise ida.levels.to)."""
-
-    name: str
-    cure: str
+    more = {"branches": many, "of": len(names)}
+    return [Fact("rate.branches_beyond", float(beyond[worst]), names=(names[worst],), more=more)]
 
 
 def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -265,73 +213,48 @@ def rate_notes(
     rates: xr.Dataset,
     settled: xr.DataArray,
     hazard_ends: tuple[float, float],
-    highest: LevelEnd,
-    lowest: LevelEnd | None = None,
+    cures: tuple[str, str],
+    run: str = "level",
     of_formula: bool = False,
-) -> list[str]:
-    """Notes on rates from beyond the hazard curve or the levels; `settled`: probabilities at the highest level."""
-    beyond = rates[BEYOND]
+) -> list[Fact]:
+    """Return notes on rates from beyond the hazard curve or the runs.
+
+    settled: probabilities at the strongest shaking run; cures: what reaches weaker and stronger shaking; run: what the
+    runs end with: a level, a stripe or a motion.
+    """
     found = []
-    under = [] if lowest is None else [(rates[UNDER], rates[UNDER].values > NOTABLE, _unknown_at("below", lowest))]
-    for share, here, where in (
-        *(
-            (
-                rates[f"rate_share_{side}"],
-                rates[f"rate_share_{side}"].values > NOTABLE,
-                beyond_hazard(side, end, of_formula),
-            )
-            for side, end in zip(
-                ("below", "above"), (level_text(one, rates["bin"]) for one in hazard_ends), strict=True
-            )
-        ),
-        (
-            beyond,
-            (beyond.values > NOTABLE) & (settled.transpose(*beyond.dims).values < SETTLED),
-            _unknown_at("above", highest),
-        ),
-        *under,
-    ):
-        if here.any():
-            shown = np.where(here, share.values, 0.0)
-            worst = tuple(int(i) for i in np.unravel_index(int(shown.argmax()), shown.shape))
-            more = int(here.sum()) - 1
-            least = given_percent(NOTABLE)
-            others = f" (and more than {least} of {more} other{'s' if more > 1 else ''})" if more else ""
-            found.append(
-                f"{whole_percent(shown[worst])} of the annual rate of {_name(share, worst)}{others} comes from shaking "
-                f"{where}"
-            )
+    for side, end in zip(("below", "above"), hazard_ends, strict=True):
+        share = rates[f"rate_share_{side}"]
+        more = {"side": side, "end": level_text(end, rates["bin"]), "formula": of_formula}
+        found += _comes("rate.beyond_hazard", share, share.values > NOTABLE, more)
+    above = rates[BEYOND]
+    unsettled = (above.values > NOTABLE) & (settled.transpose(*above.dims).values < SETTLED)
+    found += _comes("rate.extrapolated", above, unsettled, {"side": "above", "run": run, "cure": cures[1]})
+    if UNDER in rates:
+        more = {"side": "below", "run": run, "cure": cures[0]}
+        found += _comes("rate.extrapolated", rates[UNDER], rates[UNDER].values > NOTABLE, more)
     if "rate_lower" in rates:
         lower, upper = rates["rate_lower"].values, rates["rate_upper"].values
         alike = np.isfinite(upper) & (lower == upper)
         if alike.any():
-            found.append(
-                f"the interval of the annual rate has no width for {_how_many(alike)} "
-                f"({_listed(rates['rate'], alike)}): however motions are drawn from these the curve is the same, and "
-                "where it rises between two levels is not known; take closer levels and more motions"
-            )
+            found.append(_of_curves("rate.no_width", rates["rate"], alike))
     if "rate_misfit" in rates:
-        found += _misses(rates["rate_misfit"], "annual rate is not that of the runs; its interval contains both")
+        found += _misses("rate.misfit", rates["rate_misfit"])
     return found
 
 
-def _unknown_at(side: str, end: LevelEnd) -> str:
-    return f"{side} {end.name}, where the curve is not known: {end.cure}"
+def _comes(what: str, share: xr.DataArray, here: Flags, more: Mapping[str, Any]) -> list[Fact]:
+    """Return the note on the largest share of a rate that comes from somewhere, with the number of other rates."""
+    if not here.any():
+        return []
+    shown = np.where(here, share.values, 0.0)
+    worst = tuple(int(i) for i in np.unravel_index(int(shown.argmax()), shown.shape))
+    others = {"others": int(here.sum()) - 1, "notable": NOTABLE}
+    return [Fact(what, float(shown[worst]), names=(_name(share, worst),), more={**more, **others})]
 
 
-def beyond_hazard(side: str, end: str, of_formula: bool = False) -> str:
-    """Return the words on shaking beyond an end of a hazard curve, with the advice; `end`: that level as text."""
-    if of_formula:
-        return f"{side} {end}, where the formula of the hazard is extrapolated: give points of a hazard curve"
-    which, other = {"below": ("first", "lower"), "above": ("last", "higher")}[side]
-    return (
-        f"{side} the hazard curve's {which} level ({end}), where only its {which} slope is known: give the curve at "
-        f"{other} levels"
-    )
-
-
-def family_notes(curves: xr.Dataset, along: str) -> list[str]:
-    """A note for blocks that differ in more than the size that is solved for: one sentence, or none.
+def family_notes(curves: xr.Dataset, along: str) -> list[Fact]:
+    """Return the note on blocks that differ in more than the size that is solved for, or none.
 
     The blocks of a family with one free size share another size: all slendernesses of one R, all widths of one height.
     """
@@ -339,11 +262,7 @@ def family_notes(curves: xr.Dataset, along: str) -> list[str]:
     values = [np.asarray(curves[name].values, dtype=float) for name in others]
     if not others or any(np.ptp(one) <= ALIKE * abs(one).max() for one in values):
         return []
-    return [
-        f"the size that is looked for is of blocks that differ in {along}, {', '.join(others[:-1])}"
-        f"{' and ' if len(others) > 1 else ''}{others[-1]}: a number for them is of no block in particular; take a "
-        "family with one free size, such as widths of one height"
-    ]
+    return [Fact("size.of_no_block", names=(along, *others))]
 
 
 def infinitive_of(verb: str) -> str:
@@ -352,21 +271,14 @@ def infinitive_of(verb: str) -> str:
     return f"{first.removesuffix('es' if first == 'reaches' else 's')} {rest}".strip()
 
 
-def _how_many(here: Flags) -> str:
-    return f"{int(here.sum()):,} of {here.size:,} curves" if here.size > 1 else "the curve"
-
-
-def _listed(like: xr.DataArray, here: Flags, said: list[str] | None = None) -> str:
-    """The names of the first curves where `here` is True, each with its text in `said`."""
-    every = np.argwhere(here)
-    names = [_name(like, tuple(int(i) for i in at)) for at in every[:MOST_NAMED]]
-    words = names if said is None else [f"{name}: {one}" for name, one in zip(names, said, strict=True)]
-    more = len(every) - MOST_NAMED
-    return "; ".join(words) + (f"; and {more:,} more" if more > 0 else "")
+def _of_curves(what: str, like: xr.DataArray, here: Flags, **more: Any) -> Fact:
+    """Return a fact of the curves where `here` is True: their number, and the names of the first."""
+    names = (_name(like, tuple(int(i) for i in at)) for at in np.argwhere(here)[:MOST_NAMED])
+    return Fact(what, int(here.sum()), names=tuple(names), more={"of": here.size, **more})
 
 
 def _first(here: Flags, *values: NDArray[Any]) -> list[NDArray[Any]]:
-    """The values of the curves that `_listed` names."""
+    """Return the values of the curves that are named."""
     return [one[here][:MOST_NAMED] for one in values]
 
 

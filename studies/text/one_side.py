@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import xarray as xr
 
-from ...core.doubts import first_of
+from ...core.facts import Fact
 from ...core.wording import listed_name
 from ...fragility.fitting.fit import default_form
 from ...fragility.fitting.states import DIRECTIONS, FRONT, UPLIFTED, State, state_name
@@ -41,43 +41,27 @@ def _listed(blocks: Iterable[Block]) -> str:
     return ", ".join(names[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
-def one_side_notes(blocks: Iterable[Block], state: State, form: str) -> list[str]:
-    """Return notes on falls to one side of blocks that may fall to the other side, too."""
-    if state not in DIRECTIONS:
-        return []
+def one_side_notes(blocks: Iterable[Block], state: State, form: str) -> list[Fact]:
+    """Return the note on falls to one side of blocks that may fall to the other side, too."""
     blocks = list(blocks)
-    either = _listed(block for block in blocks if _falls_both_ways(block, str(state)))
+    either = [block.label for block in blocks if state in DIRECTIONS and _falls_both_ways(block, str(state))]
     if not either:
         return []
-    both = forced_to_1(blocks, state, form)
-    if not both:
-        return [
-            f"{either}: it may fall to the other side instead, and such falls are not counted here; state = "
-            '"overturned" counts falls to either side'
-        ]
-    return [
-        f"{both}: it may fall to the other side instead, so the probability of {state_name(state)} need "
-        'not rise to 1 as the fitted curve does: take fit.form = "isotonic", or state = "overturned"'
-    ]
+    what = "curve.forced" if forced_to_1(blocks, state, form) else "curve.one_side"
+    return [Fact(what, names=tuple(either), more={"state": state_name(state), "form": form})]
 
 
-def uplift_notes(blocks: Iterable[Block], models: Iterable[Law], state: State, form: str) -> list[str]:
-    """Return a note on laws whose blocks are oscillators at rest, where the curves are of uplift."""
+def uplift_notes(blocks: Iterable[Block], models: Iterable[Law], state: State, form: str) -> list[Fact]:
+    """Return the note on laws whose blocks are oscillators at rest, where the curves are of uplift."""
     if state != UPLIFTED and form != "uplift-lognormal":
         return []
     blocks = list(blocks)
-    elastic = [
+    elastic = tuple(
         law.label
         for law in models
         if getattr(law, "rest", "elastic") == "elastic" and any(law.zone_edge(block) > 0.0 for block in blocks)
-    ]
-    if not elastic:
-        return []
-    return [
-        f"{first_of(elastic)}: at rest the block vibrates in its elastic zone, so that it uplifts in weaker shaking "
-        "than a rigid block on a rigid floor (whose uplift takes g tan alpha): for uplift take a law without "
-        'that, such as housner, or rest = "rigid"'
-    ]
+    )
+    return [Fact("law.uplifts_early", names=elastic)] if elastic else []
 
 
 def _falls_both_ways(block: Block, state: str) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Index
+from ...core.facts import Fact
 from ...fragility.adaptive.stopping import REACHED
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
 from ...fragility.surfaces.gain import Gain, gain_words
@@ -121,24 +122,24 @@ def missed_curves(results: xr.Dataset) -> tuple[list[str], int]:
     return results["account"].values[stops.values.astype(str) != REACHED].tolist(), stops.size
 
 
-def precision_notes(runs: xr.Dataset, slip: float | None = None) -> list[str]:
+def precision_notes(runs: xr.Dataset, slip: float | None = None) -> list[Fact]:
     """Return a note for each curve (of slips of `slip` m) whose precision was missed, or whose form is far off."""
     target, allowed = asked_of(runs)
     room = 0.5 * allowed if target in (MEDIAN, RATE) else math.inf
     of = "" if slip is None else slip_words(slip)
-    said = []
+    found = []
     for name, one in curves_of(runs):
         missed = is_missed(str(one["stopped_because"].item()), float(one["half_width"]), allowed)
         off = abs(float(one["misfit"])) >= room
         # (what the rate of a curve of falls misses has a note of its own, however little it is)
         apart = slip is not None and target == RATE and float(one["rate_misfit"]) != 0.0
         if missed or off or apart:
-            said.append(f"{name}{of}: {one['account'].item()}")
-    return said
+            found.append(Fact("adaptive.account", names=(f"{name}{of}", str(one["account"].item()))))
+    return found
 
 
-def measure_notes(runs: xr.Dataset) -> list[str]:
-    """Return a note on better measures for the curve that took the most motions, which all curves share."""
+def measure_notes(runs: xr.Dataset) -> list[Fact]:
+    """Return the note on better measures for the curve that took the most motions, which all curves share."""
     if MEDIAN not in json.loads(str(runs.attrs["until"])):
         return []
     motions = runs["motions_run"]
@@ -146,4 +147,4 @@ def measure_notes(runs: xr.Dataset) -> list[str]:
     slowest = runs.isel(dict(zip(motions.dims, where, strict=True)))
     table = np.stack([slowest[f"measure_gain{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
     found = gain_words(slowest["other_measure"].values.tolist(), [Gain(*row) for row in table.tolist()])
-    return [f"{found}; a rate then needs a hazard curve of that measure"] if found else []
+    return [Fact("adaptive.other_measure", names=(found,))] if found else []

@@ -11,6 +11,7 @@ from flips import undecided_outcomes
 import toppling as tp
 from toppling import fragility, motions
 from toppling.fragility.runs import axes
+from toppling.fragility.validity.notes import block_facts, screen_facts
 
 LEVELS = [2.0, 4.0, 7.0]
 FACTORS = [0.7, 1.4, 2.5]
@@ -109,7 +110,7 @@ class TestPlanar:
         assert runs["azimuth"].dims == ("motion",)
         assert "the larger of both axes" in runs["peak_rotation"].attrs["long_name"]
         assert "along the width" in runs["pga"].attrs["long_name"]
-        assert any("about both axes" in note for note in fragility.notes(runs))
+        assert "axis.screen_of_width" in {fact.what for fact in screen_facts(runs)}
         with pytest.raises(ValueError, match="is of one axis"):
             fragility.overturning_probability(runs, state=0.5)
         assert fragility.overturning_probability(runs, state="uplifted" if "uplifted" in runs else "overturned")
@@ -157,10 +158,12 @@ class TestBlocks:
         vase = tp.Block(0.12, 0.5, name="vase", round=True)
         assert vase.depth == 0.12
         runs = tp.ida(vase, LAWS, motions.both_axes(pairs), LEVELS, IM)
-        for said in (fragility.notes(runs), fragility.block_notes([vase])):
-            assert any("possibly unconservative, wobbling not modelled" in note for note in said)
         planar = tp.ida(vase, LAWS, motions.as_recorded(pairs), LEVELS, IM)
-        assert any("wobbling not modelled" in note for note in fragility.notes(planar))
+        for facts in (screen_facts(runs), block_facts([vase]), screen_facts(planar)):
+            (fact,) = (fact for fact in facts if fact.what == "block.round")
+            assert fact.names == ("vase",)
+        for said in (fragility.notes(runs), fragility.block_notes([vase]), fragility.notes(planar)):
+            assert any("can overturn it in weaker shaking" in note for note in said)
 
     def test_blocks_of_the_catalogue_have_their_breadth_as_depth(self):
         for name, block in tp.catalogue.items():

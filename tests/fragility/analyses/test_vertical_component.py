@@ -8,9 +8,11 @@ import xarray as xr
 
 import toppling as tp
 from toppling import motions
+from toppling.core.facts import Fact
 from toppling.core.units import STANDARD_GRAVITY as G
-from toppling.fragility import notes, screen
+from toppling.fragility import screen
 from toppling.fragility.fitting.states import reached
+from toppling.fragility.validity.notes import screen_facts, sentences_of
 from toppling.models.runs import OUTPUTS, run_many, trace
 
 BLOCK = tp.Block(0.4, 1.6, name="shelf")
@@ -84,12 +86,17 @@ def test_runs_in_which_the_floor_falls_away(lifted):
 
 def test_the_notes_say_so(pair, lifted):
     shaking = motions.as_recorded(pair, "h1", vertical=True)
-    said = notes(screen(lifted, shaking))
-    assert any("the floor falls faster than g" in one and "count as overturned" in one for one in said)
-    assert "the vertical components of the motions shake, too, scaled as the horizontal ones" in said
-    assert said[-1] == "sliding and bouncing are not modelled"
+    facts = screen_facts(screen(lifted, shaking))
+    found = {fact.what: fact for fact in facts}
+    assert found["motion.airborne"].value == pytest.approx(lifted["airborne"].values.mean())
+    assert "count as overturned" in sentences_of([found["motion.airborne"]])[0]
+    assert "motion.vertical" in found
+    assert facts[-1] == Fact("validity.not_modelled", more={"vertical": True, "slides": False})
     without = motions.as_recorded(pair, "h1")
-    assert notes(screen(run(without), without))[-1] == "vertical shaking, sliding and bouncing are not modelled"
+    facts = screen_facts(screen(run(without), without))
+    assert not {"motion.airborne", "motion.vertical"} & {fact.what for fact in facts}
+    assert facts[-1] == Fact("validity.not_modelled", more={"vertical": False, "slides": False})
+    assert sentences_of(facts[-1:]) == ["Not modelled: vertical shaking, bouncing, and sliding."]
 
 
 def test_flags_alone_are_the_same(pair, lifted):

@@ -11,7 +11,7 @@ from check_facts import check as check_of
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
-from toppling.studies.facts.fact import INVALID
+from toppling.core.facts import INVALID
 
 LEVELS = np.geomspace(1.0, 20.0, 6)
 SLENDER, LAW = tp.Block(0.4, 1.8, name="shelf"), tp.HousnerImpact()

@@ -8,7 +8,7 @@ from toppling.fragility.curves.probability import overturning_probability
 from toppling.fragility.fitting.states import reached
 from toppling.fragility.runs.provenance import SCENE, blocks_of
 from toppling.fragility.uncertainty.realisation import block_with
-from toppling.fragility.validity.scenes import scene_notes
+from toppling.fragility.validity.scenes import scene_facts
 
 FREE = tp.Block(0.3, 1.8, name="free")
 TOUCHING = tp.Block(0.3, 1.8, name="touching", wall=tp.Wall())
@@ -27,23 +27,22 @@ def runs():
 
 class TestNotes:
     def test_a_free_block_has_none(self):
-        assert scene_notes([FREE]) == []
+        assert scene_facts([FREE]) == []
 
     def test_each_effect_names_its_blocks(self):
-        found = scene_notes([FREE, TOUCHING, KIT, HEAVY_FRONT])
-        told = {text.partition(":")[2].strip()[:22]: text.partition(":")[0] for text in found}
-        assert told["the base is assumed no"] == "kit"
-        assert told["the wall is assumed to"] == "touching"  # (0.5 % of 1.8 m is 9 mm, less than a third of 100 mm)
-        assert told["the restraint is assum"] == "kit"
-        assert told["sliding is checked as "] == "touching, kit, books in front"
+        found = {fact.what: fact.names for fact in scene_facts([FREE, TOUCHING, KIT, HEAVY_FRONT])}
+        assert found["wall.base_no_slip"] == ("kit",)
+        assert found["wall.pushes"] == ("touching",)  # (0.5 % of 1.8 m is 9 mm, less than a third of 100 mm)
+        assert found["restraint.elastic"] == ("kit",)
+        assert found["sliding.checked_freestanding"] == ("touching", "kit", "books in front")
 
     def test_stiff_low_and_without_a_wall(self):
         stiff = tp.Block(0.3, 1.8, name="stiff", mass=100.0, restraint=tp.Restraint.bracket(1.75, 500.0))
         rail = tp.Block(0.3, 1.8, name="rail", wall=tp.Wall(0.1, height=1.0))
-        found = scene_notes([stiff, rail])
-        assert any(one.startswith("stiff: the taut restraint has a natural frequency above 12 Hz") for one in found)
-        assert any(one.startswith("stiff: the restraint is fixed to something") for one in found)
-        assert any(one.startswith("rail: the contact with the wall is so low") for one in found)
+        found = {fact.what: fact for fact in scene_facts([stiff, rail])}
+        assert (found["restraint.stiff"].names, found["restraint.stiff"].value) == (("stiff",), 12.0)
+        assert found["restraint.no_wall"].names == ("stiff",)
+        assert found["wall.low_contact"].names == ("rail",)
 
 
 class TestFalls:

@@ -12,11 +12,13 @@ from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
+from toppling.core.facts import facts_in
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, wilson_interval
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from toppling.fragility.runs import plan
 from toppling.fragility.validity import undecided as perturbed
+from toppling.fragility.validity.notes import screen_facts
 from toppling.fragility.validity.reasons import REASONS
 from toppling.models.friction import (
     FixedFriction,
@@ -381,7 +383,8 @@ class TestDesigns:
             assert result.verdict.dims == ("block", "model", "motion")
             np.testing.assert_array_equal(result.verdict, expected.verdict.isel(level=1))
             assert (result.scale_factor == 1.0).all()
-            assert "under 5 of 5 motions" in " ".join(notes(result))
+            (fact,) = (fact for fact in screen_facts(result) if fact.what == "stability.undecided")
+            assert (fact.more["perturbed"], fact.more["motions"]) == (5, 5)
 
     def test_stripes_say_what_the_incremental_analysis_says(self):
         shakes, others = noise(5), noise(4, seed=9)
@@ -576,29 +579,21 @@ class TestErrors:
 class TestNotes:
     def test_one_sentence_for_each_reason(self, found):
         runs, shakes, result = found
-        sentences = notes(result)
-        assert len(sentences) == 8
-        for text, sentence in zip(
-            (
-                "squat: its centre of mass is 1.6 half widths high; below 2",
-                "slide before or at uplift: they need a coefficient of friction of up to",
-                "slide while they rock: they need a coefficient of friction of up to 0.67",
-                "slide when they come down: they need a coefficient of friction of up to 1.67 (slender under housner",
-                "elastic mode (",
-                "scaled by less than 0.2 or more than 5 (",
-                "with 3 motions a probability of 1/2 is known only to ±0.37 (95 %); 39 motions give ±0.15",
-                "vertical shaking",
-            ),
-            sentences,
-            strict=True,
-        ):
-            assert text in sentence
-        assert notes(result) == sentences
-        bare = notes(screen(runs, shakes))
-        assert any(
-            "no coefficient of friction is given: blocks slide where it is below 0.20 to 0.62" in s for s in bare
-        )
-        assert any("1.67, which very few floors provide" in s for s in bare)
+        facts = screen_facts(result)
+        names = [fact.what for fact in facts]
+        assert names == [
+            *("block.squat", "sliding.share", "sliding.share", "sliding.share", "law.elastic_mode"),
+            *("motion.scaled_far", "validity.few_motions", "validity.not_modelled"),
+        ]
+        assert [fact.more["when"] for fact in facts[1:4]] == ["uplift", "rocking", "impact"]
+        assert [fact.upper for fact in facts[2:4]] == pytest.approx([0.67, 1.67], abs=0.005)
+        assert facts[0].names == ("squat",)
+        assert facts[6].value == pytest.approx(0.37, abs=0.005)
+        assert len(notes(result)) == len(facts)
+        bare = {fact.what: fact for fact in screen_facts(screen(runs, shakes))}
+        given = bare["friction.not_given"]
+        assert (given.lower, given.upper) == pytest.approx((0.20, 0.62), abs=0.006)
+        assert not bare["sliding.share"].more["given"]
 
     def test_scale_factors_that_are_not_known(self, found):
         """Motions without an amplitude of their own have no factor: the range is that of the others."""
@@ -607,22 +602,22 @@ class TestNotes:
         factors["scale_factor"] = xr.full_like(result["scale_factor"], 7.0)
         factors["scale_factor"][0] = np.nan
         factors["scale_factor"][-1] = 0.12
-        assert any(text.endswith("or more than 5 (from 0.12 to 7.0 in all)") for text in notes(factors))
-        factors["scale_factor"][:] = np.nan
-        assert any(text.endswith("scaled by less than 0.2 or more than 5") for text in notes(factors))
+        for least, most in ((0.12, 7.0), (None, None)):
+            (scaled,) = (fact for fact in screen_facts(factors) if fact.what == "motion.scaled_far")
+            assert scaled.more == {"least": least, "most": most}
+            factors["scale_factor"][:] = np.nan
 
     def test_undecided_flags(self, found):
         runs, shakes, _ = found
-        text = next(one for one in notes(screen(runs, shakes, undecided=True)) if "undecided" in one)
-        assert text == (
-            "a change of one millionth in the motion or the restitution reverses none of the 54 outcomes tested, "
-            "under 3 of 3 motions: at most 6.6 % of all outcomes are undecided (95 %)"
-        )
+        facts = screen_facts(screen(runs, shakes, undecided=True))
+        (fact,) = (fact for fact in facts if fact.what == "stability.undecided")
+        assert (fact.more["flipped"], fact.more["tested"], fact.more["perturbed"]) == (0, 54, 3)
+        assert fact.upper == pytest.approx(0.066, abs=0.001)
 
     def test_of_blocks_alone(self):
         assert block_notes([BLOCKS[0]]) == []
         wide = block_notes([tp.Block(40.0, 60.0, name="house")])
-        assert "house: its centre of mass is 1.5 half widths high" in wide[0]
+        assert "house: the mass centre is 1.5 half widths high" in wide[0]
         assert (
             wide[1]
             == "the block has sides above 20 m (house: 40 m × 60 m, or 0.4 m × 0.6 m with both divided by 100?): "
@@ -667,7 +662,8 @@ class TestStudy:
         xr.testing.assert_equal(result[[*direct.data_vars]].drop_vars([*{*result.coords} - {*direct.coords}]), direct)
         assert notes(result) == notes(direct)
         # (what is to be said of the curves stands before it)
-        assert result.attrs["notes"].splitlines()[-len(notes(direct)) :] == notes(direct)
+        facts = screen_facts(direct)
+        assert facts_in(result.attrs["notes"])[-len(facts) :] == facts
         assert int(result.perturbed.sum()) == 1
         assert study.perturbed_runs == 2 * (2 + 1) * 4
         assert counts[-1] == (study.runs + study.perturbed_runs,) * 2
@@ -718,7 +714,7 @@ class TestStudy:
         for _ in range(2):  # computed, and read again
             assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--verbose"]) == 0
             printed = capsys.readouterr().out
-            assert printed.count("note: crate: its centre of mass is 1.6 half widths high") == 1
-            assert "note: no coefficient of friction is given" in printed
-            assert "note: with 12 motions a probability of 1/2 is known only to ±0.25" in printed
+            assert printed.count("crate: the mass centre is 1.6 half widths high") == 1
+            assert "The study gives no coefficient of friction." in printed
+            assert "12 motions give a probability of 1/2 within ±0.25" in printed
             assert "are undecided" in printed

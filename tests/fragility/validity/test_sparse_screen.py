@@ -9,6 +9,7 @@ from flips import undecided_outcomes
 
 import toppling as tp
 from toppling.fragility import notes, screen
+from toppling.fragility.validity.notes import screen_facts
 from toppling.fragility.validity.reasons import AIRBORNE, REASONS, SLIDES_AT_UPLIFT, UNDECIDED
 from toppling.fragility.validity.sparse_screen import Shaken
 from toppling.models.friction import LognormalFriction
@@ -200,22 +201,24 @@ def test_floors_that_fall_faster_than_the_block_are_a_reason():
     assert 0 < airborne.sum() < airborne.size
     np.testing.assert_array_equal(found["verdict"].values & AIRBORNE.bit > 0, airborne)
     assert json.loads(found.attrs["screen"])["vertical"]
-    assert any("the floor falls faster than g" in one for one in notes(found))
+    assert "motion.airborne" in {fact.what for fact in screen_facts(found)}
 
 
 def test_notes_are_of_the_selection_and_leave_out_the_search(found, screened):
     uplift = screened["outside"].sel(reason=SLIDES_AT_UPLIFT.name)
-    share = 100.0 * float(uplift.mean())
-    (said,) = (one for one in notes(screened) if "slide before or at uplift" in one)
+    facts = screen_facts(screened)
+    (said,) = (fact for fact in facts if fact.what == "sliding.share" and fact.more["when"] == "uplift")
     near = screened["wave"].values > 0
     need = float(screened["friction_uplift_demand"].values[near].max())
-    assert said.startswith(f"{share:.2g} % of the runs slide before")
-    assert f"up to {need:.2f}" in said
+    assert said.value == pytest.approx(float(uplift.mean()), rel=1e-12)
+    assert said.upper == need
     assert need < float(screened["friction_uplift_demand"].max())
     flipped, tested = int((screened["verdict"].values & UNDECIDED.bit > 0).sum()), screened.sizes["run"]
     assert int(screened["undecided_tested"].sum()) == tested
-    assert any(f"reverses {flipped} of the {tested:,} outcomes tested" in one for one in notes(screened))
+    (reversals,) = (fact for fact in facts if fact.what == "stability.undecided")
+    assert (reversals.more["flipped"], reversals.more["tested"]) == (flipped, tested)
     for part in (found.isel(block=[0]), screened.isel(block=[0]), screen(found.isel(block=[0]), SHAKES)):
+        assert "block.squat" not in {fact.what for fact in screen_facts(part)}
         assert not any("squat" in one or "()" in one for one in notes(part))
 
 
@@ -235,7 +238,7 @@ def test_a_curve_without_a_tested_run_has_no_share(found):
     assert (tested[run == few] == 0).all()
     assert (tested[run == many] > 0).all()
     np.testing.assert_array_equal(np.isnan(part["undecided"].values), tested == 0)
-    assert any("outcomes tested" in one for one in notes(part))
+    assert [fact.more["tested"] for fact in screen_facts(part) if fact.what == "stability.undecided"] == [tested.sum()]
 
 
 def test_blocks_and_laws_in_another_order_keep_their_shares(found):

@@ -257,12 +257,14 @@ class TestInAYear:
         low = assess(INVENTORY, LAW, shaking(6), [0.01, 0.02], "pga", FRAME, replace_curve(levels=[0.001, 1.0]))
         assert (low.annual_number == 0.0).all()
         assert low.annual_number_lower.isnull().all()
-        assert "nothing overturned under any motion: annual values have no intervals" in notes(low)
+        assert "building.no_fall" in {fact.what for fact in notes(low)}
 
     def test_levels_that_begin_too_high_are_noted(self):
         high = assess(INVENTORY, LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE)
         assert (high.annual_number_below.sel(place="building") > 0.0).all()
-        assert any("come from below the first level, where it is a guess" in one for one in notes(high))
+        (fact,) = (fact for fact in notes(high) if fact.what == "rate.share_below_levels")
+        share = high.annual_number_below.sel(place="building") / high.annual_number.sel(place="building")
+        assert fact.more["shares"][0] == [pytest.approx(share.max().item(), rel=1e-12), "overturnings"]
 
 
 def replace_curve(**changes):

@@ -10,8 +10,10 @@ from scipy.stats import norm
 
 import toppling as tp
 from toppling import motions
+from toppling.core.facts import Fact
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve
+from toppling.fragility.runs.axes import WEAK_RATIO
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.law import PlaneSlider
@@ -24,6 +26,7 @@ from toppling.studies.buildings.axes import axes_notes, placed_on_axes
 from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.buildings.slide_runs import Slipping
 from toppling.studies.buildings.sliding import item_slide_notes
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
 from toppling.studies.kits.savings import Shake, kit_savings
@@ -47,6 +50,11 @@ LINES = (
     Contents("shelf", SHELF, floor=2, count=3, direction="y"),
 )
 HAZARD = HazardCurve.from_points([0.5, 1.5, 3.0, 6.0], [3e-2, 4e-3, 8e-4, 6e-5], im="RotD50(pga)", units="m s-2")
+
+
+def named(facts):
+    """The names in each fact, by what it is."""
+    return {fact.what: fact.names for fact in facts}
 
 
 def of_component(name):
@@ -158,8 +166,7 @@ def test_both_polarities(found):
     np.testing.assert_array_equal(both["overturned"].values[0, 2], alone["overturned"].values[0, 0] | deep)
     placed = placed_on_axes(Inventory(rows), Shaking.of(FRAME, TURNED, None), [LAW])
     assert [row.both_axes for row in placed.rows] == [True, True, True]
-    said = "walled: a wall, a restraint, an offset of the mass or a lean acts in the direction of the width"
-    assert any(said in one for one in axes_notes(placed, placed, BOTH_AXES))
+    assert named(axes_notes(placed, placed, BOTH_AXES))["axis.held_free"] == ("walled",)
 
 
 def test_a_soft_bed_is_run_about_its_width():
@@ -168,7 +175,7 @@ def test_a_soft_bed_is_run_about_its_width():
         Inventory((*LINES, soft)), Shaking.of(FRAME, TURNED, None), [tp.HousnerImpact(geometry="linear")]
     )
     assert [row.both_axes for row in placed.rows] == [True, True, False]
-    assert any("soft: run about the width alone" in one for one in axes_notes(placed, placed, BOTH_AXES))
+    assert named(axes_notes(placed, placed, BOTH_AXES))["axis.bed_along_width"] == ("soft",)
 
 
 class TestKits:
@@ -281,7 +288,7 @@ def test_the_weak_axis_alone():
     with pytest.raises(ValueError, match="im must be a measure of both components"):
         assess(Inventory((long,)), LAW, weak, LEVELS, "pga", FRAME)
     placed = placed_on_axes(Inventory((long,)), Shaking.of(FRAME, weak, None), [LAW])
-    assert "about its width alone" in axes_notes(placed, placed, WEAK_AXIS)[0]
+    assert axes_notes(placed, placed, WEAK_AXIS) == [Fact("axis.weak_axis", WEAK_RATIO)]
 
 
 def test_a_long_squat_piece_is_run_about_its_width():
@@ -290,9 +297,8 @@ def test_a_long_squat_piece_is_run_about_its_width():
     shaking = Shaking.of(None, TURNED, None)
     placed = placed_on_axes(Inventory((desk,)), shaking, [LAW])
     assert not placed.rows[0].both_axes
-    notes = axes_notes(placed, Inventory((desk,)), BOTH_AXES)
-    assert any("desk: run about the width alone, because the depth" in one for one in notes)
-    assert any("direction is not given of desk" in one for one in notes)
+    notes = named(axes_notes(placed, Inventory((desk,)), BOTH_AXES))
+    assert notes["axis.too_deep"] == notes["axis.direction_not_given"] == ("desk",)
     with pytest.raises(ValueError, match="'deep' in the direction of its depth"):
         placed_on_axes(Inventory((deep,)), shaking, [LAW])
     own = Contents("deep", deep.block, floor=0, e=0.5)
@@ -393,10 +399,12 @@ def test_a_study_is_the_assessment_in_python(tmp_path):
     own = assess(Inventory(rows), LAW, turned, LEVELS, "RotD50(pga)", FRAME)
     for name in ("overturned", "sideways"):
         np.testing.assert_array_equal(results[name].values, own[name].values)
-    notes = results.attrs["notes"]
-    for said in ("share of the falls that are along the depth: cabinet", "vase: possibly unconservative, wobbling not"):
-        assert notes.count(said) == 1
-    assert "direction is not given of vase" in notes
+    notes = notes_of(results)
+    (share,) = (fact for fact in notes if fact.what == "axis.share_along_depth")
+    assert share.names[0] == "cabinet"
+    assert share.more["shares"][0] == pytest.approx(float(results["sideways_share"].sel(item="cabinet")[0]))
+    assert [fact.names for fact in notes if fact.what == "block.round"] == [("vase",)]
+    assert named(notes)["axis.direction_not_given"] == ("vase",)
     assert json.loads(results.attrs["configuration"])["axes"] == BOTH_AXES
     assert results["azimuth"].attrs["long_name"].startswith("azimuth of the building's direction x")
     assert results["depth"].values.tolist() == [0.4, 0.28, 0.12]
@@ -488,9 +496,9 @@ class TestSliding:
         assert float(found["slides_instead"][0]) == pytest.approx(below[0], rel=1e-12)
         assert float(found["friction_near_uplift"][0]) == pytest.approx(below[3] - below[2] + below[1] - below[0])
         np.testing.assert_allclose(found["gated_probability"].values[0, 0], (1.0 - below[0]) * fell.mean(axis=1))
-        said = " ".join(item_slide_notes(found, rows))
-        assert "distances in the plane of the floor" in said
-        assert "of either axis" in said
+        said = {fact.what: fact for fact in item_slide_notes(found, rows)}
+        assert "sliding.in_plane" in said
+        assert said["sliding.friction_near_uplift"].more["plane"]
 
     @pytest.mark.slow
     def test_both_ways_front_and_back_change_places(self):

@@ -367,8 +367,8 @@ class TestPedestals:
         inventory = Inventory((replace(BASE, anchored=True), BUST), "EUR")
         results = found(*inventory.rows)
         assert (results["support_moves_probability"].values[1] == 0.0).all()
-        (said,) = [one for one in item_slide_notes(results, inventory) if "on pedestals are run" in one]
-        assert said.endswith(": of the falls of bust 0 % are in runs in which its pedestal slides or rocks itself")
+        (said,) = [one for one in item_slide_notes(results, inventory) if one.what == "support.pedestals_as_floor"]
+        assert (said.value, said.names, said.more) == (0.0, ("bust",), {"several": False})
 
     def test_nothing_slides_on_an_anchored_one_without_friction(self):
         base = replace(BASE, anchored=True, friction=None)

@@ -17,6 +17,7 @@ from toppling.studies.buildings import assessment
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, SlidingRuns
 from toppling.studies.buildings.sliding import item_slide_notes
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import InventoryError, read_inventory
 from toppling.studies.plan.slides import Slides
@@ -165,10 +166,7 @@ class TestWords:
         assert item_slides(level).texts("trips")[1] == "39\u00a0% (22–63)"
 
     def test_notes(self, results):
-        assert any(
-            "trips over obstacles are decided by a criterion" in one
-            for one in item_slide_notes(results, Inventory(ROWS))
-        )
+        assert "sliding.trip_criterion" in {fact.what for fact in item_slide_notes(results, Inventory(ROWS))}
 
 
 HEADER = "item,width_m,height_m,floor,contact,friction,trip_mm"
@@ -250,7 +248,7 @@ trip_mm = 40
         level = results.attrs["at_level"]
         assert trips["cabinet"] == pytest.approx(float(results["trip_probability"].sel(level=level)[1]))
         assert np.isnan(trips["cart"])
-        assert "trips over obstacles are decided by a criterion" in str(results.attrs["notes"])
+        assert "sliding.trip_criterion" in {fact.what for fact in notes_of(results)}
         pair = text.replace("number = 6", 'number = 6\ncomponent = "pair"').replace('"pga"', '"RotD50(pga)"')
         (tmp_path / "pair.toml").write_text(pair, encoding="utf-8")
         lines = (tmp_path / "pieces.csv").read_text(encoding="utf-8").splitlines()

@@ -11,7 +11,7 @@ import xarray as xr
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
-from toppling.fragility.validity.scenes import scene_notes
+from toppling.fragility.validity.scenes import scene_facts
 from toppling.studies import StudyError, read_inventory
 from toppling.studies.command import starters
 from toppling.studies.command.cli import main
@@ -79,7 +79,7 @@ class TestEach:
     def test_as_it_is_with_all_of_its_motions(self, kind, written):
         plan = tp.Study.from_toml(written / kind / "study.toml")
         # (the model of a wall and a kit has limits of its own)
-        assert plan.notes == (scene_notes(plan.blocks) if kind == "bookcase" else [])
+        assert plan.facts == (scene_facts(plan.blocks) if kind == "bookcase" else [])
         assert plan.work < 400_000  # runs: seconds
 
     def test_every_key_of_its_comments_exists(self, kind, written):

@@ -7,9 +7,10 @@ import pytest
 
 import toppling as tp
 from toppling.fragility import screen
-from toppling.fragility.validity.notes import notes
+from toppling.fragility.validity.notes import screen_facts
 from toppling.fragility.validity.reasons import REASONS
 from toppling.studies.command.cli import main
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.inventory.reading import read_inventory
 from toppling.studies.text.error import StudyError
@@ -106,8 +107,8 @@ class TestScreen:
         stiffness = tp.ViscousDamping(0.0).oscillator(tp.Block(0.4, 1.8, bed=tp.Bed(0.002))).regions[7].stiffness
         assert carpet == pytest.approx(math.sqrt(stiffness) / (2.0 * math.pi), rel=1e-12)
         assert floor != pytest.approx(carpet, rel=0.1)
-        (said,) = (note for note in notes(found) if "soft bed" in note)
-        assert f"({carpet:.2f} Hz) is that of the bed, and not of δ: it is physical" in said
+        (mode,) = (fact for fact in screen_facts(found) if fact.what == "support.soft")
+        assert (mode.lower, mode.upper, mode.more) == (carpet, carpet, {"bed": True})
 
     def test_runs_know_their_beds(self):
         runs = self.runs()
@@ -118,9 +119,8 @@ class TestScreen:
 
     def test_study_says_so(self, tmp_path):
         found = study(tmp_path, 'law = "discrete"\ne = 0.9\n', CARPET + FLOOR)
-        assert any("cabinet: the bed is elastic and without tension" in note for note in found.notes)
-        results = found.run()
-        assert any("is that of the bed" in note for note in notes(results))
+        assert "support.bed" in {fact.what for fact in found.facts}
+        assert {"support.bed", "support.soft"} <= {fact.what for fact in notes_of(found.run())}
 
 
 def test_inventory_study(tmp_path):

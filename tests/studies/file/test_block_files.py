@@ -20,7 +20,7 @@ from toppling.fragility.runs.plan import Chunk, Work
 from toppling.fragility.runs.provenance import factors_of, factors_under
 from toppling.fragility.runs.request import labelled_sequence
 from toppling.fragility.runs.scaling import scaling
-from toppling.fragility.validity.notes import block_notes
+from toppling.fragility.validity.notes import block_facts, block_notes
 from toppling.models.laws import oscillator_of
 from toppling.motions.arrays import records
 from toppling.studies import StudyError, show
@@ -402,11 +402,9 @@ class TestManyBlocks:
 
     def test_few_sentences_of_many_blocks(self):
         squat = [tp.Block(1.0, 1.0 + 0.01 * i, name=f"s{i}") for i in range(8)]
-        assert len(block_notes(squat)) == 8
-        assert block_notes([*squat, tp.Block(1.0, 1.2, name="more")]) == [
-            "9 blocks (s0, s1, s2 and 6 more) have their centre of mass 1.0 to 1.2 half widths high; below 2 they "
-            "slide or bounce rather than rock, which is not modelled"
-        ]
+        (fact,) = block_facts([*squat, tp.Block(1.0, 1.2, name="more")])
+        assert (fact.what, fact.lower, fact.upper) == ("block.squat", 1.0, pytest.approx(1.2))
+        assert fact.names == (*(f"s{i}" for i in range(8)), "more")
         huge = [tp.Block(10.0, 40.0, name=f"h{i}") for i in range(9)]
         (said,) = block_notes(huge)
         assert said.startswith(

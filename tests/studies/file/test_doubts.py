@@ -11,10 +11,11 @@ from shared_cases import SHARED, needs_shared
 import toppling as tp
 from toppling import motions as mo
 from toppling.core.doubts import ImplausibleInput
+from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN
 from toppling.motions.readers.directions import BY_ITSELF, ON_PURPOSE
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN
+from toppling.studies.facts.notes import notes_of
 
 DT = 0.01
 STUDY = """
@@ -56,8 +57,7 @@ class TestNotes:
         study = tp.Study.from_toml(write(tmp_path))
         assert "keeps an offset (shake: its mean is 13 % of its PGA)" in study.notes[0]
         results = study.run()
-        said = results.attrs["notes"].splitlines()
-        assert said[: len(study.notes)] == study.notes
+        assert notes_of(results)[: len(study.facts)] == study.facts
         check = looks(results)
         assert check.word == CARE
         assert check.names == ("offset", "drift", "displacement")

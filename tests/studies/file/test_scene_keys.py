@@ -73,7 +73,7 @@ class TestBlocks:
 
     def test_runs_to_the_front(self, tmp_path):
         found = study(tmp_path, SIZES + "wall_gap_mm = 0\n" + '[fit]\nstate = "front"\n')
-        assert any("the wall is assumed to move with the floor" in note for note in found.notes)
+        assert "wall.pushes" in {fact.what for fact in found.facts}
 
 
 class TestPlaced:

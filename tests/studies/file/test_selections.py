@@ -10,6 +10,7 @@ import pytest
 import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies.command.starters import write_starter
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.schema import read_study_file
 from toppling.studies.tables.fragility import hints
 from toppling.studies.text.reached import levels_run, other_levels
@@ -71,7 +72,8 @@ def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
     results = found.run()
     assert results["selection_consistent"].values.tolist() == [True]
     assert results.sizes["motion"] == 10
-    assert "in 1 of 1" in results.attrs["notes"]
+    (agreement,) = (fact for fact in notes_of(results) if fact.what == "selection.agreement")
+    assert (agreement.value, agreement.more["stripes"]) == (1, 1)
     # (a stripe above the highest is there: it was left out; below, another one helps)
     asked = json.loads(results.attrs["study"])
     assert other_levels(asked, True, levels_run(results)).startswith("select the stripes that were left out from more")

@@ -5,10 +5,11 @@ import pytest
 
 import toppling as tp
 from toppling.fragility import screen
-from toppling.fragility.validity.notes import notes
+from toppling.fragility.validity.notes import screen_facts
 from toppling.fragility.validity.reasons import REASONS
 from toppling.models import delta_from_frequency, delta_from_settlement
 from toppling.studies import StudyError
+from toppling.studies.facts.notes import notes_of
 
 STUDY = """
 title = "Feet"
@@ -84,7 +85,8 @@ class TestKeys:
     def test_note_of_the_study(self, tmp_path):
         """After its runs a study says that the mode is that of the support."""
         run = study(tmp_path, 'law = "discrete"\ne = 0.9\nsettlement_mm = 2\n').run()
-        assert any("is that of the soft support" in note for note in notes(run))
+        (mode,) = (fact for fact in notes_of(run) if fact.what == "support.soft")
+        assert mode.more == {"bed": False}
 
 
 class TestScreen:
@@ -108,5 +110,7 @@ class TestScreen:
         assert not (soft["verdict"].values & mode.bit).any()
         np.testing.assert_array_equal(soft["elastic_frequency"], elastic["elastic_frequency"])
         assert float(soft["elastic_frequency"].item()) == pytest.approx(2.0452763262, rel=5e-3)
-        assert any("(2.05 Hz) is that of the soft support" in note for note in notes(soft))
-        assert any("resonates, and uplifts where a rigid block would not" in note for note in notes(elastic))
+        found, resonates = ({fact.what: fact for fact in screen_facts(one)} for one in (soft, elastic))
+        assert found["support.soft"].lower == pytest.approx(2.0452763262, rel=5e-3)
+        assert "law.elastic_mode" not in found
+        assert resonates["law.elastic_mode"].value == 1.0

@@ -12,6 +12,7 @@ import xarray as xr
 from check_facts import check as check_of
 
 import toppling as tp
+from toppling.core.facts import CARE
 from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
@@ -20,7 +21,6 @@ from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
 from toppling.studies.facts.building import details
-from toppling.studies.facts.fact import CARE
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.tables.assessment import annual as annual_table, at_level
@@ -292,38 +292,34 @@ class TestEndsOfTheHazardCurve:
         found = found.assign(hazard_shares(found, curve))
         number, loss, downtime, injuries = (found[f"annual_{name}_share_above"].item() for name in QUANTITIES)
         assert min(loss, downtime) > 0.05 > max(number, injuries) > 0.0
-        (note,) = (one for one in hazard_notes(found, curve) if "the hazard curve's last level" in one)
-        said = f"{100 * loss:.0f} % of the annual loss and {100 * downtime:.0f} % of the annual downtime"
-        assert note.startswith(f"{said} come from shaking above the hazard curve's last level")
+        (note,) = (one for one in hazard_notes(found, curve) if one.what == "rate.share_beyond_hazard")
+        assert note.more["shares"] == [[loss, "loss"], [downtime, "downtime"]]
+        assert (note.more["side"], note.more["formula"]) == ("above", False)
         check = check_of(found, "hazard curve")
         assert (check.word, check.names) == (CARE, ("annual loss", LAW.label))
 
-    @pytest.mark.parametrize(
-        ("first", "side", "words"),
-        [
-            (0, "below", "come from below the first level, where it is a guess: add lower levels"),
-            (2, "above", "come from above the last level, as if nothing more fell there: add higher levels"),
-        ],
-    )
-    def test_notes_on_the_ends_of_the_levels(self, monkeypatch, first, side, words):
+    @pytest.mark.parametrize(("first", "side"), [(0, "below"), (2, "above")])
+    def test_notes_on_the_ends_of_the_levels(self, monkeypatch, first, side):
         """From some level on, half of the motions overturn everything."""
         flags = np.zeros((3, 3, 20))
         flags[:, first:, ::2] = 1.0
         found = shaken(monkeypatch, flags)
-        (note,) = (one for one in notes(found) if "annual" in one and side in one)
+        (note,) = (one for one in notes(found) if one.what == f"rate.share_{side}_levels")
         part = {one: (found[f"annual_{one}_{side}"] / found[f"annual_{one}"])[0, 0].item() for one in QUANTITIES}
-        number, loss, downtime, injuries = (f"{100 * part[name]:.0f} % of the annual" for name in QUANTITIES)
-        said = f"{number} overturnings, {loss} loss, {downtime} downtime and {injuries} injuries"
-        assert note == f"{said} {words}"
+        shares, words = zip(*note.more["shares"], strict=True)
+        assert words == ("overturnings", "loss", "downtime", "injuries")
+        assert shares == pytest.approx([*part.values()], rel=1e-12)
 
     def test_no_note_above_where_all_has_fallen(self, monkeypatch):
         flags = np.zeros((3, 3, 20))
         flags[:, 2] = 1.0
-        assert not [one for one in notes(shaken(monkeypatch, flags)) if "above the last level" in one]
+        above = "rate.share_above_levels"
+        assert not [one for one in notes(shaken(monkeypatch, flags)) if one.what == above]
         flags[1, 2, ::2] = 0.0  # half of the racks stand, and they injure nobody
-        (note,) = (one for one in notes(shaken(monkeypatch, flags)) if "above the last level" in one)
-        assert "downtime" in note
-        assert "injuries" not in note
+        (note,) = (one for one in notes(shaken(monkeypatch, flags)) if one.what == above)
+        words = {text for _, text in note.more["shares"]}
+        assert "downtime" in words
+        assert "injuries" not in words
 
 
 class TestDecisions:

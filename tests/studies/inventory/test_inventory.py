@@ -16,9 +16,11 @@ import pytest
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
+from toppling.core.facts import Fact
 from toppling.studies import StudyError
 from toppling.studies.buildings.notes import inventory_notes
 from toppling.studies.buildings.pieces import SAFETY
+from toppling.studies.facts.say import notes_said
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
 
@@ -910,7 +912,7 @@ class TestNotes:
     )
     def test_consequences_in_other_words(self, word, known):
         rows = (Contents("a", SHELF, 0, consequences=(word,)), Contents("b", SHELF, 0, consequences=("injury",)))
-        meant = f"the consequence {word!r} is not among the safety consequences: did you mean {known!r}?"
+        meant = Fact("consequence.misspelt", names=(word, known))
         assert inventory_notes(Inventory(rows), SAFETY, False) == [meant] * bool(known)
 
     @pytest.mark.parametrize(("value", "by"), [(100.0, "money"), (0.0, "its falls")])
@@ -918,7 +920,8 @@ class TestNotes:
         (note,) = inventory_notes(
             Inventory((Contents("a", SHELF, 0, value=value, consequences=("noise",)),)), SAFETY, False
         )
-        assert f"every piece is judged by {by}; performance.safety" in note
+        assert (note.what, note.names, note.more["value"]) == ("consequence.none_of_safety", ("noise",), value > 0.0)
+        assert f"Every piece is judged by {by};" in notes_said([note])[0]
 
 
 class TestContents:

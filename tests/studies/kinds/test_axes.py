@@ -7,7 +7,9 @@ import pytest
 
 import toppling as tp
 from toppling import fragility, motions
+from toppling.core.facts import Fact
 from toppling.models.friction import LognormalFriction
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.axes import axes
 from toppling.studies.tables.registry import REGISTRY
@@ -55,6 +57,10 @@ def study(tmp_path, *changes, more=""):
     return tp.Study.from_toml(tmp_path / "study.toml")
 
 
+def notes_named(found, what):
+    return [fact for fact in notes_of(found) if fact.what == what]
+
+
 def test_a_study_is_the_analysis_in_python(tmp_path):
     plan = study(tmp_path)
     assert "6 motions about both axes" in plan.words
@@ -67,9 +73,13 @@ def test_a_study_is_the_analysis_in_python(tmp_path):
     runs = tp.ida(blocks, tp.HousnerImpact(), shaken, levels, "RotD50(pga)")
     for name in ("overturned", "axis", "peak_rotation", "azimuth"):
         np.testing.assert_array_equal(found[name], runs[name])
-    notes = found.attrs["notes"]
-    for said in ("falls that are along the depth: square", "wobbling not modelled", "run about both axes"):
-        assert notes.count(said) == 1
+    (along,) = notes_named(found, "axis.share_along_depth")
+    assert along.names == ("square", "vase")
+    deep, fell = ((found["axis"] >= least).sum(["level", "motion", "model"]) for least in (2, 1))
+    assert along.more["shares"] == (deep / fell).values.tolist()
+    (wobbles,) = notes_named(found, "block.round")
+    assert wobbles.names == ("vase",)
+    assert notes_named(found, "axis.screen_of_width") == [Fact("axis.screen_of_width")]
 
 
 def test_the_table_of_axes(tmp_path):
@@ -145,7 +155,7 @@ def test_uncertain_blocks(tmp_path):
         options = {"samples": plan.samples, "seed": plan.seed}
         runs = tp.fragility.uncertain_ida(plan.inputs, block, LAWS, shaken, levels, "RotD50(pga)", **options)
         np.testing.assert_array_equal(found["overturned"].sel(block=block.label).values, runs["overturned"].values)
-    assert found.attrs["notes"].count("run about both axes") == 1
+    assert notes_named(found, "axis.screen_of_width") == [Fact("axis.screen_of_width")]
 
 
 BUILDINGS = """
@@ -216,7 +226,7 @@ def test_a_block_at_a_wall_stands_free_along_its_depth(tmp_path, uncertain):
     found = study(tmp_path, *changes, more=HELD).run().sel(block="shelf")
     if uncertain:
         assert 0.0 < found["overturned"].mean() < 1.0
-        assert found.attrs["notes"].count("shelf: a wall, a restraint, an offset of the mass or a lean acts") == 1
+        assert [fact.names for fact in notes_named(found, "axis.held_free")] == [("shelf",)]
         return
     assert found["ruptured"].any()
     assert (found["axis"] == 2).any()
@@ -237,7 +247,7 @@ def test_a_block_at_a_wall_stands_free_along_its_depth(tmp_path, uncertain):
                 at = {"level": level, "motion": ways * k + way}
                 assert bool(found["overturned"][0].isel(at)) == (bool(x.overturned) or bool(y.overturned))
                 assert bool(found["ruptured"][0].isel(at)) == bool(x.ruptured)
-    assert found.attrs["notes"].count("shelf: a wall, a restraint, an offset of the mass or a lean acts") == 1
+    assert [fact.names for fact in notes_named(found, "axis.held_free")] == [("shelf",)]
 
 
 FRICTION = """
@@ -274,8 +284,10 @@ def test_blocks_that_slide(tmp_path):
     assert float(found["friction_near_uplift"][0]) == pytest.approx(below[3] - below[0] - below[2] + below[1], rel=1e-9)
     gated = found["probability"].sel(block="square") * (1.0 - below[0])
     np.testing.assert_allclose(found["gated_probability"].sel(block="square"), gated, rtol=1e-12)
-    assert found.attrs["notes"].count("distances in the plane of the floor") == 1
-    assert "of either axis with a chance" in found.attrs["notes"]
+    assert len(notes_named(found, "sliding.in_plane")) == 1
+    (near,) = notes_named(found, "sliding.friction_near_uplift")
+    assert near.more["plane"]
+    assert near.value == float(found["friction_near_uplift"].max())
 
 
 @pytest.mark.parametrize(
@@ -305,5 +317,5 @@ def test_one_component_against_a_hazard_of_both(tmp_path):
 
     assert component_notes("h1", "RotD50(pga)") == []
     assert component_notes(None, "pga") == []
-    assert "levels of RotD50(PGA) take the differences" in component_notes("h1", "pga")[0]
-    assert component_notes("h1", "Sa(0.5)")[0].startswith("the levels are of Sa(0.5 s) of the component")
+    assert component_notes("h1", "pga") == [Fact("motion.one_component", names=("PGA",))]
+    assert component_notes("h1", "Sa(0.5)") == [Fact("motion.one_component", names=("Sa(0.5 s)",))]

@@ -8,6 +8,7 @@ import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
+from toppling.core.facts import Fact
 from toppling.fragility.runs.provenance import number_of_motions
 from toppling.motions.arrays import digest
 from toppling.studies.buildings.shaking import Shaking
@@ -15,6 +16,7 @@ from toppling.studies.comparison.inputs import motions_in_words
 from toppling.studies.comparison.pieces import Shaken, compare_pieces
 from toppling.studies.comparison.sides import same_motions, two_sides
 from toppling.studies.facts.method import inputs_of, method_of
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.plots.assessment import levels_figure
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.text.error import StudyError
@@ -126,11 +128,13 @@ class TestAsking:
             assert getattr(both, name) == pytest.approx(getattr(twice, name), rel=1e-12), name
 
     def test_notes(self, tmp_path):
-        assert any("every motion is run both ways" in note for note in study(tmp_path).notes)
-        said = [note for note in study(tmp_path, AS_RECORDED).notes if "as recorded only" in note]
-        assert len(said) == 1
-        assert said[0].startswith("case, strapped: a motion and its reverse differ")
-        assert not any("both ways" in note or "reverse" in note for note in study(tmp_path, inventory=ALIKE).notes)
+        def of_polarity(made):
+            return [fact for fact in made.facts if fact.what.startswith("motion.polarity")]
+
+        assert of_polarity(study(tmp_path)) == [Fact("motion.polarity_both")]
+        (said,) = of_polarity(study(tmp_path, AS_RECORDED))
+        assert (said.what, said.names) == ("motion.polarity_as_recorded", ("case", "strapped"))
+        assert not of_polarity(study(tmp_path, inventory=ALIKE))
 
     @pytest.mark.slow
     def test_another_polarity_is_another_study(self, tmp_path):
@@ -151,8 +155,10 @@ class TestResults:
             given = next(inputs_of(results))
             assert (given.value, given.more["both"]) == (9, True)
             assert "motion.polarity_both" in {fact.what for fact in method_of(results)}
-            assert "with 9 motions a probability of 1/2" in results.attrs["notes"]
-            assert "of 18 motions (9 and their reverses)" in results.attrs["notes"]
+            notes = {fact.what: fact.more for fact in notes_of(results)}
+            assert notes["validity.few_motions"]["motions"] == 9
+            undecided = notes["stability.undecided"]
+            assert (undecided["motions"], undecided["reversed"]) == (18, True)
             assert "9 motions both ways" in levels_figure(results).get_label()
 
     @pytest.mark.slow

@@ -10,6 +10,7 @@ from exchange_cases import read_table
 from study_texts import HAZARD, IDA
 
 import toppling as tp
+from toppling.core.facts import Fact
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import digest, records
 from toppling.studies import StudyError, show
@@ -18,6 +19,7 @@ from toppling.studies.command.forecast import forecast
 from toppling.studies.facts import building as of_building, curves
 from toppling.studies.facts.bars import bars_of
 from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.plots.branches import spread_figure
 from toppling.studies.report.page import write_report
@@ -52,6 +54,10 @@ ALL = (
     + branches("hazard", hazard=0.5, high=0.5)
 )
 FIT = "[fit]\nreplicates = 100\n"
+
+
+def of_modelling(found):
+    return [fact for fact in notes_of(found) if "modelling_" in fact.what]
 
 
 def study(folder, *parts):
@@ -112,16 +118,16 @@ class TestBranches:
         few = OTHER.replace("number = 12", "number = 2")
         weights = branches("motions", motions=0.6, other=0.4)
         found = study(tmp_path, BLOCK, LAWS, motions(1), few, IDA, HAZARD, FIT, weights).run()
-        said = [one for one in found.attrs["notes"].splitlines() if one.startswith("under the motions 'other': ")]
-        assert any("data are separated for 1 of 2 curves" in one for one in said)
+        said = [one for one in notes_of(found) if one.more.get("branch") == "other"]
+        (apart,) = (one for one in said if one.what == "curve.separated")
+        assert (apart.value, apart.more["of"]) == (1, 2)
 
     @pytest.mark.slow
     def test_slips_are_not_spread_and_that_is_said(self, found, tmp_path):
         weights = branches("motions", motions=0.6, other=0.4)
         parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, FIT, weights, "[friction]\nstatic = 0.3\n")
-        notes = study(tmp_path, *parts).run().attrs["notes"].splitlines()
-        assert SLIPS_WITHOUT_BRANCHES in notes
-        assert SLIPS_WITHOUT_BRANCHES not in found.attrs["notes"]
+        assert SLIPS_WITHOUT_BRANCHES in notes_of(study(tmp_path, *parts).run())
+        assert SLIPS_WITHOUT_BRANCHES not in notes_of(found)
 
     @pytest.mark.slow
     def test_the_report(self, found, tmp_path):
@@ -209,8 +215,9 @@ class TestModelling:
                 np.testing.assert_allclose(
                     one[f"half_level_modelling_{'lower' if sign > 0 else 'upper'}"], level, rtol=1e-12
                 )
-        assert "rates hold a modelling uncertainty of β_m = 0.4, in the mean" in found.attrs["notes"]
-        assert "rates hold no modelling uncertainty (modelling_dispersion = 0" in plain.attrs["notes"]
+        more = {"yearly": True, "spread": False}
+        assert of_modelling(found) == [Fact("rate.modelling_included", 0.4, more=more)]
+        assert of_modelling(plain) == [Fact("uncertainty.modelling_none")]
 
     @pytest.mark.slow
     def test_in_the_mean_of_branches(self, tmp_path):
@@ -335,8 +342,8 @@ class TestInventories:
         slides = "[friction]\nstatic = 0.3\n"
         weights = branches("motions", motions=0.6, other=0.4)
         parts = (LAWS, motions(1), OTHER, PERFORMANCE, HAZARD, weights, slides)
-        assert SLIPS_WITHOUT_BRANCHES in inventory_study(tmp_path, *parts).run().attrs["notes"].splitlines()
-        assert SLIPS_WITHOUT_BRANCHES not in building[0].attrs["notes"]
+        assert SLIPS_WITHOUT_BRANCHES in notes_of(inventory_study(tmp_path, *parts).run())
+        assert SLIPS_WITHOUT_BRANCHES not in notes_of(building[0])
 
     @pytest.mark.slow
     def test_what_a_reader_sees(self, building):
@@ -392,7 +399,7 @@ class TestInventories:
         weighted = found["branch_item_rate"] * found["branch_weight"]
         each = [factors[name == "high"] for name in found["branch_hazard"].values]
         np.testing.assert_allclose(spread["epistemic_item_rate"], (weighted * each).sum("branch"), rtol=1e-9)
-        assert "β_m = 0.4; rates of single branches do not" in spread.attrs["notes"]
+        assert of_modelling(spread) == [Fact("rate.modelling_included", 0.4, more={"yearly": True, "spread": True})]
         wider = spread["epistemic_item_rate_fractile"] / found["epistemic_item_rate_fractile"]
         assert (wider.isel(epistemic_fractile=0) < 1.0).all()
         assert (wider.isel(epistemic_fractile=-1) > 1.0).all()
@@ -410,7 +417,7 @@ class TestInventories:
         # (a wider curve: rare falls are more frequent, frequent ones rarer)
         few = found["probability"].mean(["model", "item"]) - without["probability"].mean(["model", "item"])
         assert few.values[0] >= 0.0 >= few.values[-1]
-        assert "chances and numbers at a level hold a modelling uncertainty of β_m = 0.4" in found.attrs["notes"]
+        assert of_modelling(found) == [Fact("chance.modelling_included", 0.4, upper=math.exp(1.2))]
 
     @pytest.mark.parametrize(
         ("parts", "message"),
@@ -445,7 +452,9 @@ class TestBeyond:
         beyond = found["branch_share_beyond"].values.reshape(-1)
         assert beyond[1] > 0.9
         assert beyond[0] < 0.2
-        assert "branches part of a rate comes from shaking beyond the hazard curve" in found.attrs["notes"]
+        (fact,) = (one for one in notes_of(found) if one.what == "rate.branches_beyond")
+        assert (fact.value, fact.more["branches"], fact.more["of"]) == (beyond[1], (beyond > 0.05).sum(), 2)
+        assert "short" in fact.names[0]
         assert "1 of 2 branches: more than 5 % of a rate is a guess" in branch_rates(found).note
 
     def test_of_an_inventory(self, tmp_path):
@@ -453,7 +462,9 @@ class TestBeyond:
         weights = branches("hazard", hazard=0.5, short=0.5)
         found = inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, HAZARD, short, weights).run()
         assert found["branch_share_beyond"].values[1] > 0.9
-        assert "1 of 2 branches part of a rate comes from shaking" in found.attrs["notes"]
+        (fact,) = (one for one in notes_of(found) if one.what == "rate.branches_beyond")
+        assert (fact.value, fact.more["branches"], fact.more["of"]) == (found["branch_share_beyond"].values[1], 1, 2)
+        assert "short" in fact.names[0]
 
     def test_fits_of_branches_are_counted(self, tmp_path):
         plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)

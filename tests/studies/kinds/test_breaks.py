@@ -13,6 +13,7 @@ from toppling.fragility.numerics.proportions import wilson_interval
 from toppling.studies import show
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import stiffness_notes
 from toppling.studies.plan.design_shaking import at_level
@@ -114,13 +115,14 @@ def test_without_a_restraint_nothing_is_kept(tmp_path):
 
 
 def test_a_stiffness_that_is_not_given_is_noted(results, tmp_path):
-    (note,) = [one for one in results.attrs["notes"].splitlines() if "stiffness of restraint kit (20 N/mm)" in one]
-    assert "is not given but a judgement" in note
+    (note,) = (fact for fact in notes_of(results) if fact.what == "restraint.stiffness_assumed")
+    assert (note.names, note.more["stiffnesses"]) == (("kit",), [20.0])
     given = BLOCKS + "stiffness_n_per_mm = 20\n"
     (tmp_path / "study.toml").write_text('title = "a"\n' + given + LAW + motions(4) + IDA, encoding="utf-8")
     plan = tp.Study.from_toml(tmp_path / "study.toml")
-    assert not any("stiffness of restraint" in one for one in plan.notes)
+    assert "restraint.stiffness_assumed" not in {fact.what for fact in plan.facts}
     inline = {"blocks": [{"name": "shelf", "restraint": {"kind": "bracket", "height_m": 1.0, "strength_n": 9.0}}]}
-    assert "restraint of shelf (500 N/mm)" in stiffness_notes(inline)[0]
+    (note,) = stiffness_notes(inline)
+    assert (note.names, note.more["stiffnesses"]) == (("the restraint of shelf",), [500.0])
     # (a pole needs its own, an adhesive has none)
     assert stiffness_notes({"restraints": {"a": {"kind": "adhesive", "front_m": 0.3, "strength_n": 9.0}}}) == []

@@ -5,11 +5,13 @@ import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.core.facts import Fact
 from toppling.fragility import fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import FixedFriction, LognormalFriction
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.facts.coverage import coverage_in
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.report.page import write_report
 from toppling.studies.tables.slides import edges, edges_of, slides
@@ -243,24 +245,31 @@ class TestOwnFriction:
             tp.Study.from_toml(folder / "kind.toml")
 
 
+def of_edges(found):
+    return [fact for fact in notes_of(found) if fact.what == "sliding.edge_unknown"]
+
+
+def unknown(why):
+    return Fact("sliding.edge_unknown", names=("analyser",), more={"why": why})
+
+
 class TestNotes:
     def test_an_edge_without_friction_is_told(self, folder):
         found = study(folder, YEAR, name="unknown").run()
-        said = "falls over the edge are not evaluated for analyser: without [friction] a study does not know whether"
-        assert said in str(found.attrs["notes"])
+        assert of_edges(found) == [unknown("friction")]
         assert "fall_off_probability" not in found
 
     @pytest.mark.slow
     def test_other_states_and_clouds(self, folder):
         found = study(folder, fit='state = "uplifted"', name="uplifted").run()
-        assert 'they are evaluated with fit.state = "overturned" alone' in str(found.attrs["notes"])
+        assert of_edges(found) == [unknown("state")]
         text = TEXT.format(blocks=BENCH, more=FRICTION, polarity="", fit="").replace("[ida]", "[cloud]")
         (folder / "cloud.toml").write_text("\n".join(one for one in text.splitlines() if not one.startswith("levels")))
         found = tp.Study.from_toml(folder / "cloud.toml").run()
-        assert "the motions of a cloud have no levels" in str(found.attrs["notes"])
+        assert of_edges(found) == [unknown("cloud")]
 
     def test_studies_with_edges_and_friction_have_none(self, results):
-        assert "not evaluated for analyser" not in str(results.attrs["notes"])
+        assert of_edges(results) == []
 
 
 class TestPages:

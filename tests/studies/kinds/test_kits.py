@@ -17,6 +17,7 @@ from toppling.studies.buildings.recommendations import Range
 from toppling.studies.command.cli import main
 from toppling.studies.facts import building
 from toppling.studies.facts.method import method_of
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.tables import pieces
 from toppling.studies.tables.files import cells
@@ -163,9 +164,11 @@ class TestReading:
 
     def test_notes(self, tmp_path):
         low = STUDY.replace('kind = "bracket"\nheight_m = 1.4', 'kind = "bracket"\nheight_m = 1.6')
-        notes = "\n".join(study(tmp_path, text=low).notes)
-        assert "kit 'bracket' is not tried on desk shelf: of 'desk shelf' it is fixed at 1.6 m" in notes
-        assert "the wall is assumed to move with the floor" in notes
+        notes = {fact.what: fact for fact in study(tmp_path, text=low).facts}
+        left = notes["kit.not_tried"]
+        assert (left.names, left.more["kit"]) == (("desk shelf",), "bracket")
+        assert left.more["why"].startswith("is fixed at 1.6 m")
+        assert notes["wall.pushes"].value == 0.005
 
 
 class TestResults:
@@ -266,7 +269,8 @@ class TestResults:
         assert kept in say(target, "page").replace("\u00a0", " ")
         assert facts_of(method_of, results)["anchoring.assumed"].more["kits"]
         assert "kit.tried" in facts_of(method_of, results)
-        assert "1 of 7 pieces is held by a kit that can break: 1 × strapped (strap)" in results.attrs["notes"]
+        (held,) = (fact for fact in notes_of(results) if fact.what == "anchoring.with_kit")
+        assert (held.value, held.more) == (1, {"of": 7, "lines": [[1, "strapped", "strap"]], "others": 0})
 
     @pytest.mark.slow
     def test_files(self, tmp_path):

@@ -10,11 +10,13 @@ import pytest
 from check_facts import check as check_of, facts_of
 
 import toppling as tp
+from toppling.core.facts import Fact, facts_in
 from toppling.studies import show
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.facts import building
 from toppling.studies.facts.checks import checks_of
 from toppling.studies.facts.method import inputs_of, method_of
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.tables.item_slides import NOT_MODELLED, item_slides
 from toppling.studies.tables.pieces import exported_pieces, pieces
@@ -44,12 +46,16 @@ def gallery(tmp_path_factory):
     return study(tmp_path_factory.mktemp("gallery"), "gallery").run()
 
 
+def notes_by_name(results):
+    return {fact.what: fact for fact in notes_of(results)}
+
+
 class TestLaboratory:
     @pytest.mark.slow
     def test_what_rolls_and_what_is_locked_is_said_line_by_line(self, laboratory):
-        text = str(laboratory.attrs["notes"])
-        assert "instrument trolley: on castors that are not locked a piece rolls" in text
-        assert "ultra-low freezer, server rack: locked castors" in text
+        notes = notes_by_name(laboratory)
+        assert notes["support.rolls"].names == ("instrument trolley",)
+        assert notes["support.brakes_assumed"].names == ("ultra-low freezer", "server rack")
         table = item_slides(laboratory)
         (trolley,) = (row for row in table.lines if row["item"] == "instrument trolley")
         assert table.cells(trolley)[2:4] == ["castors", NOT_MODELLED]
@@ -63,13 +69,12 @@ class TestLaboratory:
 
     def test_a_friction_without_dispersion_is_said(self, laboratory):
         """The two lines on locked castors have a coefficient without dispersion; the trolley rolls."""
-        said = "the coefficient of friction of ultra-low freezer, server rack is taken as known exactly"
-        assert said in str(laboratory.attrs["notes"])
+        assert notes_by_name(laboratory)["friction.exact"].names == ("ultra-low freezer", "server rack")
         assert facts_of(method_of, laboratory)["friction.exact"].names == ("ultra-low freezer", "server rack")
 
     def test_nothing_says_that_sliding_is_not_modelled(self, laboratory):
-        last = str(laboratory.attrs["notes"]).splitlines()[-1]
-        assert last == "vertical shaking, bouncing and sliding while a block rocks are not modelled"
+        last = facts_in(laboratory.attrs["notes"])[-1]
+        assert last == Fact("validity.not_modelled", more={"vertical": False, "slides": True})
         assert facts_of(method_of, laboratory)["block.model"].more["slides"]
         assert check_of(laboratory, "sliding").remedy == "remedy_sliding_table"
 
@@ -136,7 +141,8 @@ class TestGallery:
         share = gallery["item_support_moves_share"].isel(model=0)
         assert float(share.sel(item="marble bust")) == 0.0  # (its case is anchored)
         assert float(share.sel(item="vase")) > 0.0
-        assert "of the falls of vase" in gallery.attrs["notes"]
+        moving = notes_by_name(gallery)["support.pedestals_as_floor"]
+        assert (moving.names, moving.value) == (("vase",), float(share.sel(item="vase")))
         assert check_of(gallery, "moving supports").names == ("vase",)
         (fixed,) = (fact for fact in building.actions(gallery) if fact.what == "support.fix_first")
         assert (fixed.names, fixed.value) == (("“pedestal”", "“vase”"), pytest.approx(float(share.sel(item="vase"))))

@@ -1,7 +1,5 @@
 """Classes of tested pieces by name in study files: their modelling uncertainty, and what is told of their tests."""
 
-import re
-
 import numpy as np
 import pytest
 from study_texts import CABINET, HAZARD, IDA, motions
@@ -9,6 +7,8 @@ from study_texts import CABINET, HAZARD, IDA, motions
 import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies.facts.footnotes import footnotes
+from toppling.studies.facts.notes import notes_of
+from toppling.studies.facts.say import say
 from toppling.studies.plan.piece_classes import piece_classes
 
 FIT = "[fit]\nreplicates = 100\n"
@@ -34,7 +34,7 @@ def study(folder, *parts):
 
 
 def class_tests(results):
-    return [fact.names[0] for fact in footnotes(results) if fact.what == "validity.tests"]
+    return [fact for fact in footnotes(results) if fact.what == "validity.tests"]
 
 
 def cabinet(folder, more):
@@ -50,22 +50,23 @@ class TestFragility:
         byhand = cabinet(tmp_path, f"modelling_dispersion = {beta}\n").run()
         np.testing.assert_array_equal(found["rate"], byhand["rate"])
         assert found.attrs["modelling_dispersion"] == beta
-        assert f"β_m = {beta:g}" in found.attrs["notes"]
-        assert piece_classes()["rock"].sentence in found.attrs["notes"]
-        assert "tests_of_class" not in byhand.attrs
+        (included,) = (fact for fact in notes_of(found) if fact.what == "rate.modelling_included")
+        assert included.value == beta
+        (tests,) = (fact for fact in notes_of(found) if fact.what == "validity.tests")
+        assert (tests.names, tests.more["tests"]) == (("rock",), 642)
         assert class_tests(byhand) == []
-        assert class_tests(found) == [piece_classes()["rock"].sentence]
-        assert re.fullmatch("class rock: 642 tests of 1 source.* not corrected", class_tests(found)[0])
+        (tests,) = class_tests(found)
+        assert (tests.names, tests.more["tests"], tests.more["sources"]) == (("rock",), 642, 1)
 
     @pytest.mark.slow
-    @pytest.mark.parametrize(("name", "said"), [("rack", "no test of this class (rack)"), ("bookcase-wall", "too few")])
+    @pytest.mark.parametrize(("name", "said"), [("rack", "No test of the class rack"), ("bookcase-wall", "too few")])
     def test_a_class_without_an_estimate_changes_no_rate(self, tmp_path, name, said):
         plain = cabinet(tmp_path, "").run()
         found = cabinet(tmp_path, f'modelling_class = "{name}"\n').run()
         np.testing.assert_array_equal(found["rate"], plain["rate"])
         assert found.attrs["modelling_dispersion"] == 0.0
-        assert said in found.attrs["notes"]
-        assert said in class_tests(found)[0]
+        (tests,) = class_tests(found)
+        assert said in say(tests, "page")
 
     def test_a_dispersion_of_its_own_holds(self, tmp_path):
         found = cabinet(tmp_path, 'modelling_class = "rock"\nmodelling_dispersion = 0.2\n')
@@ -83,5 +84,5 @@ class TestPerformance:
         found = study(tmp_path, motions(12), PERFORMANCE, 'modelling_class = "rock"\n', HAZARD).run()
         byhand = study(tmp_path, motions(12), PERFORMANCE, f"modelling_dispersion = {beta}\n", HAZARD).run()
         np.testing.assert_array_equal(found["any_rate"], byhand["any_rate"])
-        assert piece_classes()["rock"].sentence in found.attrs["notes"]
-        assert "class rock: 642 tests" in class_tests(found)[0]
+        (tests,) = (fact for fact in notes_of(found) if fact.what == "validity.tests")
+        assert (tests.names, tests.more["tests"]) == (("rock",), 642)

@@ -470,8 +470,9 @@ class TestStudies:
     def test_notes_and_screen(self, tmp_path):
         plan = tp.Study.from_toml(study(tmp_path, direction="y"))
         assert plan.runs == 2 * 3 * 2
-        assert any("as they are, each set at its own level: 0.5 g, 1 g" in note for note in plan.notes)
-        assert any("in the direction of its width alone (1 in x, 1 in y)" in note for note in plan.notes)
+        known = {fact.what: fact for fact in plan.facts}
+        assert known["motion.floor_histories"].names == ("0.5 g", "1 g")
+        assert known["axis.across_not_included"].more["lines"] == [[1, "x"], [1, "y"]]
         results = plan.run()
         assert results["perturbed"].dims == ("level", "motion")
         assert float(results["interval_half_width"]) == pytest.approx(0.37, abs=0.02)  # (of 3 motions, not of 6)
@@ -481,7 +482,7 @@ class TestStudies:
 
     def test_directions_without_histories_in_them(self, tmp_path):
         plan = tp.Study.from_toml(study(tmp_path, index=PLAIN, asked="", direction="y"))
-        assert any(note.startswith("the directions in the inventory are not used") for note in plan.notes)
+        assert "motion.directions_unused" in {fact.what for fact in plan.facts}
         assert "direction" not in plan.run().coords
 
     def test_another_level_is_another_study(self, tmp_path):

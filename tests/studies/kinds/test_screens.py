@@ -12,13 +12,14 @@ from flips import undecided_outcomes
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
+from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN
 from toppling.fragility import screen, wilson_interval
 from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import pieces_of
 from toppling.fragility.validity import undecided as perturbed
 from toppling.studies import StudyError
 from toppling.studies.buildings import screening
-from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.store import shards
 from toppling.studies.store.shards import Shards
 
@@ -91,8 +92,8 @@ def study(folder, *parts, inventory=INVENTORY):
     return tp.Study.from_toml(path)
 
 
-def notes_of(results):
-    return results.attrs["notes"].splitlines()
+def named(results, what):
+    return [fact for fact in notes_of(results) if fact.what == what]
 
 
 def same(found, expected, by):
@@ -151,19 +152,19 @@ class TestInventories:
 
     def test_the_notes_say_it(self, both):
         _, found, _, _ = both
-        said = notes_of(found)
         share = found["outside"].sel(reason="slides_while_rocking")
-        (note,) = (one for one in said if "slide while they rock" in one)
-        assert note.startswith(f"{100.0 * float(share.mean()):.2g} % of the runs slide while they rock")
-        assert "held" not in note
-        (note,) = (one for one in said if "undecided" in one)
+        (note,) = (fact for fact in named(found, "sliding.share") if fact.more["when"] == "rocking")
+        assert note.value == float(share.mean())
+        assert "held" not in {name for _, *names in note.more["worst"] for name in names}
+        (note,) = named(found, "stability.undecided")
         flipped, tested = float(found["undecided"].mean()), 3 * 2 * len(LEVELS) * NUMBER
-        low, high = (100.0 * float(end) for end in wilson_interval(np.array(round(flipped * tested)), np.array(tested)))
-        assert note.startswith(
-            f"{100.0 * flipped:.2g} % of the outcomes are undecided ({low:.2g} % to {high:.2g} %, 95 %)"
-        )
-        assert f"reverses {round(flipped * tested)} of the {tested} outcomes tested, under 6 of 6 motions (" in note
-        assert sum("held: its centre of mass is 0.9 half widths high" in one for one in said) == 1
+        low, high = (float(end) for end in wilson_interval(np.array(round(flipped * tested)), np.array(tested)))
+        assert (note.value, note.lower, note.upper) == (pytest.approx(flipped), low, high)
+        counts = {"flipped": round(flipped * tested), "tested": tested, "perturbed": 6, "motions": 6}
+        assert counts.items() <= note.more.items()
+        (squat,) = named(found, "block.squat")
+        assert squat.names == ("held",)
+        assert squat.lower == pytest.approx(0.9, abs=0.05)
 
     def test_variants_are_tested_as_they_are(self, tmp_path, monkeypatch):
         """Pieces that differ: every variant's own runs are repeated, here by analyses of their own."""
@@ -194,8 +195,8 @@ class TestScaling:
     @pytest.mark.parametrize("kind", KINDS)
     def test_records_that_are_scaled_far(self, tmp_path, record, kind):
         found = study(tmp_path, *KINDS[kind], record, UNTESTED).run()
-        (note,) = (one for one in notes_of(found) if "scaled by less than 0.2 or more than 5" in one)
-        assert note.startswith("100 % of the runs have motions scaled")
+        (note,) = named(found, "motion.scaled_far")
+        assert (note.value, note.lower, note.upper) == (1.0, 0.2, 5.0)
         assert float(found["scale_factor_highest"].max()) > 300.0
         check = check_of(found, "scaling")
         assert check.word == CARE
@@ -204,7 +205,7 @@ class TestScaling:
     def test_noise_is_not(self, tmp_path, kind):
         parts = [part.replace("values = [1.0", "values = [0.01, 1.0") for part in KINDS[kind]]
         found = study(tmp_path, *parts, MOTIONS, UNTESTED).run()
-        assert not any("scaled by less than" in one for one in notes_of(found))
+        assert not named(found, "motion.scaled_far")
         assert (found["outside"].sel(reason="scaled_far").fillna(0.0) == 0.0).all()
 
 
@@ -214,19 +215,19 @@ class TestFriction:
     def test_only_where_there_is_too_little(self, tmp_path, kind):
         one = study(tmp_path, *KINDS[kind], MOTIONS, "[friction]\nstatic = 0.1\n[screen]\nundecided = 0.0\n")
         slippery = one.run()
-        assert any("slide before or at uplift" in note for note in notes_of(slippery))
-        assert not any("no coefficient of friction is given" in note for note in notes_of(slippery))
-        assert not any("undecided" in note for note in notes_of(slippery))
+        assert "uplift" in {fact.more["when"] for fact in named(slippery, "sliding.share")}
+        assert not named(slippery, "friction.not_given")
+        assert not named(slippery, "stability.undecided")
         assert "undecided" not in slippery
         assert "perturbed" not in one.words
         check = check_of(slippery, "sliding")
         assert check.word in (CARE, INVALID)
         rough = study(tmp_path, *KINDS[kind], MOTIONS, "[friction]\nstatic = 2.0\n[screen]\nundecided = 0.0\n").run()
-        assert not any("of the runs slide" in note for note in notes_of(rough))
+        assert not named(rough, "sliding.share")
         check = check_of(rough, "sliding")
         assert check.word == GOOD
         unknown = study(tmp_path, *KINDS[kind], MOTIONS, UNTESTED).run()
-        assert any(note.startswith("no coefficient of friction is given") for note in notes_of(unknown))
+        assert named(unknown, "friction.not_given")
         check = check_of(unknown, "sliding")
         assert check.word == UNKNOWN
 
@@ -266,8 +267,8 @@ class TestSamples:
                 np.testing.assert_allclose(here[name].values, expected)
             assert float(here["friction_uplift"]) == pytest.approx(block.b / block.h)
         assert float(found["undecided"].max()) > 0.0
-        (note,) = (one for one in notes_of(found) if "are undecided" in one)
-        assert f"of the {2 * 2 * 4 * 7 * NUMBER} outcomes tested" in note
+        (note,) = named(found, "stability.undecided")
+        assert note.more["tested"] == 2 * 2 * 4 * 7 * NUMBER
 
     @pytest.mark.slow
     def test_laws_that_are_not_known(self, tmp_path, monkeypatch):
@@ -320,8 +321,8 @@ class TestValues:
         np.testing.assert_allclose(found["undecided"].isel(model=0), single["undecided"].isel(model=[0, 1]))
         assert float(found["undecided"].max()) > 0.0
         # laws that stand beside the others, and those that a value does not change, count once
-        (note,) = (one for one in notes_of(found) if "are undecided" in one)
-        assert f"of the {2 * 3 * 7 * NUMBER} outcomes tested" in note
+        (note,) = named(found, "stability.undecided")
+        assert note.more["tested"] == 2 * 3 * 7 * NUMBER
 
     def test_the_friction_there_is_decides_which_values_are_usual(self, tmp_path):
         with pytest.raises(StudyError, match=r"unknown key 'sensitivity.friction'"):
@@ -385,17 +386,16 @@ class TestTails:
         assert 0.05 < share < 1.0
         np.testing.assert_allclose(found[f"annual_number_share_{side}"].isel(model=0), share, rtol=1e-3)
         worst = float(found[f"annual_number_share_{side}"].max())
-        which, other = {"below": ("first", "lower"), "above": ("last", "higher")}[side]
-        (note,) = (one for one in notes_of(found) if f"{side} the hazard curve's {which} level" in one)
-        assert note.startswith(f"{100.0 * worst:.0f} % of the annual overturnings come from shaking {side}")
-        assert note.endswith(f"give the curve at {other} levels")
+        (note,) = named(found, "rate.share_beyond_hazard")
+        assert note.more["side"] == side
+        assert note.more["shares"][0][0] == worst
         check = check_of(found, "hazard curve")
         assert check.word in (CARE, INVALID)
         assert check.more["side"] == side
 
     def test_not_where_the_curve_covers_the_levels(self, tmp_path):
         found = study(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE, HAZARD, UNTESTED).run()
-        assert not any("the hazard curve's" in one for one in notes_of(found))
+        assert not named(found, "rate.share_beyond_hazard")
         check = check_of(found, "hazard curve")
         assert check.word == GOOD
 
@@ -406,10 +406,11 @@ class TestTails:
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, text, UNTESTED).run()
         share = found["rate_share_below"]
         assert float(share.max()) > 0.05
-        (note,) = (one for one in notes_of(found) if "below the hazard curve's first level" in one)
-        assert note.startswith(f"{100.0 * float(share.max()):.0f} % of the annual rate of narrow")
+        (note,) = named(found, "rate.beyond_hazard")
+        assert (note.value, note.more["side"]) == (float(share.max()), "below")
+        assert note.names[0].startswith("narrow")
         covered = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, HAZARD, UNTESTED).run()
-        assert not any("below the hazard curve's first level" in one for one in notes_of(covered))
+        assert not named(covered, "rate.beyond_hazard")
 
 
 @pytest.mark.parametrize("most", [0, 1, 2, 1000])

@@ -29,7 +29,8 @@ from toppling.studies.comparison.sides import two_sides
 from toppling.studies.facts import curves
 from toppling.studies.facts.checks import checks_of
 from toppling.studies.facts.method import method_of
-from toppling.studies.facts.say import remedy, say
+from toppling.studies.facts.notes import notes_of
+from toppling.studies.facts.say import notes_said, remedy, say
 from toppling.studies.plan.designs import KeptMotions
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
@@ -455,15 +456,15 @@ def test_the_table_says_what_was_asked_and_reached(finished):
 
 def test_what_is_not_reached_is_a_note(study):
     results = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
-    said = results.attrs["notes"].splitlines()
-    assert sum("1 % asked; 64 motions are the most allowed, the precision takes about" in one for one in said) == 2
+    accounts = [fact.names[1] for fact in notes_of(results) if fact.what == "adaptive.account"]
+    assert ["±1 % asked; 64 motions are the most allowed" in account for account in accounts] == [True, True]
 
 
 @pytest.mark.slow
 def test_a_median_beyond_any_shaking_is_a_note(study):
     results = study(STUDY.replace("width_m = 0.4\nheight_m = 1.8", "width_m = 12\nheight_m = 15")).run()
     assert float(results["half_level"].max()) > 5.0 * 9.80665
-    assert any(note.startswith("the highest median, ") for note in results.attrs["notes"].splitlines())
+    assert any(note.startswith("the highest median, ") for note in notes_said(notes_of(results)))
 
 
 @pytest.fixture(scope="module")

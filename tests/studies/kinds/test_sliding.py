@@ -12,6 +12,7 @@ from toppling.fragility import Slip, fit_fragility, overturning_probability, sli
 from toppling.models.friction import LognormalFriction
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.report.page import write_report
 
 TEXT = """
@@ -120,9 +121,9 @@ class TestResults:
         assert "slides_instead" not in plain
 
     def test_notes(self, results):
-        said = str(results.attrs["notes"])
-        assert "sliding is not evaluated for at a wall: walls, restraints, offsets and leans change it" in said
-        assert "trolley: the mass centre is less than two half widths high" in said
+        said = {fact.what: fact for fact in notes_of(results)}
+        assert said["sliding.held"].names == ("at a wall",)
+        assert said["sliding.squat"].names == ("trolley",)
 
     def test_known_friction_and_no_hazard(self, folder):
         text = TEXT.replace("dispersion = 0.3\n", "").replace('"pga"\n', '"pgv"\n').replace('"g"', '"m/s"')

@@ -99,9 +99,9 @@ class TestStudy:
 
     def test_notes_name_squat_and_absurd_blocks(self, tmp_path):
         text = SMALL.replace("height_m = 1.2", "height_m = 0.6").replace("bookcase-5-shelf", "file-vertical-2-drawer")
-        notes = tp.Study.from_toml(write(tmp_path, text)).notes
-        assert len(notes) == 2
-        assert "crate: its centre of mass is 1.2 half widths high" in notes[1]
+        (squat,) = tp.Study.from_toml(write(tmp_path, text)).facts
+        assert (squat.what, squat.names) == ("block.squat", ("file-vertical-2-drawer", "crate"))
+        assert squat.lower == pytest.approx(1.2)
         (tall,) = tp.Study.from_toml(write(tmp_path, SMALL.replace("= 1.2", "= 40"))).notes
         assert tall.endswith(
             "(crate: 0.5 m × 40 m, or 0.5 m × 4 m with the height divided by 10?): centimetres or millimetres "

@@ -8,6 +8,7 @@ import toppling as tp
 from toppling.motions import Building, CloughPenzien, Isolator, IsolatorStrikes, Support, scale_to
 from toppling.studies import StudyError
 from toppling.studies.facts.method import method_of
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 
 HEAD = """
@@ -185,8 +186,8 @@ def test_recordings_that_are_scaled_far_before_the_isolator_are_named(tmp_path):
     one_stripe = STRIPES.partition("[[stripes.at]]\nlevel = 6")[0]
     (tmp_path / "study.toml").write_text(text + PENDULUM + one_stripe)
     results = tp.Study.from_toml(tmp_path / "study.toml").run()
-    (sentence,) = (note for note in results.attrs["notes"].splitlines() if "before they go through what yields" in note)
-    assert sentence.startswith("2 of 3 motions are scaled by less than 0.2 or more than 5")
+    (sentence,) = (fact.names[0] for fact in notes_of(results) if fact.what == "input.doubt")
+    assert sentence.startswith("2 of 3 motions are scaled by less than 0.2 or more than 5 before they go through")
     assert "all by 0.67 to 40" in sentence
     check = check_of(results, "scaling")
     assert check.word == "use with care"

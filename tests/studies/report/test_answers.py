@@ -14,11 +14,11 @@ from report_pages import INVENTORY, STUDIES, loaded, of_client
 from study_schema import made_schema
 
 import toppling as tp
+from toppling.core.facts import INVALID
 from toppling.core.wording import two_digits
 from toppling.studies import StudyError
 from toppling.studies.facts import building, curves
 from toppling.studies.facts.bars import MOST, bars_of
-from toppling.studies.facts.fact import INVALID
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.law_choice import choice_of_law
 from toppling.studies.facts.method import inputs_of

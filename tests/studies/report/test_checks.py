@@ -7,10 +7,10 @@ from check_facts import check as check_of, facts_of
 from report_pages import STUDIES, Page, loaded
 
 from toppling.core.doubts import KINDS
+from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN, Fact
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
 from toppling.studies.facts.checks import badge, checks_of, worst_word
-from toppling.studies.facts.fact import CARE, GOOD, INVALID, UNKNOWN, Fact
 from toppling.studies.facts.say import remedy, say, value_of
 from toppling.studies.tables.blocks import lead_blocks
 

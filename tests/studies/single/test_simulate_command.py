@@ -15,6 +15,7 @@ import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.facts.say import notes_said
 from toppling.studies.file.table import quantity
 from toppling.studies.film import writers as movies
 from toppling.studies.single.inputs import factor_of, motion_of
@@ -48,7 +49,7 @@ class TestCommand:
         rocked = re.search(r"end: +stands, rocking until ([\d.]+) s after the record\n", said)
         assert rocked
         assert "friction needed: 0.18 at uplift" in said
-        assert "note: vertical shaking, sliding and bouncing are not modelled" in said
+        assert "note: Not modelled: vertical shaking, bouncing, and sliding." in said
         assert sorted(one.name for one in out.iterdir()) == ["history.csv", "history.png"]
         with (out / "history.csv").open(encoding="utf-8") as file:
             rows = list(csv.reader(file))
@@ -228,8 +229,14 @@ class TestCommand:
         arguments = ["--width", "1m", "--height", "1.5m", record, "--law", "discrete", "--scale", 7, "--out", tmp_path]
         said = run(capsys, *arguments)
         assert "half widths high" in said
-        assert "note: the motion is scaled by 7: less than 0.2 or more than 5 times a record is no such" in said
-        assert "note: the law's elastic mode lies inside the motion's band: at rest the block resonates" in said
+        assert "note: The motion is scaled by 7: less than 0.2 or more than 5 times a record is no longer such" in said
+        assert "note: The law's elastic mode lies inside the motion's band: at rest the block resonates" in said
+        one = Simulation(tp.Block(1.0, 1.5), tp.DiscreteDamping(), tp.motions.read(record), 7.0)
+        facts = {fact.what: fact for fact in one.facts}
+        assert {"block.squat", "single.elastic_mode", "validity.not_modelled"} <= {*facts}
+        scaled = facts["single.scaled_far"]
+        assert (scaled.value, scaled.lower, scaled.upper) == (7.0, 0.2, 5.0)
+        assert one.notes == notes_said(one.facts)
 
     @pytest.mark.slow
     def test_a_missed_spectrum_is_noted(self, tmp_path, capsys):

@@ -97,9 +97,9 @@ def test_decisions_differ(fresh):
     """The results of the decisions are not those without them: else the test above would say nothing."""
     texts = [json.dumps([one._asdict() for one in pieces_of(found)], default=str) for found in fresh.values()]
     assert len({*texts}) == len(texts)
-    assert "did you mean" not in fresh["safety"].attrs["notes"]
-    assert "mass_kg is not given" in fresh["code"].attrs["notes"]
-    assert "mass_kg is not given" not in fresh["none"].attrs["notes"]
+    assert "consequence.misspelt" not in fresh["safety"].attrs["input_notes"]
+    assert "code.mass_not_given" in fresh["code"].attrs["input_notes"]
+    assert "code.mass_not_given" not in fresh["none"].attrs["input_notes"]
 
 
 @pytest.mark.slow

@@ -13,9 +13,9 @@ from toppling.fragility import uncertain_ida
 from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.fragility import curves, hints, measures, rates, sizes
 from toppling.studies.text.curve_notes import (
-    LevelEnd,
     curve_notes,
     held_apart,
     misfit_notes,
@@ -84,40 +84,40 @@ def fitted(status, lower, upper, fell, runs=40):
     return curves, xr.DataArray(fell, dims="block"), xr.DataArray(np.full(len(fell), runs), dims="block")
 
 
+def extrapolated(facts):
+    """The sides and the cures of rates from beyond the runs."""
+    return {(fact.more["side"], fact.more["cure"]) for fact in facts if fact.what == "rate.extrapolated"}
+
+
 class TestCurves:
     def test_nothing_is_said_of_sound_curves(self):
         assert curve_notes(*fitted(["ok", "ok"], [1.0, 2.0], [2.0, 4.0], [5, 35]), "overturning") == []
 
     def test_few_runs_on_either_side(self):
         few, many = curve_notes(*fitted(["ok"] * 3, [1.0] * 3, [1.5] * 3, [4, 20, 36]), "overturning")
-        assert few.startswith("fewer than 5 runs overturned for 1 of 3 curves (block 0: 4 of 40): it rests on them")
-        assert many.startswith("fewer than 5 runs did not overturn for 1 of 3 curves (block 2: 4 of 40)")
-        assert few.endswith("higher levels")
-        assert many.endswith("lower levels")
+        assert (few.what, few.value, few.names, few.more["values"]) == ("curve.few_reached", 1, ("block 0",), [[4, 40]])
+        assert (many.what, many.names, many.more["values"]) == ("curve.few_stayed", ("block 2",), [[4, 40]])
 
     def test_more_than_three_are_counted(self):
         (note,) = curve_notes(*fitted(["ok"] * 5, [1.0] * 5, [1.5] * 5, [1] * 5), "uplift")
-        assert note.startswith("fewer than 5 runs uplifted for 5 of 5 curves (block 0: 1 of 40; ")
-        assert "; and 2 more): they rest on them" in note
+        assert (note.value, note.more["of"], note.more["state"], len(note.names)) == (5, 5, "uplift", 3)
 
     def test_wide_and_open_intervals(self):
         (note,) = curve_notes(*fitted(["ok"] * 4, [1.0] * 4, [2.0, 2.1, 1e9, 1.9], [20] * 4), "overturning")
-        assert "wider than a factor of 2 for 2 of 4 curves (block 1: 2.1; block 2: more than 100)" in note
+        assert (note.what, note.names) == ("curve.wide_interval", ("block 1", "block 2"))
+        assert note.more["values"] == pytest.approx([2.1, 1e9])
         # a curve that is not there has no interval, whatever bounds it has
         curves, fell, runs = fitted(["no overturning"], [1.0], [np.inf], [0])
-        notes = curve_notes(curves.assign(half_level=("block", [np.nan])), fell, runs, "overturning")
-        assert len(notes) == 1
-        assert "block 0: 0 of 40" in notes[0]
+        (note,) = curve_notes(curves.assign(half_level=("block", [np.nan])), fell, runs, "overturning")
+        assert note.more["values"] == [[0, 40]]
 
     def test_fits_that_miss_their_runs(self):
         """Curves are named whose median, or level of 10 %, lies outside the interval of the runs' own."""
         curves, _, _ = fitted(["ok"] * 3, [1.0] * 3, [1.1] * 3, [20] * 3)
         found = curves.assign(misfit=("block", [0.0, 0.034, 0.0]), misfit_low=("block", [0.0, -0.2, 0.11]))
         half, low = misfit_notes(found, "overturning")
-        assert half.startswith(
-            "1 of 3 curves (block 1: +3.4 %) misses its runs: its median is not where half of them ov"
-        )
-        assert low.startswith("2 of 3 curves (block 1: -20.0 %; block 2: +11.0 %) miss their runs: their level of 10 %")
+        assert (half.what, half.names, half.more["values"]) == ("curve.misfit", ("block 1",), [0.034])
+        assert (low.what, low.value, low.more["values"]) == ("curve.misfit_low", 2, [-0.2, 0.11])
         assert misfit_notes(found.isel(block=[0]), "overturning") == []
 
     def test_separated_data_of_a_study(self, tmp_path):
@@ -125,18 +125,16 @@ class TestCurves:
         pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 4.0\n'
         found = study(tmp_path, BLOCKS, MODELS, pulse, IDA, SCREEN).run()
         assert (found["status"] == "separated").all()
-        notes = found.attrs["notes"].splitlines()
-        assert any(
-            note.startswith("data are separated for 4 of 4 curves (narrow under housner e=e_R; ") for note in notes
-        )
-        assert any("with 1 motion a probability of 1/2" in note for note in notes)
+        notes = {fact.what: fact for fact in notes_of(found)}
+        assert notes["curve.separated"].value == notes["curve.separated"].more["of"] == 4
+        assert notes["validity.few_motions"].more["motions"] == 1
         assert not hints(found)  # not twice
 
     def test_one_value_is_no_range(self):
         one, two = (tp.ida(PIECES[:n], LAWS, shakes()[:1], [2.0]) for n in (1, 2))
         said = " ".join(tp.fragility.notes(one))
-        assert "where it is below 0.22 at uplift, " in said
-        assert "with 1 motion a probability of 1/2" in said
+        assert "below 0.22 at uplift, " in said
+        assert "1 motion gives a probability of 1/2" in said
         assert "0.22 to 0.37 at uplift" in " ".join(tp.fragility.notes(two))
 
     def test_counts_are_of_every_floor(self, tmp_path):
@@ -146,7 +144,8 @@ class TestCurves:
         fell = found["overturnings"].sum("level")
         few = int((fell < 5).sum())
         assert few > 0
-        assert f"fewer than 5 runs overturned for {few} of 8 curves (" in found.attrs["notes"]
+        (note,) = (fact for fact in notes_of(found) if fact.what == "curve.few_reached")
+        assert (note.value, note.more["of"]) == (few, 8)
 
 
 class TestRates:
@@ -160,15 +159,14 @@ class TestRates:
         direct = tp.annual_rate(curves, hazard, bins=[1e-12, levels[-1], 1e20])
         np.testing.assert_allclose(found["rate_share_above_levels"], direct["share"].isel(bin=1), rtol=1e-9)
         np.testing.assert_allclose(direct["share"].sum("bin"), 1.0, rtol=1e-9)
-        notes = found.attrs["notes"].splitlines()
+        notes = notes_of(found)
         worst = float(found["rate_share_above"].max())
         assert worst > 0.05
-        assert any(
-            note.startswith(f"{100 * worst:.0f} % of the annual rate of wide under ")
-            and "above the hazard curve's last level (0.2 g)" in note
-            for note in notes
-        )
-        assert any("above the last level, where the curve is not known: raise ida.levels.to" in note for note in notes)
+        (note,) = (one for one in notes if one.what == "rate.beyond_hazard")
+        assert note.value == worst
+        assert note.names[0].startswith("wide under ")
+        assert (note.more["side"], note.more["end"], note.more["formula"]) == ("above", "0.2 g", False)
+        assert ("above", "raise ida.levels.to") in extrapolated(notes)
 
     def test_what_lies_beyond_the_levels_is_known_to_bounds(self, tmp_path):
         """Shares add up, and no curve that rises on above the last level has a rate outside the bounds."""
@@ -200,8 +198,8 @@ class TestRates:
         assert high != IDA
         steep = HAZARD.replace("k = 2.5", "k = 4.0")
         assert steep != HAZARD
-        notes = study(tmp_path, BLOCKS, MODELS, MOTIONS, high, steep, SCREEN).run().attrs["notes"]
-        assert "comes from shaking below the first level, where the curve is not known: lower ida.levels.from" in notes
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, high, steep, SCREEN).run()
+        assert ("below", "lower ida.levels.from") in extrapolated(notes_of(found))
 
     def test_nothing_is_said_where_the_curve_has_risen(self):
         """All that shakes harder overturns it: that share of the rate is known."""
@@ -216,16 +214,16 @@ class TestRates:
             {"block": ["a", "b"], "bin": ("bin", [1.0], {"units": "1"})},
         )
         settled = xr.DataArray([0.951, 0.951], dims="block")
-        assert rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it")) == []
-        (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), LevelEnd("the last level", "raise it"))
-        where = "above the last level, where the curve is not known: raise it"
-        assert note == f"30 % of the annual rate of b comes from shaking {where}"
+        assert rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it")) == []
+        (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), ("lower it", "raise it"))
+        assert (note.what, note.value, note.names) == ("rate.extrapolated", 0.3, ("b",))
+        assert (note.more["side"], note.more["cure"]) == ("above", "raise it")
         rates["rate_share_below"][:] = [0.07, 0.0]
-        (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"))
-        where = "below the hazard curve's first level (0.1), where only its first slope is known"
-        assert note == f"7 % of the annual rate of a comes from shaking {where}: give the curve at lower levels"
-        (note,) = rate_notes(rates, settled, (0.1, 1.0), LevelEnd("the last level", "raise it"), of_formula=True)
-        assert "below 0.1, where the formula of the hazard is extrapolated" in note
+        (note,) = rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it"))
+        assert (note.what, note.value, note.names) == ("rate.beyond_hazard", 0.07, ("a",))
+        assert (note.more["side"], note.more["end"], note.more["formula"]) == ("below", "0.1", False)
+        (note,) = rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it"), of_formula=True)
+        assert note.more["formula"]
 
     @pytest.mark.slow
     def test_levels_that_are_another_for_every_block(self, tmp_path):
@@ -252,8 +250,9 @@ class TestRates:
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
         assert sum("no width" in cell for cell in rates(found).texts("rate")) == 2
-        (note,) = (one for one in found.attrs["notes"].splitlines() if "no width" in one)
-        assert "for 2 of 4 curves (narrow under housner e=e_R; wide under housner e=e_R)" in note
+        (note,) = (one for one in notes_of(found) if one.what == "rate.no_width")
+        assert (note.value, note.more["of"]) == (2, 4)
+        assert note.names == ("narrow under housner e=e_R", "wide under housner e=e_R")
 
     def test_cloud(self, tmp_path):
         strong = MOTIONS.replace("seed = 1", "seed = 1\ns0_m2_s3 = 0.2")
@@ -265,7 +264,9 @@ class TestRates:
         np.testing.assert_allclose(found["rate_share_above_levels"], share, rtol=1e-9)
         # (of the wide block none may fall)
         known = found["rate_share_above_levels"].max() > 0.05
-        assert ("above the strongest motion" in found.attrs["notes"]) == bool(known)
+        runs = {fact.more["side"]: fact.more["run"] for fact in notes_of(found) if fact.what == "rate.extrapolated"}
+        assert ("above" in runs) == bool(known)
+        assert {*runs.values()} <= {"motion"}
 
 
 class TestPlaces:
@@ -396,7 +397,8 @@ class TestUncertainRates:
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, low, UNCERTAIN, HAZARD).run()
         missing = int(found["sample_rate"].isnull().sum())
         assert missing > 0
-        assert f"{missing} of 24 samples have no curve and so no rate of their own" in found.attrs["notes"]
+        (note,) = (one for one in notes_of(found) if one.what == "uncertainty.samples_without_rate")
+        assert (note.value, note.more["samples"]) == (missing, 24)
 
     @pytest.mark.slow
     def test_other_forms_and_methods(self, tmp_path):
@@ -455,9 +457,10 @@ class TestPerformance:
             shares.append(rarer / every)
         share = max(shares)
         assert share > 0.05
-        of = "come from shaking above the hazard curve's last"
-        (note,) = (one for one in found.attrs["notes"].splitlines() if of in one)
-        assert note.startswith(f"{100 * float(share):.0f} % of the annual overturnings ")
+        (note,) = (one for one in notes_of(found) if one.what == "rate.share_beyond_hazard")
+        assert (note.more["side"], note.more["formula"]) == ("above", False)
+        (told,) = (part for part, text in note.more["shares"] if text == "overturnings")
+        assert told == pytest.approx(share, rel=1e-3)
 
     @pytest.mark.parametrize(("number", "coarse"), [(5, True), (25, False)])
     def test_coarse_levels_are_said(self, tmp_path, number, coarse):
@@ -466,19 +469,18 @@ class TestPerformance:
         levels = f'levels = {{ from = 0.5, to = 30.0, number = {number}, spacing = "log", unit = "m/s2" }}\n'
         asked = f'[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n{levels}'
         found = study(tmp_path, MODELS, MOTIONS, asked, '[hazard]\nunit = "g"\nk0 = 1e-4\nk = 3.5\n').run()
-        said = [line for line in found.attrs["notes"].splitlines() if "the levels are coarse" in line]
+        said = [fact for fact in notes_of(found) if fact.what == "hazard.levels_coarse"]
         assert bool(said) == coarse, said
         if coarse:
-            assert "% more annual overturnings " in said[0]
-            assert said[0].endswith(" than the cubics used: add levels")
+            assert min(share for share, _ in said[0].more["shares"]) > 0.1
+            assert "overturnings" in {text for _, text in said[0].more["shares"]}
 
     def test_the_level_of_the_ranking_is_said(self, tmp_path):
         (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
-        sentence = "performance.at_level is not given: table and ranking are of the middle level, 0.408 g"
         found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run()
-        assert sentence in found.attrs["notes"]
+        assert [fact.names for fact in notes_of(found) if fact.what == "building.middle_level"] == [("0.408 g",)]
         given = study(tmp_path, MODELS, MOTIONS, PERFORMANCE + "at_level = 8.0\n").run()
-        assert "at_level" not in given.attrs["notes"]
+        assert "building.middle_level" not in {fact.what for fact in notes_of(given)}
 
     @pytest.mark.slow
     def test_pieces_are_exported_and_no_curves(self, tmp_path, capsys):
@@ -558,12 +560,12 @@ class TestOneSide:
         heavy = tp.Block(0.3, 1.8, name="c", cm_offset=0.03)
         every = [free, touching, heavy]
         (found,) = one_side_notes(every, "front", "lognormal")
-        assert found.startswith("a, c: it may fall to the other side instead")
+        assert (found.what, found.names, found.more["state"]) == ("curve.forced", ("a", "c"), "a forward fall")
         assert len(one_side_notes(every, "back", "lognormal")) == 1
         for state, form in (("overturned", "lognormal"), (0.5, "lognormal")):
             assert one_side_notes(every, state, form) == []
         (counted,) = one_side_notes(every, "front", "isotonic")
-        assert counted.startswith("a, c: it may fall to the other side instead, and such falls are not counted")
+        assert (counted.what, counted.names) == ("curve.one_side", ("a", "c"))
         assert one_side_notes([touching], "front", "lognormal") == []
 
 

@@ -2,12 +2,13 @@
 
 import math
 
-import numpy as np
+import pytest
 import xarray as xr
 from study_texts import CABINET, IDA, motions
 
 import toppling as tp
-from toppling.core.wording import whole_percent
+from toppling.studies.facts.notes import notes_of
+from toppling.studies.facts.say import notes_said
 from toppling.studies.text.curve_notes import spacing_notes
 
 FIRST = '[fit]\nmethod = "first-overturning"\nreplicates = 100\n'
@@ -17,13 +18,16 @@ def test_a_study_says_how_much_its_levels_decide(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text('title = "a study"\n' + CABINET + motions(40) + IDA + FIRST, encoding="utf-8")
     found = tp.Study.from_toml(path).run()
-    (text,) = (one for one in found.attrs["notes"].splitlines() if "first overturnings" in one)
-    later = whole_percent(float(np.expm1(found["level_shift"].item())))
-    assert f"levels are up to 51 % apart, and with every other level first overturnings come {later} later" in text
+    (fact,) = (one for one in notes_of(found) if one.what == "curve.first_overturnings")
+    later = math.expm1(found["level_shift"].item())
+    assert fact.value == pytest.approx(12.0 ** (1.0 / 6.0) - 1.0, rel=1e-9)
+    assert (fact.lower, fact.upper) == pytest.approx((later, later), rel=1e-12)
 
 
 def test_without_a_shift_no_number_is_given():
     curves = xr.Dataset({"level_shift": ("block", [math.nan])}, attrs={"level_spacing": math.nan})
-    (text,) = spacing_notes(curves)
-    assert text.endswith("without an end")
+    (fact,) = spacing_notes(curves)
+    assert fact.what == "curve.first_overturnings"
+    assert all(math.isnan(one) for one in (fact.value, fact.lower, fact.upper))
+    assert notes_said([fact])[0].endswith("without an end.")
     assert spacing_notes(xr.Dataset()) == []

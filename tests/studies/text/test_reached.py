@@ -8,8 +8,8 @@ import xarray as xr
 from check_facts import check as check_of, facts_of
 
 import toppling as tp
+from toppling.core.facts import UNKNOWN
 from toppling.studies.facts import curves
-from toppling.studies.facts.fact import UNKNOWN
 from toppling.studies.show import tables
 from toppling.studies.tables.blocks import lead_blocks, short_blocks
 from toppling.studies.tables.table import Column, dispersion_of

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -45,3 +46,24 @@ class Fact:
     word: str = ""
     remedy: str = ""
     more: Mapping[str, Any] = field(default_factory=dict)
+
+
+def doubted(sentences: Iterable[str]) -> list[Fact]:
+    """Return doubts, which are sentences wherever they arise, as facts."""
+    return [Fact("input.doubt", names=(sentence,)) for sentence in sentences]
+
+
+def stored(facts: Iterable[Fact]) -> str:
+    """Return facts as one line of JSON, the attribute of results that `facts_in` reads."""
+    empty = vars(Fact(""))
+    # (what is not known is the same object, unlike any other NaN)
+    given = [[(name, value) for name, value in vars(fact).items() if value is not empty[name]] for fact in facts]
+    kept = [{name: value for name, value in values if value != empty[name]} for values in given]
+    return json.dumps(kept, ensure_ascii=False)
+
+
+def facts_in(text: str) -> list[Fact]:
+    """Return the facts of an attribute of results; lines of a text are sentences of an earlier version."""
+    if not text.startswith("["):
+        return doubted(text.splitlines())
+    return [Fact(**{**fact, "names": tuple(fact.get("names", ()))}) for fact in json.loads(text)]

@@ -1,0 +1,67 @@
+"""Sentences of facts: a template file is a register of macros, and a macro, named after a fact, is its sentence."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import wording
+from .doubts import first_names, first_of
+from .facts import Fact
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+Filters = Mapping[str, Callable[..., str | float]]
+FILTERS: Filters = {
+    "counted": lambda number, noun: wording.counted(int(number), noun),
+    "percent": wording.two_digit_percent,
+    "whole": wording.given_percent,
+    "two_digits": wording.two_digits,
+    "given": wording.given_number,
+    "listed": first_of,
+    "named": first_names,
+    "quoted": lambda names: first_of([f"“{name}”" for name in names]),
+    "article": wording.with_article,
+}
+"""Filters of numbers, plurals and lists."""
+_SPACES, _GAPS = re.compile(r"[ \n]+"), re.compile(r" ([,.;:])(?=\s|$)")
+
+
+def environment(
+    folders: Sequence[Path],
+    filters: Filters = FILTERS,
+    *,
+    escaping: bool = False,
+    safe: Callable[[Any], Any] | None = None,
+) -> Environment:
+    """Return the templates of folders; `safe` cleans every value, and with `escaping` they are of HTML."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # noqa: PLC0415 - not for every import
+
+    made = Environment(
+        loader=FileSystemLoader(folders),
+        autoescape=escaping,
+        finalize=safe,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters |= filters
+    return made
+
+
+def sentence(what: str, fact: Fact, modules: Iterable[Any]) -> str:
+    """Return the sentence of a name for a fact: its macro, `a_b` for `a.b`, in the first register that has it."""
+    macro = what.replace(".", "_")
+    module = next(module for module in modules if hasattr(module, macro))
+    return _GAPS.sub(r"\1", _SPACES.sub(" ", str(getattr(module, macro)(fact)))).strip()
+
+
+@cache
+def register_of(folder: Path, name: str) -> Any:
+    """Return a register of one folder, with the plain filters."""
+    return environment([folder]).get_template(f"{name}.j2").module
