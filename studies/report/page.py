@@ -54,11 +54,6 @@ MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
 MOST_WORDS = 60
 """Most words of the answer; the others follow in the appendix."""
-EXPLAINED = (
-    *("interval", "once in N years (return period)", "modelling uncertainty", "half level", "fitted curve, median"),
-    *("dispersion (β)", "damping law", "restitution (e, e_R)", "payback", "recommendation"),
-)
-"""Terms that a report explains; the documentation has the others."""
 
 
 def write_report(
@@ -141,7 +136,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     }
     return {
         **page,
-        "terms": [term for term in used(texts(page)) if term.name in EXPLAINED],
+        "terms": used(texts(page)),
         "provenance": [provenance(results, path, state)],
         "study": _study_text(results),
     }
