@@ -383,13 +383,23 @@ def report(
     out: Annotated[
         Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
     ] = None,
+    json: Annotated[
+        bool, Parameter(negative="", help="Print the facts and tables of the report as JSON, and write no report.")
+    ] = False,
     verify: Verify = False,
 ) -> None:
     """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance."""
     from ...core.doubts import noted
-    from ..report.page import write_report
+    from ..report.page import facts_json, write_report
     from ..store.folder import result_file
+    from ..text.error import StudyError
 
+    if json:
+        if format_ is not None or out is not None:
+            raise StudyError("--json prints and writes no file: leave out --format and --out")
+        with noted():
+            sys.stdout.write(json_text(facts_json(result_file(result), verify), allow_nan=False) + "\n")
+        return
     console = terminal()
     if format_ is None:
         format_ = "md" if out is not None and out.suffix == ".md" else "html"

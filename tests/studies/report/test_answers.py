@@ -17,6 +17,7 @@ import toppling as tp
 from toppling.core.facts import INVALID
 from toppling.core.wording import two_digits
 from toppling.studies import StudyError
+from toppling.studies.command.cli import main
 from toppling.studies.facts import building, curves
 from toppling.studies.facts.bars import MOST, bars_of
 from toppling.studies.facts.footnotes import footnotes
@@ -84,6 +85,28 @@ class TestAnswer:
         assert (len(bars.groups["all"]), bars.left_out) == (MOST, 40 - MOST)
         assert bars.highest == bars.groups["all"][0].value == float(results["risk_probability"][0, 1])
         assert all(int(bar.name[1:]) % 2 == 0 for bar in bars.groups["all"])  # (shelves fall before racks)
+
+
+class TestJson:
+    def test_facts_of_the_page_with_their_numbers(self, folder, capsys):
+        results, path = loaded(folder), folder / "fragility" / "results.nc"
+        assert main(["report", str(path), "--json"]) == 0
+        found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+        (chance,) = (fact for fact in found["answer"] if fact["what"] == "rate.chance")
+        assert chance["value"] == float(results["risk_probability"][0, 1])
+        page = module.content(results, path, "as written")
+        assert [fact["sentence"] for fact in found["answer"]][: len(page["answer"])] == page["answer"]
+        assert [fact["sentence"] for fact in found["notes"]] == page["notes"]
+        assert {fact["word"] for fact in found["passed"]} == {"good"}
+        curves = next(table for table in found["tables"] if table["title"].startswith("Fragility"))
+        (half,) = (row["level"] for row in curves["rows"][1:2])
+        assert half["value"] == pytest.approx(float(results["half_level"][0, 1]) / G)
+
+    def test_writes_no_file(self, folder, tmp_path, capsys):
+        path = folder / "fragility" / "results.nc"
+        assert main(["report", str(path), "--json", "--out", str(tmp_path / "report.html")]) == 2
+        assert "--json prints and writes no file" in capsys.readouterr().err
+        assert not list(tmp_path.iterdir())
 
 
 class TestClientPart:
