@@ -15,6 +15,7 @@ from ..buildings.pieces import SHARES, pieces_of
 from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
+from ..codes.check import UNSTATED_DANGER
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
 from ..text.spread import MODEL_RANGE, OUTER, model_note
 from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
@@ -173,7 +174,7 @@ def codes(results: xr.Dataset) -> Table:
         assert code is not None  # (the study names a code)
         missing = code.factors if math.isnan(code.coefficient) else ""
         row = {"item": piece.item, "floor": floor_cell(piece.floor), "status": code.status}
-        row["clause"] = "; ".join(filter(None, (code.clause, missing)))
+        row["clause"] = "; ".join(filter(None, (code.clause.removesuffix(f": {UNSTATED_DANGER}"), missing)))
         rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
     columns = (
         *(Column("item", "piece"), Column("floor", "floor"), Column("status", "code says")),
@@ -182,7 +183,9 @@ def codes(results: xr.Dataset) -> Table:
         Column("ratio", "demand / strength", "two"),
     )
     checked = f"{results.attrs['code']}; {results.attrs['code_site']}."
-    return Table.of("Code requirements", columns, rows, checked, ANCHORS, most=MOST_ROWS)
+    unstated = any(piece.code is not None and piece.code.missing == UNSTATED_DANGER for piece in pieces_of(results))
+    why = f"Not checked: {UNSTATED_DANGER}." if unstated else ""
+    return Table.of("Code requirements", columns, rows, checked, why, ANCHORS, most=MOST_ROWS)
 
 
 ANCHORS = (
