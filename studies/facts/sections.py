@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from ...core.facts import GOOD, Fact, stored
+from ...core.facts import GOOD, INVALID, Fact, stored
 from ..text.reached import within_levels
 from . import building, curves, sensitivity
 from .checks import badge, checks_of
@@ -37,7 +37,7 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
     of_building = "item" in results.dims
     subject = building if of_building else sensitivity if "value" in results.dims else curves
     method, below = [*method_of(results)], [*footnotes(within)]
-    bad = [check for check in checks if check.word != GOOD]
+    bad = sorted((check for check in checks if check.word != GOOD), key=lambda check: check.word != INVALID)
     return {
         "answer": [*subject.answer(within)],
         "actions": [*subject.actions(within)],
