@@ -81,7 +81,9 @@ def test_may_the_filing_cabinets_stay(page):
 
 def test_which_check_is_worst_and_what_must_be_done(page):
     checks = [*page("risk").facts["checks"].values()]
-    assert [check.word == INVALID for check in checks] == sorted((check.word == INVALID for check in checks), reverse=True)
+    assert [check.word == INVALID for check in checks] == sorted(
+        (check.word == INVALID for check in checks), reverse=True
+    )
     assert [check.what for check in checks if not check.remedy] == ["motion.spectra_not_compared"]
     assert GOOD not in {check.word for check in checks}
 
