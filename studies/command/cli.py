@@ -437,7 +437,8 @@ def compare(
     b
         The other results; may be left out with --laws.
     """
-    from ..comparison.compare import compare as compared
+    from ..comparison.compare import REGISTER, compare as compared
+    from ..facts.say import say as said
     from ..tables.terminal import rendered
     from ..text.error import StudyError
 
@@ -449,7 +450,9 @@ def compare(
     say(console, *found.head)
     for table in found.tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
-    say(console, *found.tail, *(f"written: {path}" for path in found.written))
+    say(console, *(said(fact, REGISTER) for fact in found.answer))
+    say(console, *(f"note: {said(fact, REGISTER)}" for fact in found.notes))
+    say(console, *(f"written: {path}" for path in found.written))
 
 
 @app.command(group=INPUTS)

@@ -23,7 +23,11 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
-FALLBACKS = {"notes": ("notes", "screen", "method", "page"), "method": ("method", "screen")}
+FALLBACKS = {
+    "notes": ("notes", "screen", "method", "page"),
+    "method": ("method", "screen"),
+    "comparison": ("comparison", "page"),
+}
 """Registers in which the sentences of a register are looked up, where it shares them with others."""
 FILTERS: sentences.Filters = {
     **sentences.FILTERS,
