@@ -437,7 +437,8 @@ def compare(
     b
         The other results; may be left out with --laws.
     """
-    from ..comparison.compare import REGISTER, compare as compared
+    from ..comparison.compare import compare as compared
+    from ..comparison.ratios import REGISTER
     from ..facts.say import say as said
     from ..tables.terminal import rendered
     from ..text.error import StudyError

@@ -15,7 +15,7 @@ from ..report.page import drawn_of, environment, texts
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.files import csv_bytes
-from ..tables.table import Column, Table
+from ..tables.table import Column, Row, Table
 from ..text.error import StudyError, writing
 from ..text.glossary import used
 from .curves import compare_curves
@@ -106,8 +106,10 @@ def _compared(a: Side, b: Side, found: Found, sure: str) -> Comparison:
 
 
 def _table_of_inputs(inputs: Sequence[Fact]) -> list[Table]:
-    columns = Column("input"), Column("a", "A"), Column("b", "B")
-    rows = [{"input": say(fact, REGISTER), "a": fact.names[1] or None, "b": fact.names[2] or None} for fact in inputs]
+    columns = Column("name"), Column("a", "A"), Column("b", "B")
+    rows: list[Row] = [
+        {"name": say(fact, REGISTER), "a": fact.names[1] or None, "b": fact.names[2] or None} for fact in inputs
+    ]
     return [Table.of("Inputs that differ", columns, rows, most=MOST_ROWS)] if rows else []
 
 

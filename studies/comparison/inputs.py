@@ -57,7 +57,9 @@ def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator
         more["known"] = not any("motion_sets" in side.study for side in (a, b))
         yield Fact("comparison.other_motions", more=more)
     grids = [side.results["level"].values for side in (a, b) if "level" in side.results.coords]
-    if len(grids) == 2 and not (grids[0].shape == grids[1].shape and np.allclose(*grids, rtol=ROUNDING, atol=0.0)):
+    if len(grids) == 2 and not (
+        grids[0].shape == grids[1].shape and np.allclose(grids[0], grids[1], rtol=ROUNDING, atol=0.0)
+    ):
         yield Fact("comparison.other_levels")
     if not differ and a.path.resolve() != b.path.resolve():
         yield Fact("comparison.files_changed")
@@ -81,22 +83,26 @@ def _numbers(a: Side, b: Side, found: Matched, laws: Matched) -> Iterator[Fact]:
     """Yield the sizes and other numbers of blocks or pieces that differ, under the first laws that are compared."""
     dim = "item" if a.kind == PIECES else "block"
     for name in OF_PIECES if dim == "item" else OF_BLOCKS:
-        both = [side.results[name] for side in (a, b) if name in side.results.coords]
-        both = [one.isel(model=k) if "model" in one.dims else one for one, k in zip(both, laws.pairs[0], strict=False)]
-        if len(both) < 2 or any(one.dims != (dim,) for one in both):
+        if not all(name in side.results.coords for side in (a, b)):
+            continue
+        both = [
+            side.results[name].isel(model=k, missing_dims="ignore")
+            for side, k in zip((a, b), laws.pairs[0], strict=True)
+        ]
+        if any(values.dims != (dim,) for values in both):
             continue
         # (money has the unit of its inventory)
-        units = ["" if one.attrs.get("units", "1") == "1" else f" {one.attrs['units']}" for one in both]
-        before, after = (one.values[[pair[k] for pair in found.pairs]] for k, one in enumerate(both))
+        units = ["" if values.attrs.get("units", "1") == "1" else f" {values.attrs['units']}" for values in both]
+        before, after = (values.values[[pair[k] for pair in found.pairs]] for k, values in enumerate(both))
         labels = [str(a.results[dim].values[i]) for i, _ in found.pairs]
         if name == "anchored":
-            alone = [[labels[i] for i in np.flatnonzero(more)] for more in (before & ~after, after & ~before)]
+            alone = [[labels[i] for i in np.flatnonzero(more)] for more in (before > after, after > before)]
             if any(alone):
                 yield _alone(name, *alone)
             continue
         for label, old, new in zip(labels, before, after, strict=True):
             # (equal numbers of two currencies are apart, unless they are not known: NaN)
-            if not _equal(old, new) or (units[0] != units[1] and old == old):
+            if not _equal(old, new) or (units[0] != units[1] and _value(old)):
                 values = (f"{text}{unit}" if text else "" for text, unit in zip(_values(old, new), units, strict=True))
                 yield Fact("comparison.input", names=(name, *values), more={"of": label})
 

@@ -176,12 +176,13 @@ def answer(lines: Sequence[Line], quantities: Sequence[Quantity], noun: str) -> 
                 verdicts.setdefault(law_text(line.laws), []).append(line.verdict)
         for verdict in (*ANCHORED_IN.values(), *(word for kind in KINDS for word in kind)):
             numbers = {law: (words.count(verdict), len(words)) for law, words in verdicts.items() if verdict in words}
-            for number in dict.fromkeys(numbers.values()):
-                under = tuple(law for law in numbers if numbers[law] == number)
-                groups.setdefault((verdict, *number, under), []).append(quantity)
+            for number, of in dict.fromkeys(numbers.values()):
+                under = tuple(law for law in numbers if numbers[law] == (number, of))
+                groups.setdefault((verdict, number, of, under), []).append(quantity)
     for (verdict, number, of, under), alike in groups.items():
         more = {**alike[0].of, "noun": noun, "of": of, "under": under, "laws": laws}
-        yield Fact("comparison.answer", number, names=tuple(quantity.name for quantity in alike), word=verdict, more=more)
+        names = tuple(quantity.name for quantity in alike)
+        yield Fact("comparison.answer", number, names=names, word=verdict, more=more)
 
 
 def legend(lines: Sequence[Line]) -> Iterator[Fact]:
