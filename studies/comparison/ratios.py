@@ -166,9 +166,9 @@ KINDS = (HIGHER, LOWER), (OPEN,), (SAME,), (UNKNOWN,)
 
 
 def answer(lines: Sequence[Line], quantities: Sequence[Quantity], noun: str) -> Iterator[Fact]:
-    """Yield how many lines have each verdict; laws and quantities with the same numbers are in one fact."""
+    """Yield how many lines have each verdict: laws with the same numbers, and quantities of all lines, are one fact."""
     laws = len({line.laws for line in lines})
-    groups: dict[tuple[str, int, int, tuple[str, ...]], list[Quantity]] = {}
+    groups: dict[tuple[str, int, int, tuple[str, ...], str], list[Quantity]] = {}
     for quantity in quantities:
         verdicts: dict[str, list[str]] = {}
         for line in lines:
@@ -178,8 +178,10 @@ def answer(lines: Sequence[Line], quantities: Sequence[Quantity], noun: str) -> 
             numbers = {law: (words.count(verdict), len(words)) for law, words in verdicts.items() if verdict in words}
             for number, of in dict.fromkeys(numbers.values()):
                 under = tuple(law for law in numbers if numbers[law] == (number, of))
-                groups.setdefault((verdict, number, of, under), []).append(quantity)
-    for (verdict, number, of, under), alike in groups.items():
+                # (some lines of one quantity are not those of another)
+                key = verdict, number, of, under, "" if number == of else quantity.name
+                groups.setdefault(key, []).append(quantity)
+    for (verdict, number, of, under, _), alike in groups.items():
         more = {**alike[0].of, "noun": noun, "of": of, "under": under, "laws": laws}
         names = tuple(quantity.name for quantity in alike)
         yield Fact("comparison.answer", number, names=names, word=verdict, more=more)

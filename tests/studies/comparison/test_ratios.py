@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from toppling.core.facts import Fact
 from toppling.fragility.risk.ratios import ratio_of
 from toppling.studies.buildings.recommendations import Range
 from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity, answer, legend, table_of
+from toppling.studies.facts.say import say
 from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, verdict_of
 
 
@@ -38,6 +40,21 @@ def test_ends_of_ratios_beyond_any_runs_are_open(ends, shown):
     own = Line("median", "rack", "", ("housner", "housner"), *sides, Range(2.0, *ends), OPEN)
     table = table_of([own], [median], "95 %")
     assert table.cells(table.lines[0])[1:4] == ["1.00 (below 2.00)", "1.00 (above 0.500)", shown]
+
+
+MOTIONS = {"motions": (9, 8), "both_ways": ["A"], "resampled": True, "changed": True, "known": False}
+
+
+@pytest.mark.parametrize(
+    "fact",
+    [
+        *(Fact(f"comparison.{name}") for name in ("files_changed", "first_branch", "surface")),
+        *(Fact("comparison.largest", 60, more={"of": 70}), Fact("comparison.too_many", 2001, more={"most": 2000})),
+        Fact("comparison.other_motions", more=MOTIONS),
+    ],
+)
+def test_every_fact_has_its_sentence(fact):
+    assert say(fact, "comparison").endswith(".")
 
 
 def line(name, verdict, law="housner"):
@@ -73,10 +90,12 @@ def test_laws_are_named():
     assert found == {LOWER: ("housner",), OPEN: ("discrete",)}
 
 
-def test_quantities_with_the_same_numbers_are_one_fact():
-    lines = [line("rack", LOWER)._replace(quantity=name) for name in ("number", "loss", "any")]
-    (fact,) = answer(lines, [CHANCE._replace(name=name) for name in ("number", "loss", "any")], "piece")
-    assert fact.names == ("number", "loss", "any")
+def test_quantities_of_which_all_lines_are_alike_are_one_fact():
+    both = [CHANCE._replace(name=name) for name in ("loss", "any")]
+    lines = [line("rack", LOWER)._replace(quantity=quantity.name) for quantity in both]
+    assert [fact.names for fact in answer(lines, both, "piece")] == [("loss", "any")]
+    lines += [line("shelf", OPEN)._replace(quantity=quantity.name) for quantity in both]
+    assert [fact.names for fact in answer(lines, both, "piece")] == [("loss",), ("loss",), ("any",), ("any",)]
 
 
 def test_the_legend_explains_what_occurs():
