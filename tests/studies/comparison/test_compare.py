@@ -335,8 +335,8 @@ class TestPieces:
         assert math.isnan(line.ratio.value)
         found = compare(folder / "free", folder / "held", tmp_path)
         keys = {("performance.inventory", '"free.csv"', '"held.csv"'), ("hazard.k0", "0.002", "0.004")}
-        pieces = {("anchored", "", "rack"), ("item", "vase", "clock"), ("e", "0.9", "0.92")}
-        assert {fact.names for fact in found.inputs} == keys | pieces
+        lines = {("anchored", "", "rack"), ("item", "vase", "clock"), ("e", "0.9", "0.92")}
+        assert {fact.names for fact in found.inputs} == keys | lines
         answers = [(*fact.names, fact.word, fact.value, fact.more["of"]) for fact in found.answer]
         assert answers[:2] == [("chance", "anchored in B", 1, 2), ("chance", "higher", 1, 2)]
 
@@ -358,14 +358,10 @@ class TestCommand:
         assert (tmp_path / "out/chances.png").read_bytes().startswith(b"\x89PNG")
 
     def test_figures_of_curves(self, folder, tmp_path):
-        found = compare(folder / "base", folder / "motions", tmp_path)
-        assert [path.name for path in found.written] == [
-            "comparison.csv",
-            "curves.png",
-            "chances.png",
-            "comparison.html",
-        ]
-        assert all(path.read_bytes().startswith(b"\x89PNG") for path in found.written[1:3])
+        table, curves, chances, page = compare(folder / "base", folder / "motions", tmp_path).written
+        assert (table.name, page.name) == ("comparison.csv", "comparison.html")
+        assert (curves.name, chances.name) == ("curves.png", "chances.png")
+        assert all(path.read_bytes().startswith(b"\x89PNG") for path in (curves, chances))
 
     def test_the_same_bytes_again(self, folder, tmp_path):
         for name in ("one", "two"):

@@ -42,19 +42,10 @@ def test_ends_of_ratios_beyond_any_runs_are_open(ends, shown):
     assert table.cells(table.lines[0])[1:4] == ["1.00 (below 2.00)", "1.00 (above 0.500)", shown]
 
 
-MOTIONS = {"motions": (9, 8), "both_ways": ["A"], "resampled": True, "changed": True, "known": False}
-
-
-@pytest.mark.parametrize(
-    "fact",
-    [
-        *(Fact(f"comparison.{name}") for name in ("files_changed", "first_branch", "surface")),
-        *(Fact("comparison.largest", 60, more={"of": 70}), Fact("comparison.too_many", 2001, more={"most": 2000})),
-        Fact("comparison.other_motions", more=MOTIONS),
-    ],
-)
-def test_every_fact_has_its_sentence(fact):
-    assert say(fact, "comparison").endswith(".")
+@pytest.mark.parametrize("name", ["files_changed", "first_branch", "largest", "other_motions", "surface", "too_many"])
+def test_rare_facts_have_their_sentences(name):
+    motions = {"motions": (9, 8), "both_ways": ["A"], "resampled": True, "changed": True, "known": False}
+    assert say(Fact(f"comparison.{name}", 2001, more={"of": 70, "most": 2000, **motions}), "comparison").endswith(".")
 
 
 def line(name, verdict, law="housner"):
@@ -66,15 +57,10 @@ KEPT = ANCHORED_IN["B"]
 
 
 @pytest.mark.parametrize(
-    ("verdicts", "numbers"),
-    [
-        ([KEPT] * 6 + [SAME] * 2, {KEPT: 6, SAME: 2}),
-        ([KEPT] * 3, {KEPT: 3}),
-        ([KEPT, ANCHORED_IN["A"], ANCHORED_IN["both"], UNKNOWN], dict.fromkeys([*ANCHORED_IN.values(), UNKNOWN], 1)),
-        ([LOWER, SAME, UNKNOWN], {LOWER: 1, SAME: 1, UNKNOWN: 1}),
-    ],
+    "numbers", [{KEPT: 6, SAME: 2}, {KEPT: 3}, {**dict.fromkeys(ANCHORED_IN.values(), 1), LOWER: 2, UNKNOWN: 1}]
 )
-def test_lines_are_counted_by_verdict(verdicts, numbers):
+def test_lines_are_counted_by_verdict(numbers):
+    verdicts = [verdict for verdict, number in numbers.items() for _ in range(number)]
     facts = [*answer([line(str(i), verdict) for i, verdict in enumerate(verdicts)], [CHANCE], "piece")]
     assert {fact.word: fact.value for fact in facts} == numbers
     assert {fact.more["of"] for fact in facts} == {len(verdicts)}
