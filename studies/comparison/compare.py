@@ -89,12 +89,12 @@ def _compared(a: Side, b: Side, found: Found, sure: str) -> Comparison:
     lines = [line for line in found.lines if any(line.quantity == quantity.name for quantity in shown)]
     inputs = [*inputs_that_differ(a, b, found.matched)]
     resampled = any(not math.isnan(line.ratio.lower) for line in lines)
-    noun = "piece" if a.kind == PIECES else "block" if len(found.matched["floor"].pairs) == 1 else "curve"
+    of = "item" if a.kind == PIECES else "block" if len(found.matched["floor"].pairs) == 1 else "curve"
     return Comparison(
         [f"{side.name}: {side.title} ({side.path})" for side in (a, b)],
         inputs,
         [*_table_of_inputs(inputs), *(table_of(found.lines, group, sure) for group in groups)],
-        [*answer(lines, shown, noun)],
+        [*answer(lines, shown, of)],
         [
             Fact("comparison.ratio", more={"resampled": resampled}),
             *notes_on_inputs(a, b, bool(inputs), resampled),

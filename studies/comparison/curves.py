@@ -116,17 +116,17 @@ def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Cur
 
 
 def _quantities(side: Side, years: float) -> list[Quantity]:
-    """Return what is compared of curves."""
+    """Return what is compared of curves: the chance, which decides, comes first."""
     axis = axis_of(side.results)
     scale, unit = display_unit(axis)
     stored = str(axis.attrs.get("units", DIMENSIONLESS))
     state = str(side.results.attrs.get("state", "overturning"))
     of = {"measure": level_name(side.results), "state": state, "years": years}
     return [
+        Quantity(CHANCE, "", 1.0, DIMENSIONLESS, of, chance=True),
         Quantity(MEDIAN, unit, scale, stored, of),
         Quantity(DISPERSION, "", 1.0, DIMENSIONLESS, of),
         Quantity(RATE, "1/year", 1.0, PER_YEAR, of, shown=False),
-        Quantity(CHANCE, "", 1.0, DIMENSIONLESS, of, chance=True),
     ]
 
 

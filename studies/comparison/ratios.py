@@ -165,7 +165,7 @@ KINDS = (HIGHER, LOWER), (OPEN,), (SAME,), (UNKNOWN,)
 """Verdicts that a legend explains together; those on anchored pieces come before them."""
 
 
-def answer(lines: Sequence[Line], quantities: Sequence[Quantity], noun: str) -> Iterator[Fact]:
+def answer(lines: Sequence[Line], quantities: Sequence[Quantity], dim: str) -> Iterator[Fact]:
     """Yield how many lines have each verdict: laws with the same numbers, and quantities of all lines, are one fact."""
     laws = len({line.laws for line in lines})
     groups: dict[tuple[str, int, int, tuple[str, ...], str], list[Quantity]] = {}
@@ -182,7 +182,7 @@ def answer(lines: Sequence[Line], quantities: Sequence[Quantity], noun: str) -> 
                 key = verdict, number, of, under, "" if number == of else quantity.name
                 groups.setdefault(key, []).append(quantity)
     for (verdict, number, of, under, _), alike in groups.items():
-        more = {**alike[0].of, "noun": noun, "of": of, "under": under, "laws": laws}
+        more = {**alike[0].of, "dim": dim, "of": of, "under": under, "laws": laws}
         names = tuple(quantity.name for quantity in alike)
         yield Fact("comparison.answer", number, names=names, word=verdict, more=more)
 

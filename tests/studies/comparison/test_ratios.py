@@ -61,7 +61,7 @@ KEPT = ANCHORED_IN["B"]
 )
 def test_lines_are_counted_by_verdict(numbers):
     verdicts = [verdict for verdict, number in numbers.items() for _ in range(number)]
-    facts = [*answer([line(str(i), verdict) for i, verdict in enumerate(verdicts)], [CHANCE], "piece")]
+    facts = [*answer([line(str(i), verdict) for i, verdict in enumerate(verdicts)], [CHANCE], "item")]
     assert {fact.word: fact.value for fact in facts} == numbers
     assert {fact.more["of"] for fact in facts} == {len(verdicts)}
 
@@ -69,19 +69,19 @@ def test_lines_are_counted_by_verdict(numbers):
 def test_laws_are_named():
     """Two laws of one piece are not two pieces."""
     both = [line("rack", verdict, law) for law, verdict in (("housner", LOWER), ("discrete", LOWER))]
-    (fact,) = answer(both, [CHANCE], "piece")
+    (fact,) = answer(both, [CHANCE], "item")
     assert (fact.word, fact.value, fact.more["of"], fact.more["under"]) == (LOWER, 1, 1, ("housner", "discrete"))
     apart = [line("rack", verdict, law) for law, verdict in (("housner", LOWER), ("discrete", OPEN))]
-    found = {fact.word: fact.more["under"] for fact in answer(apart, [CHANCE], "piece")}
+    found = {fact.word: fact.more["under"] for fact in answer(apart, [CHANCE], "item")}
     assert found == {LOWER: ("housner",), OPEN: ("discrete",)}
 
 
 def test_quantities_of_which_all_lines_are_alike_are_one_fact():
     both = [CHANCE._replace(name=name) for name in ("loss", "any")]
     lines = [line("rack", LOWER)._replace(quantity=quantity.name) for quantity in both]
-    assert [fact.names for fact in answer(lines, both, "piece")] == [("loss", "any")]
+    assert [fact.names for fact in answer(lines, both, "item")] == [("loss", "any")]
     lines += [line("shelf", OPEN)._replace(quantity=quantity.name) for quantity in both]
-    assert [fact.names for fact in answer(lines, both, "piece")] == [("loss",), ("loss",), ("any",), ("any",)]
+    assert [fact.names for fact in answer(lines, both, "item")] == [("loss",), ("loss",), ("any",), ("any",)]
 
 
 def test_the_legend_explains_what_occurs():
