@@ -423,6 +423,7 @@ def compare(
     out: Annotated[
         Path, Parameter(name=("--out", "--output"), help="Folder for the page, comparison.csv and the figures.")
     ] = Path("results/compare"),
+    json: Annotated[bool, Parameter(negative="", help="Print facts and tables as JSON.")] = False,
     verify: Verify = False,
 ) -> None:
     """Compare two studies' results: what differs between them, medians, rates and chances side by side, figures.
@@ -448,6 +449,9 @@ def compare(
     console = terminal(least=120)
     with console.status("fitting the curves again to resampled motions"):
         found = compared(a, a if b is None else b, out, laws, verify)
+    if json:
+        sys.stdout.write(json_text(found.as_json, allow_nan=False) + "\n")
+        return
     say(console, *found.head)
     for table in found.tables:
         console.print(*rendered(table, console.width), sep="\n", end="")

@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...core.facts import Fact
 from ...core.wording import confidence_text
 from ...core.writing import write_bytes
 from ..facts.say import say
+from ..facts.sections import fact_json
 from ..report.page import drawn_of, environment, texts
 from ..show import save_figures
 from ..store.outputs import own_files
-from ..tables.files import csv_bytes
+from ..tables.files import csv_bytes, table_json
 from ..tables.table import Column, Row, Table
 from ..text.error import StudyError, writing
 from ..text.glossary import used
@@ -43,6 +44,17 @@ class Comparison(NamedTuple):
     answer: list[Fact]
     notes: list[Fact]
     written: list[Path]
+
+    @property
+    def as_json(self) -> dict[str, Any]:
+        """The facts and tables as an object of JSON."""
+        facts = {"inputs": self.inputs, "answer": self.answer, "notes": self.notes}
+        return {
+            "compared": self.head,
+            **{name: [fact_json(fact, REGISTER) for fact in of_name] for name, of_name in facts.items()},
+            "tables": [table_json(table) for table in self.tables],
+            "written": [str(path) for path in self.written],
+        }
 
 
 def compare(

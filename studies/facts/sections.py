@@ -54,10 +54,11 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
 
 def as_json(found: dict[str, list[Fact]]) -> dict[str, list[dict[str, Any]]]:
     """Return facts by section as objects of JSON, each with its sentence and its remedy's."""
-    return {section: [_object(fact, REGISTERS[section]) for fact in facts] for section, facts in found.items()}
+    return {section: [fact_json(fact, REGISTERS[section]) for fact in facts] for section, facts in found.items()}
 
 
-def _object(fact: Fact, register: str) -> dict[str, Any]:
+def fact_json(fact: Fact, register: str) -> dict[str, Any]:
+    """Return a fact as an object of JSON with its sentence and its remedy's; '' as `register`: without."""
     (given,) = json.loads(stored([fact]), parse_constant=lambda _: None)
     words = {"sentence": say(fact, register), "remedy": remedy(fact, register)} if register else {}
     return {**given, **{name: text for name, text in words.items() if text}}

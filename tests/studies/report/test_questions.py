@@ -1,15 +1,15 @@
 """The twelve questions of docs/questions.md: where a page answers each, by facts and tables of the examples."""
 
+import json
 import math
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import toppling as tp
 from toppling.core.facts import GOOD, INVALID
-from toppling.studies.comparison.curves import compare_curves
+from toppling.studies.command.cli import main
 from toppling.studies.facts.sections import sections
 from toppling.studies.tables.registry import LEAD, TABLES, tables
 
@@ -20,8 +20,8 @@ EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 class Page:
     """The facts of a page by section and name, and its tables by title."""
 
-    def __init__(self, results):
-        self.results = results
+    def __init__(self, results, folder):
+        self.results, self.folder = results, folder
         self.facts = {name: {fact.what: fact for fact in facts} for name, facts in sections(results).items()}
         self.tables = {table.title: table for table in tables(results, (*LEAD, *TABLES))}
 
@@ -36,7 +36,9 @@ def page(tmp_path_factory):
 
     def of(name):
         if name not in made:
-            made[name] = Page(tp.Study.from_toml(folder / "examples" / f"{name}.toml").run())
+            made[name] = Page(
+                tp.Study.from_toml(folder / "examples" / f"{name}.toml").run(folder / name), folder / name
+            )
         return made[name]
 
     return of
@@ -115,6 +117,25 @@ def test_what_costs_most_a_year_and_what_keeps_it_closed(page):
     assert ranking.column("rank")[0] == 1 or str(ranking.texts("rank")[0]).startswith("1")
 
 
-def test_what_changed_afterwards_and_is_it_more_than_chance(page):
-    assert compare_curves
-    assert np.isfinite(1.0)
+def test_what_changed_afterwards_and_is_it_more_than_chance(page, capsys):
+    """The clinic beside the clinic with the pieces of its first table anchored."""
+    clinic = page("clinic")
+    folder, lines = clinic.folder.parent, clinic.table("What to anchor").column("item")
+    inventory = (EXAMPLES / "inventory.csv").read_text(encoding="utf-8").splitlines()
+    held = [
+        line.replace(",no,", ",yes,") if any(line.lstrip('"').startswith(f) for f in lines) else line
+        for line in inventory
+    ]
+    (folder / "examples" / "inventory.csv").write_text("\n".join(held) + "\n", encoding="utf-8")
+    tp.Study.from_toml(folder / "examples" / "clinic.toml").run(folder / "after")
+    sides = [str(folder / name / "results.nc") for name in ("clinic", "after")]
+    assert main(["compare", *sides, "--out", str(folder / "compared"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (verdict,) = (fact for fact in found["answer"] if "any" in fact["names"])
+    assert verdict["word"] == "lower"
+    (row,) = (row for table in found["tables"] for row in table["rows"] if "anything falls" in str(row.get("name")))
+    after = clinic.facts["answer"]["anchoring.after"]
+    chances = [-math.expm1(-50.0 * rate) for rate in (after.value, after.more["now"])]
+    assert row["ratio"]["value"] == pytest.approx(chances[0] / chances[1], rel=1e-9)
+    assert row["ratio"]["upper"] < 1.0
+    assert all(path.startswith(str(folder / "compared")) for path in found["written"])
