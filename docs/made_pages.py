@@ -104,7 +104,7 @@ def modules_page() -> str:
 
 def glossary_page() -> str:
     """Every term that reports define, with its definition."""
-    terms = importlib.import_module("toppling.studies.text.glossary").TERMS
+    terms = importlib.import_module("toppling.studies.text.glossary").terms()
     head = "# Glossary\n\nThe terms that reports use; a report defines those that it uses, in these words.\n\n"
     return head + "\n".join(f"**{one.name}**\n: {one.definition}\n" for one in terms)
 

@@ -18,22 +18,26 @@ from ..sequential.truths import DISPERSION, MEDIAN, Truth
 from .drawn import LOGNORMAL, SHAPES, Row, cloud, ida, level_of, row_of, stripes
 
 COARSE = MEDIAN * np.exp(np.linspace(-1.8, 1.8, 10))
+APART = MEDIAN * np.exp(1.9 * DISPERSION * (np.arange(4.0) - 1.5))
+"""Levels almost two dispersions apart: half overturn between two of them."""
 MOTIONS = (10, 20, 40, 100, 400)
 SHARES = (0.1, 0.25, 0.75)
 SEED = 52
 
 
 class Design(NamedTuple):
-    """A design of studies: its name, how studies are drawn, and the correlations within motions that it knows."""
+    """A design of studies: its name, how studies are drawn, its correlations within motions, numbers of motions."""
 
     name: str
     draw: Callable[[Truth, int, int, int], xr.Dataset]
     correlations: tuple[float, ...]
+    motions: tuple[int, ...] = MOTIONS
 
 
 DESIGNS = (
     Design("20 common levels", ida, (0.3, 0.5, 1.0)),
     Design("10 common levels", partial(ida, levels=COARSE), (0.3, 0.5, 1.0)),
+    Design("4 levels far apart", partial(ida, levels=APART), (0.3, 0.5, 1.0), (*MOTIONS[:-1], 200, MOTIONS[-1])),
     Design("5 stripes", stripes, (0.0,)),
     Design("cloud", cloud, (0.0,)),
 )
@@ -43,7 +47,7 @@ def rows(full: bool) -> Iterator[Row]:
     """Yield the coverage of each interval under each truth."""
     studies = 1000 if full else 300
     for design in DESIGNS:
-        for shape, correlation, motions in product(SHAPES, design.correlations, MOTIONS):
+        for shape, correlation, motions in product(SHAPES, design.correlations, design.motions):
             yield from _of(design, replace(shape, correlation=correlation), motions, studies)
 
 

@@ -10,6 +10,8 @@ from typing import ClassVar, NamedTuple
 from ...core.units import STANDARD_GRAVITY
 
 REQUIRED, EXEMPT, UNCHECKED = "required", "exempt", "not checked"
+UNSTATED_DANGER = "the inventory does not say whether it endangers people"
+"""Missing where a fall may or may not endanger people."""
 CLASSES = ("storage", "laboratory", "equipment", "furniture", "movable")
 """Classes of pieces: permanent floor-supported cabinets and shelves, laboratory equipment, mechanical and electrical
 equipment, other furniture, and what is temporary or moved about."""
@@ -58,6 +60,11 @@ class CodeCheck(NamedTuple):
     force: float
     demand: float
     ratio: float
+
+    @property
+    def missing(self) -> str:
+        """What the check lacks where there is none."""
+        return (self.clause.partition(": ")[2] or self.clause) if self.status == UNCHECKED else ""
 
 
 class Code(ABC):

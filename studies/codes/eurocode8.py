@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .check import EXEMPT, REQUIRED, UNCHECKED, Code, Component
+from .check import EXEMPT, REQUIRED, UNCHECKED, UNSTATED_DANGER, Code, Component
 
 VERY_LOW, VERY_LOW_ON_SOIL = 0.04, 0.05
 """a_g and a_g S, in g, up to which a site is of very low seismicity (recommended values)."""
@@ -51,7 +51,7 @@ class Eurocode8(Code):
             return EXEMPT, "3.2.1(5)P: very low seismicity, where the national annex keeps its values"
         if one.safety or (one.importance or self.importance) > 1.0:
             return REQUIRED, "4.3.5.1(1)P"
-        return UNCHECKED, "4.3.5.1(1)P: the inventory does not say whether it endangers people"
+        return UNCHECKED, f"4.3.5.1(1)P: {UNSTATED_DANGER}"
 
     def coefficient(self, one: Component) -> tuple[float, str]:
         if one.at_grade:

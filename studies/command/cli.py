@@ -383,13 +383,23 @@ def report(
     out: Annotated[
         Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
     ] = None,
+    json: Annotated[
+        bool, Parameter(negative="", help="Print the facts and tables of the report as JSON, and write no report.")
+    ] = False,
     verify: Verify = False,
 ) -> None:
     """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance."""
     from ...core.doubts import noted
-    from ..report.page import write_report
+    from ..report.page import facts_json, write_report
     from ..store.folder import result_file
+    from ..text.error import StudyError
 
+    if json:
+        if format_ is not None or out is not None:
+            raise StudyError("--json prints and writes no file: leave out --format and --out")
+        with noted():
+            sys.stdout.write(json_text(facts_json(result_file(result), verify), allow_nan=False) + "\n")
+        return
     console = terminal()
     if format_ is None:
         format_ = "md" if out is not None and out.suffix == ".md" else "html"
@@ -413,6 +423,7 @@ def compare(
     out: Annotated[
         Path, Parameter(name=("--out", "--output"), help="Folder for the page, comparison.csv and the figures.")
     ] = Path("results/compare"),
+    json: Annotated[bool, Parameter(negative="", help="Print facts and tables as JSON.")] = False,
     verify: Verify = False,
 ) -> None:
     """Compare two studies' results: what differs between them, medians, rates and chances side by side, figures.
@@ -428,6 +439,8 @@ def compare(
         The other results; may be left out with --laws.
     """
     from ..comparison.compare import compare as compared
+    from ..comparison.ratios import REGISTER
+    from ..facts.say import say as said
     from ..tables.terminal import rendered
     from ..text.error import StudyError
 
@@ -436,10 +449,15 @@ def compare(
     console = terminal(least=120)
     with console.status("fitting the curves again to resampled motions"):
         found = compared(a, a if b is None else b, out, laws, verify)
+    if json:
+        sys.stdout.write(json_text(found.as_json, allow_nan=False) + "\n")
+        return
     say(console, *found.head)
     for table in found.tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
-    say(console, *found.tail, *(f"written: {path}" for path in found.written))
+    say(console, *(said(fact, REGISTER) for fact in found.answer))
+    say(console, *(f"note: {said(fact, REGISTER)}" for fact in found.notes))
+    say(console, *(f"written: {path}" for path in found.written))
 
 
 @app.command(group=INPUTS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -12,8 +13,8 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS, PER_YEAR
-from ...core.wording import years_text
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.curves.curve import UPLIFT
@@ -24,7 +25,6 @@ from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import RUN, number_of_motions
 from ..buildings.recommendations import YEARS, Range
 from ..facts.coverage import coverage
-from ..facts.say import say
 from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
 from ..plan.estimates import Fit
@@ -36,14 +36,13 @@ from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, FLAT, highest_level, open_ends
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
-from .ratios import Found, Line, Quantity
-from .sides import Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
+from .ratios import MEDIAN, Found, Line, Quantity
+from .sides import Side, floors_of, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
 NO_RANGE = Range(math.nan, math.nan, math.nan)
 """In place of a median that lies above the highest level that was run."""
-MEDIAN, DISPERSION, RATE, CHANCE = "median", "dispersion", "rate", "chance"
-"""Quantities of a curve; the chance is of at least one fall in some years."""
-OF_SURFACES = "ratios have no intervals: curves of a surface are not fitted again block by block"
+DISPERSION, RATE, CHANCE = "dispersion", "rate", "chance"
+"""Quantities of a curve besides the median; the chance is of at least one fall in some years."""
 MOST_RESAMPLED = 2000
 """Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
 Place = tuple[int, int, int]
@@ -90,7 +89,7 @@ class CurveComparison(NamedTuple):
 def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> CurveComparison:
     """Compare curves and rates of two studies; replicates draw the same motions for both if they share them."""
     blocks, models = matched_names(a, b, "block", "block"), matched_laws(a, b, laws)
-    floors = matched(_floors(a), _floors(b))
+    floors = matched(floors_of(a), floors_of(b))
     if not floors.pairs:
         raise StudyError("A and B have no floor in common")
     paired = same_motions(a, b)
@@ -108,28 +107,26 @@ def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Cur
     time = years.pop() if len(years) == 1 else YEARS
     places = [((i[0], j[0], k[0]), (i[1], j[1], k[1])) for i, k, j in product(blocks.pairs, floors.pairs, models.pairs)]
     lines = [line for one, other in places for line in _lines(of_a, of_b, one, other, time)]
-    notes = [*_notes(a, b, of_a, of_b), *([] if again else [OF_SURFACES if surface else _too_many(number)])]
-    alone = [
-        f"floors only in {name}, not compared: {', '.join(only)}"
-        for name, only in (("A", floors.only_a), ("B", floors.only_b))
-        if only
-    ]
-    found = Found(blocks, models, lines, _quantities(a, time), [*alone, *notes])
+    notes = [*_notes(a, b, of_a, of_b)]
+    if not again:
+        more = {"most": MOST_RESAMPLED}
+        notes.append(Fact("comparison.surface") if surface else Fact("comparison.too_many", number, more=more))
+    found = Found({"model": models, "block": blocks, "floor": floors}, lines, _quantities(a, time), notes)
     return CurveComparison(found, of_a, of_b, places)
 
 
 def _quantities(side: Side, years: float) -> list[Quantity]:
-    """Return what is compared of curves."""
+    """Return what is compared of curves: the chance, which decides, comes first."""
     axis = axis_of(side.results)
     scale, unit = display_unit(axis)
     stored = str(axis.attrs.get("units", DIMENSIONLESS))
-    name = level_name(side.results)
     state = str(side.results.attrs.get("state", "overturning"))
+    of = {"measure": level_name(side.results), "state": state, "years": years}
     return [
-        Quantity(MEDIAN, f"Fitted median {name} of {state}", unit, scale, stored, reading="higher: takes more shaking"),
-        Quantity(DISPERSION, f"Dispersion β of {state}", "", 1.0, DIMENSIONLESS),
-        Quantity(RATE, f"Annual rate of {state}", "1/year", 1.0, PER_YEAR, shown=False),
-        Quantity(CHANCE, f"Chance of {state} in {years_text(years)}", "", 1.0, DIMENSIONLESS, chance=True),
+        Quantity(CHANCE, "", 1.0, DIMENSIONLESS, of, chance=True),
+        Quantity(MEDIAN, unit, scale, stored, of),
+        Quantity(DISPERSION, "", 1.0, DIMENSIONLESS, of),
+        Quantity(RATE, "1/year", 1.0, PER_YEAR, of, shown=False),
     ]
 
 
@@ -182,7 +179,7 @@ def _risk_of(side: Side) -> Risk | None:
 
 def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Line]:
     """Return the lines of one curve: median, dispersion, rate and chance, as far as both sides have them."""
-    floors = _floors(a.side)
+    floors = floors_of(a.side)
     place = floor_name(floors[at[2]]) if floors != [""] else ""
     name = _names(a.side, b.side, "block", at[0], to[0])
     laws = (str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]]))
@@ -229,39 +226,28 @@ def _reached(quantity: str, value: Range, results: xr.Dataset, said: str) -> tup
     return value, said
 
 
-def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> list[str]:
-    """Say what is not compared, or has no interval, and why."""
-    said = []
-    has = ["rate" in one.results for one in (a, b)]
-    if has[0] != has[1]:
-        said.append(f"annual rates are not compared: only {'A' if has[0] else 'B'} has a hazard curve")
-    if all(has):
-        said += [
-            f"ratios of chances have no interval: the hazard curve of {one.side.name} is in a file, which results do "
-            "not hold"
-            for one in (of_a, of_b)
-            if one.fit is not None and one.rates is None
-        ][:1]
+def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
+    """Yield what is not compared, or has no interval."""
+    with_rates = [side.name for side in (a, b) if "rate" in side.results]
+    if len(with_rates) == 1:
+        yield Fact("comparison.no_rates", names=tuple(with_rates))
+    in_files = [curves.side.name for curves in (of_a, of_b) if curves.fit is not None and curves.rates is None]
+    if len(with_rates) == 2 and in_files:
+        yield Fact("comparison.hazard_in_file", names=tuple(in_files))
     if not same_measure(a, b):
-        measures = [str(axis_of(one.results).attrs.get("long_name", measure_of(one))) for one in (a, b)]
-        said.append(f"medians are not compared: they are of {measures[0]} in A and of {measures[1]} in B")
+        measures = (str(axis_of(side.results).attrs.get("long_name", measure_of(side))) for side in (a, b))
+        yield Fact("comparison.two_measures", names=tuple(measures))
     if _of_uplift(a, b):
-        said.append(f"medians and dispersions are not compared: those of the form {UPLIFT} are of what uplifted")
+        yield Fact("comparison.of_uplift", names=(UPLIFT,))
     elif same_measure(a, b) and all("motion" in side.results.dims for side in (a, b)):
-        motions = min(number_of_motions(side.results) for side in (a, b))
-        said += [say(fact, "page") for fact in coverage(["ratio of medians"], motions)]
-    if any("epistemic_rate" in one.results for one in (a, b)):
-        said.append("rates are of the first law, motions and hazard curve; those over all branches are in the reports")
-    return said
+        yield from coverage(["ratio of medians"], min(number_of_motions(side.results) for side in (a, b)))
+    if any("epistemic_rate" in side.results for side in (a, b)):
+        yield Fact("comparison.first_branch")
 
 
 def _of_uplift(a: Side, b: Side) -> bool:
     """Return whether medians of a side are of the second factor of its curves, and not where half overturn."""
     return any("uplift_median" in side.results for side in (a, b))
-
-
-def _too_many(number: int) -> str:
-    return f"ratios have no intervals: {number:,} curves are more than the {MOST_RESAMPLED:,} that are fitted again"
 
 
 def _both(a: Curves, b: Curves, name: str) -> bool:
@@ -271,13 +257,6 @@ def _both(a: Curves, b: Curves, name: str) -> bool:
 def _names(a: Side, b: Side, dim: str, i: int, j: int) -> str:
     names = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j))]
     return names[0] if names[0] == names[1] else f"{names[0]} → {names[1]}"
-
-
-def _floors(side: Side) -> list[str]:
-    """Return the floors of a study's curves; one without a name where curves are not separated by floor."""
-    if "floor" not in side.results["median"].dims:
-        return [""]
-    return [str(one) for one in side.results["floor"].values]
 
 
 def _spread(values: xr.DataArray, *last: str) -> xr.DataArray:

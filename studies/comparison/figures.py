@@ -16,8 +16,8 @@ from ..plots import axes
 from ..text.names import short_name
 from ..text.reached import EDGE, highest_level
 from ..text.words import axis_name, axis_of, display_unit
-from .curves import MEDIAN, CurveComparison, Curves, Place
-from .ratios import Found, Line, Quantity, furthest, law_text
+from .curves import CurveComparison, Curves, Place
+from .ratios import MEDIAN, Found, Line, Quantity, furthest, law_text
 from .sides import Side, same_measure
 
 CHANCE = "chance"

@@ -1,21 +1,19 @@
-"""What differs between the inputs of two studies, in words: blocks, laws, motions, hazard curves, options."""
+"""What differs between the inputs of two studies: blocks, laws, motions, hazard curves, options."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from ...core.wording import counted, listed_name, short_digits
-from ...fragility.analyses.surface_results import POOLED
+from ...core.doubts import first_names
+from ...core.facts import Fact
+from ...core.wording import short_digits
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
 from ..store.differences import APART, changes, corrects, makes_motions
 from .sides import PIECES, Matched, Side, same_motions
 
-MOST_SAID = 6
-"""Most differences that are said of one table of the study file, and most names in a list."""
 ROUNDING = 1e-9
 """Relative difference of two numbers that were written in different units."""
 UNCOMPARED = (*APART, "blocks", "blocks_file", "models")
@@ -32,111 +30,101 @@ OF_PIECES = (
 """Numbers that are compared of each block, and of each piece of an inventory."""
 
 
-def differences_in_words(a: Side, b: Side, of_names: Matched, of_laws: Matched) -> list[str]:
-    """Return a line for each table of the study file that differs, for the blocks or pieces, and for the motions."""
-    dim = "item" if a.kind == PIECES else "block"
-    said = [*_matched(a, b, of_laws, "model", "law"), *_matched(a, b, of_names, dim, "piece" if dim == "item" else dim)]
-    said += list(_numbers(a, b, of_names, of_laws, dim))
-    said += list(_tables(a, b))
+def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iterator[Fact]:
+    """Yield each input that differs, with its values in A and in B: labels, keys of study files, sizes, versions."""
+    for dim, found in matched.items():
+        yield from _labels(a, b, dim, found)
+    yield from _keys(a, b)
+    for key in ("toppling_version", "processor"):
+        values = [str(side.results.attrs.get(key, "")) for side in (a, b)]
+        if values[0] != values[1]:
+            yield Fact("comparison.input", names=(key, *values))
+    yield from _numbers(a, b, matched["item" if a.kind == PIECES else "block"], matched["model"])
+
+
+def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator[Fact]:
+    """Yield what levels, files and motions mean for the ratios; `resampled`: some ratio has an interval."""
+    n, m = number_of_motions(a.results), number_of_motions(b.results)
+    twice = [side.name for side in (a, b) if POLARITY in side.results.coords]
+    more = {"motions": (n, m), "both_ways": twice, "resampled": resampled}
+    if same_motions(a, b):
+        yield Fact("comparison.same_motions", more=more)
+    else:
+        same_tables = a.study.get("motions") == b.study.get("motions")
+        read_again = same_tables and (corrects(a.study) or not makes_motions(a.study))
+        more["changed"] = read_again and a.identity(1) != b.identity(1)
+        # (the identity of a study with branches is of the motions of all branches)
+        more["known"] = not any("motion_sets" in side.study for side in (a, b))
+        yield Fact("comparison.other_motions", more=more)
     grids = [side.results["level"].values for side in (a, b) if "level" in side.results.coords]
     if len(grids) == 2 and not (
         grids[0].shape == grids[1].shape and np.allclose(grids[0], grids[1], rtol=ROUNDING, atol=0.0)
     ):
-        between = "so that a part of each difference may come from the interpolation between them"
-        said.append(f"levels: not the same, {between}")
-    said += list(_surroundings(a, b))
-    if not said and a.path.resolve() != b.path.resolve():
-        said.append("the files that the studies read (records or inventory) have changed between them")
-    return [*(said or ["nothing but the laws"]), motions_in_words(a, b)]
+        yield Fact("comparison.other_levels")
+    if not differ and a.path.resolve() != b.path.resolve():
+        yield Fact("comparison.files_changed")
 
 
-def motions_in_words(a: Side, b: Side) -> str:
-    """Return whether both sides were shaken by the same motions, and what that means for the intervals."""
-    n, m = number_of_motions(a.results), number_of_motions(b.results)
-    twice = [name for name, side in (("A", a), ("B", b)) if POLARITY in side.results.coords]
-    ways = f", run both ways in {' and '.join(twice)}" if twice else ""
-    surface = any(side.results.attrs.get("design") == POOLED for side in (a, b))  # (whose ratios have no intervals)
-    if same_motions(a, b):
-        paired = "" if surface else ", so the intervals of B/A are paired: what one motion does to both cancels"
-        return f"motions: the same {counted(n, 'motion')} in both{ways}{paired}"
-    number = f"{n:,} in A and {m:,} in B" if n != m else f"{counted(n, 'motion')} each"
-    number += ways
-    same_tables = a.study.get("motions") == b.study.get("motions")
-    read_again = same_tables and (corrects(a.study) or not makes_motions(a.study))
-    why = "; the records or their corrections have changed" if read_again and a.identity(1) != b.identity(1) else ""
-    # (the identity of a study with branches is of the motions of all branches)
-    known = not any("motion_sets" in side.study for side in (a, b))
-    paired = "" if surface else ", so the intervals of B/A are not paired: they hold the choice of both sets"
-    return f"motions: {'not the same' if known else 'not known to be the same'} in A and B ({number}{why}){paired}"
-
-
-def _matched(a: Side, b: Side, found: Matched, dim: str, noun: str) -> Iterator[str]:
-    """Say which labels are compared with others, and which only one side has."""
+def _labels(a: Side, b: Side, dim: str, found: Matched) -> Iterator[Fact]:
+    """Yield the labels that are compared with others, and those that only one side has."""
     for i, j in found.pairs:
-        names = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j))]
-        if names[0] != names[1]:
-            yield f"{noun}: {names[0]} in A, {names[1]} in B"
-    for name, alone in (("A", found.only_a), ("B", found.only_b)):
-        if alone:
-            yield f"{noun}s only in {name}, not compared: {_listed(alone)}"
+        labels = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j)) if dim in side.results.coords]
+        if len({*labels}) == 2:
+            yield Fact("comparison.input", names=(dim, *labels))
+    if found.only_a or found.only_b:
+        yield _alone(dim, found.only_a, found.only_b)
 
 
-def _numbers(a: Side, b: Side, found: Matched, laws: Matched, dim: str) -> Iterator[str]:
-    """Say which sizes and other numbers of blocks or pieces differ, under the first laws that are compared."""
+def _alone(what: str, of_a: list[str], of_b: list[str]) -> Fact:
+    return Fact("comparison.input_of_one", names=(what, first_names(of_a), first_names(of_b)))
+
+
+def _numbers(a: Side, b: Side, found: Matched, laws: Matched) -> Iterator[Fact]:
+    """Yield the sizes and other numbers of blocks or pieces that differ, under the first laws that are compared."""
+    dim = "item" if a.kind == PIECES else "block"
     for name in OF_PIECES if dim == "item" else OF_BLOCKS:
-        both = [side.results[name] for side in (a, b) if name in side.results.coords]
-        both = [one.isel(model=k) if "model" in one.dims else one for one, k in zip(both, laws.pairs[0], strict=False)]
-        if len(both) < 2 or any(one.dims != (dim,) for one in both):
+        if not all(name in side.results.coords for side in (a, b)):
             continue
-        one, other = (values.values[[pair[k] for pair in found.pairs]] for k, values in enumerate(both))
-        labels = [str(a.results[dim].values[i]) for i, _ in found.pairs]
-        if name == "anchored":
-            here, there = one.astype(bool), other.astype(bool)
-            for side, more in (("A", here & ~there), ("B", there & ~here)):
-                if more.any():
-                    yield f"anchored only in {side}: {_listed([labels[i] for i in np.flatnonzero(more)])}"
+        both = [
+            side.results[name].isel(model=k, missing_dims="ignore")
+            for side, k in zip((a, b), laws.pairs[0], strict=True)
+        ]
+        if any(values.dims != (dim,) for values in both):
             continue
         # (money has the unit of its inventory)
-        units = [str(side.results[name].attrs.get("units", "1")) for side in (a, b)]
-        other_units = units[0] != units[1]
-        # (equal numbers of two currencies are apart, unless they are not known: NaN)
-        apart = [i for i in range(len(labels)) if not _equal(one[i], other[i]) or (other_units and one[i] == one[i])]
-        if apart:
-            before, after = ("" if unit == "1" else f" {unit}" for unit in units)
-            shown = [(labels[i], *_values(one[i], other[i])) for i in apart[:MOST_SAID]]
-            each = [f"{label} {old}{before} in A, {new}{after} in B" for label, old, new in shown]
-            yield f"{name.replace('_', ' ')}: {'; '.join(each)}{_more(len(apart))}"
+        units = ["" if values.attrs.get("units", "1") == "1" else f" {values.attrs['units']}" for values in both]
+        before, after = (values.values[[pair[k] for pair in found.pairs]] for k, values in enumerate(both))
+        labels = [str(a.results[dim].values[i]) for i, _ in found.pairs]
+        if name == "anchored":
+            alone = [[labels[i] for i in np.flatnonzero(more)] for more in (before > after, after > before)]
+            if any(alone):
+                yield _alone(name, *alone)
+            continue
+        for label, old, new in zip(labels, before, after, strict=True):
+            # (equal numbers of two currencies are apart, unless they are not known: NaN)
+            if not _equal(old, new) or (units[0] != units[1] and _value(old)):
+                values = (f"{text}{unit}" if text else "" for text, unit in zip(_values(old, new), units, strict=True))
+                yield Fact("comparison.input", names=(name, *values), more={"of": label})
 
 
-def _tables(a: Side, b: Side) -> Iterator[str]:
-    """Say what differs in the study files, table by table; tables that only one study has are named."""
-    tables: dict[str, list[str]] = {}
+def _keys(a: Side, b: Side) -> Iterator[Fact]:
+    """Yield the keys of the study files that differ, and the tables that only one study has."""
+    alone: tuple[list[str], list[str]] = [], []
     for name in dict.fromkeys([*a.study, *b.study]):
         if name in UNCOMPARED:
             continue
         before, now = a.study.get(name), b.study.get(name)
-        if before != now and (before is None or now is None) and isinstance(before or now, dict | list):
-            tables[name] = [f"only in {'B' if before is None else 'A'}"]
+        if (before is None or now is None) and isinstance(before or now, dict | list):
+            alone[before is None].append(f"[{name}]")
             continue
-        for key, old, new in changes(before, now, name):
-            tables.setdefault(name, []).append(f"{re.sub(rf'^{name}[.]', '', key)} {old} in A, {new} in B")
-    file = a.study.get("hazard", {}).get("file")
-    if file is not None and "hazard" not in tables:
-        curves = [str(side.results.attrs.get("hazard_sha256", "")) for side in (a, b)]
-        if not all(curves):
-            tables["hazard"] = [f"in {file} in both; it is not known whether the curve in it is the same"]
-        elif curves[0] != curves[1]:
-            tables["hazard"] = [f"the curve in {file} has changed between A and B"]
-    for name, said in tables.items():
-        yield f"{name}: {'; '.join(said[:MOST_SAID])}{_more(len(said))}"
-
-
-def _surroundings(a: Side, b: Side) -> Iterator[str]:
-    """Say where the versions or the processors differ."""
-    for key, text in (("toppling_version", "made by toppling"), ("processor", "computed on")):
-        one, other = (str(side.results.attrs.get(key, "")) for side in (a, b))
-        if one != other:
-            yield f"{text} {one} in A, {other} in B"
+        for change in changes(before, now, name):
+            yield Fact("comparison.input", names=change)
+    if any(alone):
+        yield _alone("table", *alone)
+    files = [side.study.get("hazard", {}).get("file") for side in (a, b)]
+    curves = [str(side.results.attrs.get("hazard_sha256", "")) for side in (a, b)]
+    if files[0] is not None and files[0] == files[1] and (curves[0] != curves[1] or not all(curves)):
+        yield Fact("comparison.input", names=("content", *(curve[:8] for curve in curves)), more={"of": files[0]})
 
 
 def _equal(one: object, other: object) -> bool:
@@ -146,20 +134,12 @@ def _equal(one: object, other: object) -> bool:
 
 
 def _values(one: object, other: object) -> tuple[str, str]:
-    """Return two values in words, with all digits where fewer are equal."""
+    """Return two values as texts, with all digits if fewer are equal."""
     short = _value(one), _value(other)
     return short if short[0] != short[1] else (f"{one:.12g}", f"{other:.12g}")
 
 
 def _value(value: object) -> str:
     if isinstance(value, float | np.floating):
-        return "not given" if np.isnan(value) else short_digits(float(value))
-    return str(value) or "none"
-
-
-def _listed(labels: list[str]) -> str:
-    return ", ".join(map(listed_name, labels[:MOST_SAID])) + _more(len(labels))
-
-
-def _more(number: int) -> str:
-    return f" and {number - MOST_SAID:,} more" if number > MOST_SAID else ""
+        return "" if np.isnan(value) else short_digits(float(value))
+    return str(value)

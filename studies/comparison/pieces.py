@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Index
+from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...core.wording import currency_of
 from ...fragility.fitting.bootstrap import draw_motions
@@ -23,7 +24,6 @@ from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Piece, Range
 from ..buildings.variables import Year, fall_flags, level_index, per_year
 from ..facts.coverage import coverage
-from ..facts.say import say
 from ..plan.ratios import verdict_of
 from ..tables.unseen import at_most
 from ..text.words import floor_name, level_name, level_text
@@ -113,38 +113,36 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
             sides = zip(pieces, (a, b), (i, m), strict=True)
             both = [found[str(side.results["item"].values[at])] for found, side, at in sides]
             lines.append(_line((a, b), both, rates, names, yearly))
-    alone = items.only_a or items.only_b
-    notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
-    motions = min(number_of_motions(side.results) for side in (a, b))
-    notes += [say(fact, "page") for fact in coverage(["ratio of totals"], motions)]
+    notes = [Fact("comparison.totals")] if items.only_a or items.only_b else []
+    notes += coverage(["ratio of totals"], min(number_of_motions(side.results) for side in (a, b)))
     if not _lossy(a, b) and any(map(_valued, (a, b))):
-        notes.append("losses are not compared: one side has none, or another currency")
-    for quantity, subject in ((DOWNTIME, "downtimes"), (INJURIES, "injuries")):
+        notes.append(Fact("comparison.no_losses"))
+    for quantity in (DOWNTIME, INJURIES):
         has = [AT_LEVEL[quantity] in side.results for side in (a, b)]
         if has[0] != has[1]:
-            notes.append(f"{subject} are not compared: only the inventory of {'A' if has[0] else 'B'} gives them")
-    return Found(items, models, lines, _quantities(a, yearly), notes)
+            notes.append(Fact("comparison.no_amount", names=(quantity, "A" if has[0] else "B")))
+    return Found({"model": models, "item": items}, lines, _quantities(a, yearly), notes)
 
 
 def _quantities(side: Side, yearly: bool) -> list[Quantity]:
     """Return what is compared, the pieces first."""
     money = currency_of(side.results)
-    when = f"in {YEARS:g} years"
+    of: dict[str, Any] = {"years": YEARS}
     if not yearly:
         level = level_text(float(side.results.attrs["at_level"]), side.results["level"])
-        when = f"at {level_name(side.results)} = {level}"
+        of = {"measure": level_name(side.results), "level": level}
     per, in_a = (PER_YEAR, f"{money} a year".strip()) if yearly else (DIMENSIONLESS, money)
     # (few pieces fall in one year)
-    at = "" if yearly else f" {when}"
-    rare = (PERIOD, 1e-3) if yearly else ("", 1.0)
-    days = (f"{DAY}s a year", 1.0, per_year(DAY)) if yearly else (f"{DAY}s", 1.0, DAY)
+    rare = (PERIOD, 1e-3, per, of) if yearly else ("", 1.0, per, of)
+    each = " per year" if yearly else ""
+    days = f"{DAY}s{each}", 1.0, per_year(DAY) if yearly else DAY, of
     return [
-        Quantity(CHANCE, f"Chance that a piece falls {when}", "", 1.0, DIMENSIONLESS, chance=True),
-        Quantity(NUMBER, f"Pieces expected to fall{at}", *rare, per, whole=True),
-        Quantity(LOSS, f"Expected loss{at}", in_a, 1.0, in_a, whole=True),
-        Quantity(DOWNTIME, f"Expected downtime{at}", *days, whole=True),
-        Quantity(INJURIES, f"Injured persons expected{at}", *rare, per, whole=True),
-        Quantity(ANY, f"Chance that anything falls {when}", "", 1.0, DIMENSIONLESS, chance=True, whole=True),
+        Quantity(CHANCE, "", 1.0, DIMENSIONLESS, of, chance=True),
+        Quantity(NUMBER, *rare, whole=True),
+        Quantity(LOSS, f"{money}{each}".strip(), 1.0, in_a, of, whole=True),
+        Quantity(DOWNTIME, *days, whole=True),
+        Quantity(INJURIES, *rare, whole=True),
+        Quantity(ANY, "", 1.0, DIMENSIONLESS, of, chance=True, whole=True),
     ]
 
 

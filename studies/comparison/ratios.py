@@ -1,17 +1,22 @@
-"""Pairs of numbers, of A and of B, with their ratio, the verdict on it, and their tables."""
+"""Pairs of numbers, of A and of B, with their ratio, the verdict on it, their tables, and what follows from them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.facts import Fact
 from ..buildings.recommendations import Range
+from ..facts.say import say
+from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN
 from ..tables.table import ENDS, INTERVALS, Column, Row, Table, Value
 from .sides import Matched
 
+REGISTER = "comparison"
+MEDIAN = "median"
 MOST_ROWS = 60
 """Most rows of a table on a terminal: those whose ratios are furthest from 1."""
 
@@ -45,10 +50,10 @@ def table_of(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: 
         *(Column("name"), Column("law", "law"), Column("a", "A", form), Column("b", "B", form)),
         *(Column("ratio", "B/A", "ratio3"), Column("verdict", "B against A")),
     )
-    most = f"The table has the {MOST_ROWS} of {len(of_names):,} rows with the largest changes."
-    reading = f"{first.reading[:1].upper()}{first.reading[1:]}." if first.reading else ""
-    notes = INTERVALS.format(confidence), reading, most if len(kept) < len(of_names) else ""
-    return Table.of("The whole building" if first.whole else _title(first), columns, rows, *notes)
+    notes = [Fact("comparison.largest", MOST_ROWS, more={"of": len(of_names)})] if len(kept) < len(of_names) else []
+    notes += [Fact("comparison.higher_median")] if first.name == MEDIAN else []
+    title = "The whole building" if first.whole else _title(first)
+    return Table.of(title, columns, rows, INTERVALS.format(confidence), *(say(fact, REGISTER) for fact in notes))
 
 
 def _title(quantity: Quantity) -> str:
@@ -126,31 +131,68 @@ class Line(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """A quantity that is compared: its key, its title, unit and divisor on a screen, and the unit of its values.
+    """A quantity that is compared: its key, its unit and divisor on a screen, and the unit of its values.
 
-    `chance`: it is a probability, in per cent on a screen; `shown`: it is shown there; `reading`: what a higher value
-    means, in words; `whole`: it is of the whole building, and has a row in the table of the building.
+    `of`: values in its title, such as the years; `chance`: it is a probability, in per cent on a screen; `shown`: it is
+    shown there; `whole`: it is of the whole building, and has a row in the table of the building.
     """
 
     name: str
-    title: str
     unit: str
     scale: float
     stored: str
+    of: Mapping[str, Any]
     chance: bool = False
     shown: bool = True
-    reading: str = ""
     whole: bool = False
+
+    @property
+    def title(self) -> str:
+        """The title on a screen and in a file."""
+        return say(Fact("comparison.quantity", names=(self.name,), more=self.of), REGISTER)
 
 
 class Found(NamedTuple):
-    """All that was compared: the blocks or pieces and the laws that were matched, the lines, and what they are of."""
+    """All that was compared: labels that were matched by dimension, lines, and what they are of."""
 
-    names: Matched
-    laws: Matched
+    matched: dict[str, Matched]
     lines: list[Line]
     quantities: list[Quantity]
-    notes: list[str]
+    notes: list[Fact]
+
+
+KINDS = (HIGHER, LOWER), (OPEN,), (SAME,), (UNKNOWN,)
+"""Verdicts that a legend explains together; those on anchored pieces come before them."""
+
+
+def answer(lines: Sequence[Line], quantities: Sequence[Quantity], dim: str) -> Iterator[Fact]:
+    """Yield how many lines have each verdict: laws with the same numbers, and quantities of all lines, are one fact."""
+    laws = len({line.laws for line in lines})
+    groups: dict[tuple[str, int, int, tuple[str, ...], str], list[Quantity]] = {}
+    for quantity in quantities:
+        verdicts: dict[str, list[str]] = {}
+        for line in lines:
+            if line.quantity == quantity.name:
+                verdicts.setdefault(law_text(line.laws), []).append(line.verdict)
+        for verdict in (*ANCHORED_IN.values(), *(word for kind in KINDS for word in kind)):
+            numbers = {law: (words.count(verdict), len(words)) for law, words in verdicts.items() if verdict in words}
+            for number, of in dict.fromkeys(numbers.values()):
+                under = tuple(law for law in numbers if numbers[law] == (number, of))
+                # (some lines of one quantity are not those of another)
+                key = verdict, number, of, under, "" if number == of else quantity.name
+                groups.setdefault(key, []).append(quantity)
+    for (verdict, number, of, under, _), alike in groups.items():
+        more = {**alike[0].of, "dim": dim, "of": of, "under": under, "laws": laws}
+        names = tuple(quantity.name for quantity in alike)
+        yield Fact("comparison.answer", number, names=names, word=verdict, more=more)
+
+
+def legend(lines: Sequence[Line]) -> Iterator[Fact]:
+    """Yield the meaning of each verdict that occurs."""
+    for kind in (tuple(ANCHORED_IN.values()), *KINDS):
+        words = tuple(word for word in kind if any(line.verdict == word for line in lines))
+        if words:
+            yield Fact("comparison.legend", names=words)
 
 
 def law_text(laws: tuple[str, str]) -> str:

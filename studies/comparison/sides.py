@@ -249,6 +249,13 @@ def matched_names(a: Side, b: Side, dim: str, noun: str) -> Matched:
     return found
 
 
+def floors_of(side: Side) -> list[str]:
+    """Return the floors of a study's curves; one without a name where curves are not separated by floor."""
+    if "floor" not in side.results["median"].dims:
+        return [""]
+    return [str(floor) for floor in side.results["floor"].values]
+
+
 def law_at(side: Side, name: str) -> int:
     """Return the position of the law with a label or a short name; StudyError where that is not one law."""
     labels = _labels(side, "model")

@@ -42,11 +42,11 @@ from ..buildings.recommendations import (
 )
 from ..buildings.sliding import shares_with_moving_supports
 from ..buildings.variables import JOINT, Year, fall_flags
-from ..codes.check import UNCHECKED
+from ..codes.check import UNSTATED_DANGER
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.item_slides import contacts_of
 from ..tables.unseen import at_most
-from ..text.spread import OUTER, building_spread, rates_of_consequences, sources
+from ..text.spread import OUTER, building_spread, sources
 from ..text.words import block_title, floor_name, quantity_name, reference_law
 from .law_choice import damped_throughout
 
@@ -107,7 +107,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def details(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield annual loss, downtime and injuries, and the most frequent consequences."""
+    """Yield annual loss, downtime and injuries."""
     at, _ = reference_law(results)
     whole, branches = results.isel(model=at).sel(place=BUILDING), "branch" in results.dims
     rate = float(whole.get("any_rate", math.nan))
@@ -127,17 +127,6 @@ def details(results: xr.Dataset) -> Iterator[Fact]:
         else:
             value, low, high = (float(whole[f"annual_{name}{end}"]) for end in ("", "_lower", "_upper"))
             yield Fact(f"consequence.{name}", value, low, high, more=more)
-    rates = rates_of_consequences(results, BUILDING) if branches else None
-    if rates is not None:
-        for k in range(rates.sizes["block"]):
-            one = rates.isel(block=k)
-            yield _spread("consequence.rate", one, {"word": str(one["block"].item())})
-    if rates is None and "consequence_rate" in whole:
-        for k in np.argsort(-whole["consequence_rate"].values, kind="stable"):
-            one = whole.isel(consequence=int(k))
-            rate, low, high = (float(one[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
-            if rate > 0.0:
-                yield Fact("consequence.rate", rate, low, high, more={"word": str(one["consequence"].item())})
     yield from _carried(results)
 
 
@@ -243,9 +232,11 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
     yield from _budget(pieces, results, at, money)
     yield from _kit_sets(results, pieces, money)
     yield from _kits(results, pieces)
-    unstated = [piece for piece in pieces if not piece.stated and not piece.held]
+    asked = [piece for piece in pieces if _missing(piece) == UNSTATED_DANGER]
+    unstated = [piece for piece in pieces if piece in asked or not (piece.stated or piece.held)]
     if unstated:
-        yield Fact("anchoring.unstated", sum(piece.number for piece in unstated), names=_names(unstated))
+        more = {"code": str(results.attrs["code"]) if asked else ""}
+        yield Fact("anchoring.unstated", sum(piece.number for piece in unstated), names=_names(unstated), more=more)
     for word, what in ((UNPRICED, "anchoring.unpriced"), (UNVALUED, "anchoring.unvalued")):
         if missing := [piece for piece in pieces if piece.recommendation == word]:
             yield Fact(what, names=_names(missing))
@@ -282,11 +273,15 @@ def _code(pieces: Sequence[Piece], results: xr.Dataset, money: Mapping[str, obje
         if some:
             cost = math.fsum(piece.cost_of_all for piece in some)
             yield Fact(what, cost, names=_names(some), more=money)
-    unknown = [piece for piece in pieces if piece.code is not None and piece.code.status == UNCHECKED]
+    unknown = [piece for piece in pieces if _missing(piece) not in ("", UNSTATED_DANGER)]
     if unknown:
-        clauses = [piece.code.clause for piece in unknown if piece.code is not None]
-        why = tuple(dict.fromkeys(clause.partition(": ")[2] or clause for clause in clauses))
+        why = tuple(dict.fromkeys(map(_missing, unknown)))
         yield Fact("code.unchecked", names=_names(unknown), more={"why": why})
+
+
+def _missing(piece: Piece) -> str:
+    """Return what the check of a piece by the code lacks; '' if there is a check."""
+    return "" if piece.code is None else piece.code.missing
 
 
 def _budget(pieces: Sequence[Piece], results: xr.Dataset, at: int, money: Mapping[str, object]) -> Iterator[Fact]:

@@ -320,6 +320,7 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
         with np.errstate(invalid="ignore"):
             fewer = values < own / DISAGREE if yearly else values > own * DISAGREE
         more = {"laws": others.size, "yearly": yearly, "throughout": damped_throughout(results, fewer)}
+        more["verb"] = verb_in(results)
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
     for i, crossing in enumerate(crossings_of_laws(case, results)[:MOST_SAID]):
         named = crossing._replace(names=(*crossing.names, _name(case)))

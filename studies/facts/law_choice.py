@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 
 from ...core.aliases import Flags
@@ -29,12 +28,13 @@ def choice_of_law(results: xr.Dataset) -> Fact | None:
     return Fact(f"law.use_{what}", names=(given,), more=more)
 
 
-def damped_throughout(results: xr.Dataset, fewer: Flags) -> int:
-    """Return how many of the laws with `fewer` falls dissipate energy throughout the motion, as no impact does."""
+def damped_throughout(results: xr.Dataset, fewer: Flags) -> tuple[str, ...]:
+    """Return the laws with `fewer` falls that dissipate energy throughout the motion, as no impact does."""
     law = results.coords.get("law")
     if law is None or law.dims != ("model",):
-        return 0
-    return int(np.sum(fewer & np.isin(law.values.astype(str), (*VISCOUS, "viscous"))))
+        return ()
+    names = law.values.astype(str)[fewer]
+    return tuple(dict.fromkeys(LAW_NAMES.get(name, name) for name in names if name in (*VISCOUS, "viscous")))
 
 
 def names_of(laws: list[str]) -> str:

@@ -18,13 +18,17 @@ from ...fragility.hazard.rates import probability_in
 from ...fragility.validity.notes import TEMPLATES as OF_SCREENS
 from ..text.curve_notes import action_of, infinitive_of, reached_of, verb_of
 from ..text.names import clean
-from ..text.words import that_has, value_in
+from ..text.words import value_in
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
-FALLBACKS = {"notes": ("notes", "screen", "method", "page"), "method": ("method", "screen")}
+FALLBACKS = {
+    "notes": ("notes", "screen", "method", "page"),
+    "method": ("method", "screen"),
+    "comparison": ("comparison", "page"),
+}
 """Registers in which the sentences of a register are looked up, where it shares them with others."""
 
 
@@ -46,7 +50,6 @@ FILTERS: sentences.Filters = {
     "in_years": lambda rate, years: float(probability_in(np.float64(rate), years)),
     "year_count": wording.years_text,
     "in_unit": value_in,
-    "that_has": that_has,
     "acts": action_of,
     "fell": reached_of,
     "falls": verb_of,

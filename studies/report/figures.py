@@ -10,6 +10,7 @@ from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
+from ..facts.say import value_of
 from ..text.names import clean
 
 if TYPE_CHECKING:
@@ -48,37 +49,9 @@ class Picture(NamedTuple):
         return text
 
 
-CAPTIONS = {
-    "fragility": "Probability of the studied state by the intensity of shaking.",
-    "laws": "Medians under each damping law relative to the median under the reference law.",
-    "map": "Values of all blocks by slenderness and size, a panel for each law.",
-    "events": "Probability that more than a given share of the region falls in one event, a panel for each law.",
-    "risk": "Annual rates of overturning, and contributions of intensities to the highest of these rates.",
-    "branches": "Ranges of the annual rate over all weighted branches, and the sources of their spread.",
-    "measures": "Dispersion of the capacity in each intensity measure. A small dispersion means a good prediction.",
-    "uncertainty": "Probability of overturning with uncertain inputs, and the sources of its variance.",
-    "sobol": "Sobol’ indices: the share of the variance from each input, alone and with others.",
-    "number": "Overturned pieces in the building by the intensity of shaking.",
-    "loss": "Loss in the building by the intensity of shaking.",
-    "exceedance": "Annual rate of exceeding a loss or a number of pieces. The left edge is the rate of any fall. A "
-    "line drops to the axis at the largest value under any motion.",
-    "downtime": "Annual rate of exceeding a downtime, the longest one of all fallen pieces.",
-    "anchoring": "Savings from anchoring each item. The order of the items is the order of the recommendations: safety "
-    "comes before money.",
-    "median": "Medians of the fragility curves by the varied parameter.",
-    "median_ratio": "Medians relative to the reference by the varied parameter.",
-    "dispersion": "Dispersions of the fragility curves by the varied parameter.",
-    "probability": "Probability of overturning by the varied parameter.",
-    "flipped": "Share of runs with another outcome than the reference by the varied parameter.",
-    "curves": "Fragility curves of both studies, a panel for each block and law.",
-    "chances": "Chances of both studies side by side.",
-    "tornado": "Change in the probability as one input at a time goes from its low to its high value.",
-}
-"""Captions by the first part of a figure's name; the figure itself adds motions, laws and intervals."""
-
-
 def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
     """Yield figures as pictures; their SVG has no script, no reference outside, unique ids."""
+    captions = value_of("captions", "captions")
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         svg, phone, content = "", "", b""
         if narrow is None:
@@ -90,8 +63,10 @@ def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
             content = file.getvalue()
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
-        caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
-        caption = f"{caption.rstrip('.')}. {_plain(str(figure.get_label()))}".strip()
+        caption = (
+            captions.get(name) or captions.get(name.rpartition("_")[0]) or f"{name.replace('_', ' ').capitalize()}."
+        )
+        caption = f"{caption} {_plain(str(figure.get_label()))}".strip()
         yield Picture(name, caption, svg, phone, content)
 
 

@@ -14,18 +14,16 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
-from ...core.facts import GOOD
 from ...core.writing import write_bytes
 from .. import show
-from ..facts import building, curves, sensitivity
 from ..facts.bars import bars_of
-from ..facts.checks import REMARKS, badge, checks_of
-from ..facts.footnotes import footnotes
-from ..facts.method import inputs_of, method_of, study_of
-from ..facts.notes import left_notes
+from ..facts.checks import REMARKS
+from ..facts.method import study_of
 from ..facts.say import environment as templates, notes_said, remedy, say, value_of
+from ..facts.sections import REGISTERS, as_json, sections
 from ..file.report import ReportTable
 from ..store.content import check_content
+from ..tables.files import table_json
 from ..tables.inputs import provenance
 from ..tables.page import longest_word, markdown, whole_intervals
 from ..tables.registry import INPUTS, LEAD, TABLES, tables
@@ -51,15 +49,12 @@ _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
 MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
+PLAIN = "footnotes", "details", "method"
+"""Sections that a page prints as they are."""
 MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
 MOST_WORDS = 60
 """Most words of the answer; the others follow in the appendix."""
-EXPLAINED = (
-    *("interval", "once in N years (return period)", "modelling uncertainty", "half level", "fitted curve, median"),
-    *("dispersion (β)", "damping law", "restitution (e, e_R)", "payback", "recommendation"),
-)
-"""Terms that a report explains; the documentation has the others."""
 
 
 def write_report(
@@ -108,45 +103,55 @@ def html_page(results: xr.Dataset, path: Path, state: str) -> str:
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
     labelled, results = results, with_law_names(results)
-    within, checks = within_levels(results), checks_of(results, state)
-    titles = value_of("titles", "checks")
-    bad = [check for check in checks if check.word != GOOD]
-    labels = value_of("titles", "method")
-    method, below = [*method_of(results)], [*footnotes(within)]
-    of_building = "item" in results.dims
-    subject = building if of_building else sensitivity if "value" in results.dims else curves
-    facts = list(subject.answer(within))
-    answer, more = _first_words([say(fact, "page") for fact in facts])
-    steps = [say(fact, "page") for fact in subject.actions(within)]
+    facts = sections(results, state)
+    (validity,) = facts["validity"]
+    said = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in ("answer", "actions", *PLAIN)}
+    titles, labels = value_of("titles", "checks"), value_of("titles", "method")
+    answer, more = _first_words(said["answer"])
     page = {
         "title": str(results.attrs.get("title", "")) or "A study",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
         "answer": answer,
-        "bars": bars_of(within),
-        "steps": steps[:MOST_STEPS],
-        "further": steps[MOST_STEPS:],
-        "badge": badge(checks),
-        "verdict": say(badge(checks), "checks"),
+        "bars": bars_of(within_levels(results)),
+        "steps": said["actions"][:MOST_STEPS],
+        "further": said["actions"][MOST_STEPS:],
+        "badge": validity,
+        "verdict": say(validity, "checks"),
         "lead": _page_tables(results, LEAD),
-        "footnotes": [say(fact, "page") for fact in below],
-        "details": [*more, *(say(fact, "page") for fact in (building.details(within) if of_building else ()))],
-        "after": next((fact for fact in facts if fact.what == "anchoring.after" and math.isfinite(fact.value)), None),
+        **{name: said[name] for name in PLAIN},
+        "details": [*more, *said["details"]],
+        "after": next(
+            (fact for fact in facts["answer"] if fact.what == "anchoring.after" and math.isfinite(fact.value)), None
+        ),
         "hints": show.hints(results),
         "tables": _page_tables(results, [name for name in TABLES if name not in LEAD]),
-        "inputs": [(labels[fact.what], say(fact, "method")) for fact in inputs_of(results)],
+        "inputs": [(labels[fact.what], say(fact, "method")) for fact in facts["inputs"]],
         "input_tables": _page_tables(results, INPUTS),
-        "method": [say(fact, "method") for fact in method],
-        "checks": [(titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in bad],
-        "good": list(dict.fromkeys(titles[check.what] for check in checks if check.word == GOOD)),
-        "remarks": [say(check, "checks") for check in checks if check.what in REMARKS and check.word == GOOD],
-        "notes": [renamed(note, labelled) for note in notes_said(left_notes(results, (*bad, *method, *below)))],
+        "checks": [
+            (titles[check.what], check.word, say(check, "checks"), remedy(check, "checks")) for check in facts["checks"]
+        ],
+        "good": list(dict.fromkeys(titles[check.what] for check in facts["passed"])),
+        "remarks": [say(check, "checks") for check in facts["passed"] if check.what in REMARKS],
+        "notes": [renamed(note, labelled) for note in notes_said(facts["notes"])],
     }
     return {
         **page,
-        "terms": [term for term in used(texts(page)) if term.name in EXPLAINED],
+        "terms": used(texts(page)),
         "provenance": [provenance(results, path, state)],
         "study": _study_text(results),
     }
+
+
+def facts_json(path: Path, verify: bool = False) -> dict[str, Any]:
+    """Return what the report of a result file says, as an object of JSON: facts by section, and tables."""
+    with read_results(path) as results:
+        state = check_content(path, results, verify)
+        made = *tables(results, (*LEAD, *TABLES, *INPUTS)), provenance(results, path, state)
+        return {
+            "title": str(results.attrs.get("title", "")),
+            **as_json(sections(results, state)),
+            "tables": [table_json(table) for table in made],
+        }
 
 
 def _first_words(sentences: list[str]) -> tuple[list[str], list[str]]:

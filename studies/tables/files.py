@@ -8,12 +8,12 @@ import math
 import re
 import zipfile
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...fragility.exchange.curve_csv import guarded
 from ..buildings.recommendations import UNKNOWN, Range
 from ..text.names import clean
-from .table import Table, Value
+from .table import Marked, Table, Value
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -48,6 +48,25 @@ def _known(value: Value) -> Cell:
     """Return a value, None instead of a number that is not finite."""
     assert not isinstance(value, tuple)
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def table_json(table: Table) -> dict[str, Any]:
+    """Return a table as an object of JSON: its columns, and its rows by the keys of the columns."""
+    return {
+        "title": table.title,
+        "columns": [{"key": column.key, "title": column.title, "unit": column.unit} for column in table.columns],
+        "rows": [{column.key: _plain(row.get(column.key)) for column in table.columns} for row in table.lines],
+        "note": table.note,
+    }
+
+
+def _plain(value: Value) -> Cell | dict[str, Cell]:
+    """Return a value without marks, a range as an object of its numbers that are known."""
+    if isinstance(value, Marked):
+        return _plain(value.value)
+    if isinstance(value, Range):
+        return {name: part for name, part in value._asdict().items() if _known(part) is not None}
+    return _known(value)
 
 
 def csv_bytes(table: Table) -> bytes:

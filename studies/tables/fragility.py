@@ -18,7 +18,7 @@ from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.recommendations import Range
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import RATE, shown
-from ..text.curve_notes import held_apart, infinitive_of, reached_of, state_in, verb_in
+from ..text.curve_notes import infinitive_of, reached_of, state_in, verb_in
 from ..text.reached import levels_run, other_levels, within_levels
 from ..text.spread import sample_range
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
@@ -78,7 +78,7 @@ def curves(results: xr.Dataset) -> Table:
     )
     uplift = "Dispersions are of the blocks that uplift." if "uplift_median" in here else ""
     both = "Motions and inputs vary together." if "sample_median" in here else ""
-    return Table.of("Fragility curves", columns, rows, intervals(here), held_apart(here), uplift, both, chosen(here))
+    return Table.of("Fragility curves", columns, rows, intervals(here), uplift, both, chosen(here))
 
 
 def rates(results: xr.Dataset) -> Table:

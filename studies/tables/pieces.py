@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,6 +15,7 @@ from ..buildings.pieces import SHARES, pieces_of
 from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
+from ..codes.check import UNSTATED_DANGER
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
 from ..text.spread import MODEL_RANGE, OUTER, model_note
 from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
@@ -181,15 +181,12 @@ WORTH = *(f"level_{k}" for k in range(len(SHARES))), "value", "anchoring_cost", 
 def codes(results: xr.Dataset) -> Table:
     """Return what the building code says of each piece, with the design forces."""
     rows = []
-    pieces_with_code = [(piece, piece.code) for piece in pieces_of(results) if piece.code is not None]
-    clauses = Counter(code.clause for _, code in pieces_with_code if ": " in code.clause)
-    (often, number), *_ = [*clauses.most_common(1), ("", 0)]
-    short, _, reason = often.partition(": ")
-    for piece, code in pieces_with_code:
+    for piece in pieces_of(results):
+        code = piece.code
+        assert code is not None  # (the study names a code)
         missing = code.factors if math.isnan(code.coefficient) else ""
         row = {"item": piece.item, "floor": floor_cell(piece.floor), "status": code.status}
-        clause = f"{short} *" if code.clause == often and number > 1 else code.clause
-        row["clause"] = "; ".join(filter(None, (clause, missing)))
+        row["clause"] = "; ".join(filter(None, (code.clause.removesuffix(f": {UNSTATED_DANGER}"), missing)))
         rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
     columns = (
         *(Column("item", "piece"), Column("floor", "floor"), Column("status", "code says")),
@@ -198,8 +195,9 @@ def codes(results: xr.Dataset) -> Table:
         Column("ratio", "demand / strength", "two"),
     )
     checked = f"{results.attrs['code']}; {results.attrs['code_site']}."
-    repeated = f"*: {reason}." if number > 1 else ""
-    return Table.of("Code requirements", columns, rows, checked, repeated, ANCHORS, most=MOST_ROWS)
+    unstated = any(piece.code is not None and piece.code.missing == UNSTATED_DANGER for piece in pieces_of(results))
+    why = f"Not checked: {UNSTATED_DANGER}." if unstated else ""
+    return Table.of("Code requirements", columns, rows, checked, why, ANCHORS, most=MOST_ROWS)
 
 
 ANCHORS = (

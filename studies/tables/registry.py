@@ -84,7 +84,7 @@ REGISTRY = {
     "selections": Entry(has(f"{PREFIX}bias"), selections.selections),
     "sizes": Entry(has("size_along"), fragility.sizes),
     "measures": Entry(has("measure_rank"), fragility.measures),
-    "shares": Entry(_both(OF_BLOCKS, has("component")), uncertainty.shares),
+    "shares": Entry(_both(OF_BLOCKS, has("capacity_share", "flag_share")), uncertainty.shares),
     "indices": Entry(_both(OF_BLOCKS, has("sobol_first")), uncertainty.indices),
     "pieces": Entry(OF_PIECES, pieces.danger, by_law=True),
     "worth": Entry(OF_PIECES, pieces.worth, by_law=True),

@@ -14,8 +14,7 @@ from ...core.aliases import Flags
 from ...core.facts import Fact
 from ...core.wording import given_percent, listed_name
 from ...fragility.fitting.states import OVERTURNED, SEPARATED, state_name
-from ...fragility.runs.provenance import number_of_motions
-from .words import axis_of, floor_name, level_text
+from .words import floor_name, level_text
 
 FEWEST = 5
 """With fewer runs that reached the state, or that did not, a curve depends on chance."""
@@ -36,9 +35,6 @@ SETTLED = 0.95
 """Probability from which a curve has little left to rise."""
 ALIKE = 1e-6
 """Relative difference below which sizes are the same."""
-MEASURED = 0.95  # the confidence of the intervals whose coverage is measured
-FAR_APART, MANY_MOTIONS = 1.5, 100
-"""Dispersions between levels, and motions, from which on intervals between levels hold less than they say."""
 MOST_NAMED = 3  # curves that a note names
 STATES = {
     state_name(OVERTURNED): ("overturns", "overturned"),
@@ -48,17 +44,6 @@ STATES = {
     state_name("fallen_off"): ("falls over an edge", "fell over an edge"),
 }
 """The verb for a block that reaches a state, and for runs that reached it."""
-
-
-def held_apart(results: xr.Dataset) -> str:
-    """Return how often intervals between levels far apart contain the true level; '' with few motions."""
-    cloud, levels = results.attrs.get("design") == "cloud", np.unique(axis_of(results).values)
-    if cloud or levels.size < 2 or "motion" not in results.dims or number_of_motions(results) <= MANY_MOTIONS:
-        return ""
-    far = "dispersion" in results and np.diff(np.log(levels)).max() > FAR_APART * float(results["dispersion"].min())
-    if not far or results.attrs.get("confidence", MEASURED) != MEASURED:
-        return ""
-    return f"Between levels over {FAR_APART} β apart, 95 % intervals contain the true level in 85 to 98 % of cases."
 
 
 def state_in(results: xr.Dataset) -> str:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...core.wording import (
-    two_digits,
-)
+from ...core.wording import two_digits
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, capacity_factors
 from .words import floor_name
 

@@ -44,12 +44,8 @@ LAW_NAMES = {
     "viscous": "viscous damping",
 }
 """Laws in words, by their short names."""
-CONSEQUENCES = {
-    "injury": ("injury", "that can injure people"),
-    "blocks-exit": ("blocked exit", "that can block an exit"),
-    "release": ("release of a hazardous substance", "that can release a hazardous substance"),
-}
-"""Consequences that have words of their own: as a name, and after a piece in a sentence."""
+CONSEQUENCES = {"blocks-exit": "blocked exit", "release": "release of a hazardous substance"}
+"""Consequences that are written in other words than in an inventory."""
 INPUTS = {
     "alpha": "slenderness α",
     "alpha_factor": "slenderness α",
@@ -197,12 +193,7 @@ def renamed(text: str, results: xr.Dataset) -> str:
 
 def consequence_name(word: str) -> str:
     """The name of a consequence in a table or a list: the words of the default ones, any other as it is written."""
-    return CONSEQUENCES.get(word, (word, ""))[0]
-
-
-def that_has(word: str) -> str:
-    """The clause after a piece in a sentence on its consequence."""
-    return CONSEQUENCES[word][1] if word in CONSEQUENCES else f"marked “{word}”"
+    return CONSEQUENCES.get(word, word)
 
 
 def floor_name(floor: int | str) -> str:

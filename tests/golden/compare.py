@@ -196,6 +196,8 @@ def _size(was: str, is_: str) -> float:
     if NUMBER.sub("", was) != NUMBER.sub("", is_):
         return np.inf
     a, b = (np.array(NUMBER.findall(text), dtype=float) for text in (was, is_))
+    if a.size != b.size:  # (a column came or went)
+        return np.inf
     return max((size for size, _ in _numbers(a, b)), default=0.0)
 
 

@@ -4,6 +4,8 @@ import pytest
 from expect import compute, differences, read, tolerances
 from study_cases import cases, folders, settings
 
+from toppling.studies.report.page import content
+
 STUDIES = [
     pytest.param(folder, id=folder.name, marks=() if settings(folder).get("fast") else pytest.mark.slow)
     for folder in folders()
@@ -13,7 +15,10 @@ STUDIES = [
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", STUDIES)
 def test_numbers_of_a_study(folder, tmp_path):
-    assert not list(differences(read(folder), compute(folder, tmp_path / "study"), tolerances(folder)))
+    results = compute(folder, tmp_path / "study")
+    assert not list(differences(read(folder), results, tolerances(folder)))
+    page = content(results, tmp_path / "study" / "out" / "results.nc", "as written")
+    assert page["answer"]
 
 
 def test_a_third_is_fast_and_every_study_is_a_case():

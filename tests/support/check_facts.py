@@ -1,6 +1,7 @@
 """Facts of results by their names, and validity checks by their titles."""
 
 from toppling.studies.facts.checks import checks_of
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import value_of
 from toppling.studies.text.reached import within_levels
 
@@ -14,3 +15,13 @@ def check(results, title):
 def facts_of(subject, results):
     """Return the facts that a function yields of results within their levels, by their names."""
     return {fact.what: fact for fact in subject(within_levels(results))}
+
+
+def notes_named(results, what):
+    """Return the notes of results of one name."""
+    return [fact for fact in notes_of(results) if fact.what == what]
+
+
+def doubts_in(results):
+    """Return the doubts of results, one in each line."""
+    return "\n".join(fact.names[0] for fact in notes_named(results, "input.doubt"))

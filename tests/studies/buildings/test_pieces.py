@@ -347,14 +347,6 @@ class TestCode:
         assert values["held"]["code_demand_over_strength (1)"] == 1.2
         assert not any("code" in heading for heading in cells(exported_pieces(results()))[0])
 
-    def test_a_reason_of_several_lines_is_in_the_note(self):
-        given = with_code(results())
-        given["code_clause"] = ("item", ["4.3.5: not stated"] * 2 + ["4.3.5"] * (given.sizes["item"] - 2))
-        table = codes(given)
-        assert sorted({*table.texts("clause")}) == ["4.3.5", "4.3.5 *"]
-        assert table.texts("clause").count("4.3.5 *") == 2
-        assert "*: not stated." in table.notes
-
     def test_chances_and_values_are_two_tables(self):
         first, second = danger(results()), worth(results())
         keys = [{column.key for column in table.columns} for table in (first, second)]

@@ -47,7 +47,7 @@ def test_everything_with_verbose(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out"), "--verbose"]) == 0
     text = capsys.readouterr().out
     assert "Return periods and chances" in text
-    assert "note: vertical shaking, sliding and bouncing are not modelled" in text
+    assert "note: Not modelled: vertical shaking" in text
     assert all(f"shelf {i}" in text for i in range(12))
 
 

@@ -2,6 +2,8 @@
 
 import csv
 import math
+import re
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.comparison import curves, figures, pieces, sides
 from toppling.studies.comparison.compare import compare
-from toppling.studies.comparison.inputs import differences_in_words
+from toppling.studies.comparison.inputs import inputs_that_differ
 from toppling.studies.store.differences import changes
 from toppling.studies.store.outputs import RECORD
 from toppling.studies.text.error import StudyError
@@ -215,28 +217,28 @@ class TestCurves:
 
     @pytest.mark.slow
     def test_what_only_one_has(self, folder, tmp_path):
-        said = "\n".join(compare(folder / "base", folder / "deeper", tmp_path).head)
-        assert "blocks only in A, not compared: wide" in said
-        assert "blocks only in B, not compared: new" in said
-        assert "width: narrow 0.35 m in A, 0.45 m in B" in said
-        assert "motions: the same 16 motions in both" in said
+        found = compare(folder / "base", folder / "deeper", tmp_path)
+        sizes = [("width", "0.35 m", "0.45 m"), ("e", "0.932", "0.89")]
+        assert [fact.names for fact in found.inputs] == [("block", "wide", "new"), *sizes]
+        (motions,) = (fact.more for fact in found.notes if fact.what == "comparison.same_motions")
+        assert motions == {"motions": (16, 16), "both_ways": [], "resampled": True}
 
     @pytest.mark.slow
     def test_what_differs(self, folder, tmp_path):
-        said = compare(folder / "base", folder / "motions", tmp_path).head
-        assert "  motions: seed 1 in A, 2 in B" in said
-        assert any("are not paired" in line for line in said)
-        said = compare(folder / "base", folder / "site", tmp_path).head
-        assert "  hazard: k0 0.002 in A, 0.004 in B" in said
-        assert not any("seed" in line for line in said)
+        found = compare(folder / "base", folder / "motions", tmp_path)
+        assert [fact.names for fact in found.inputs] == [("motions.seed", "1", "2")]
+        (motions,) = (fact.more for fact in found.notes if fact.what == "comparison.other_motions")
+        assert (motions["known"], motions["changed"]) == (True, False)
+        found = compare(folder / "base", folder / "site", tmp_path)
+        assert [fact.names for fact in found.inputs] == [("hazard.k0", "0.002", "0.004")]
 
 
 def test_values_are_told_apart(folder):
     """Numbers of equal leading digits, and long values that differ at their end."""
     with sides.two_sides(folder / "base", folder / "nearly", False) as (a, b):
-        said = differences_in_words(a, b, sides.matched_names(a, b, "block", "block"), sides.matched_laws(a, b, None))
-    assert "width: narrow 0.35 m in A, 0.35001 m in B" in said
-    assert not any(line.startswith(("height", "levels")) for line in said)
+        matched = {"model": sides.matched_laws(a, b, None), "block": sides.matched_names(a, b, "block", "block")}
+        width, e = inputs_that_differ(a, b, matched)
+    assert (width.more["of"], width.names, e.names[0]) == ("narrow", ("width", "0.35 m", "0.35001 m"), "e")
     (one, other) = ({"outputs": ["overturned", "peak_rotation", "uplifted", last]} for last in ("top", "last"))
     assert list(changes(one, other)) == [("outputs[4]", '"top"', '"last"')]
     files = ({"file": f"records/of/a/long/name/of/a/folder/{name}.csv"} for name in ("first", "second"))
@@ -331,13 +333,12 @@ class TestPieces:
         line = one(lines_of(folder, "free", "held"), "chance", "rack")
         assert (line.verdict, line.said_b) == ("anchored in B", "anchored")
         assert math.isnan(line.ratio.value)
-        said = "\n".join(compare(folder / "free", folder / "held", tmp_path).head)
-        assert "anchored only in B: rack" in said
-        assert "e: shelf 0.9 in A, 0.92 in B" in said
-        assert "pieces only in A, not compared: vase" in said
-        assert "pieces only in B, not compared: clock" in said
-        tail = "\n".join(compare(folder / "free", folder / "held", tmp_path).tail)
-        assert "1 piece is anchored in B and cannot fall there; the other one is higher in B" in tail
+        found = compare(folder / "free", folder / "held", tmp_path)
+        keys = {("performance.inventory", '"free.csv"', '"held.csv"'), ("hazard.k0", "0.002", "0.004")}
+        lines = {("anchored", "", "rack"), ("item", "vase", "clock"), ("e", "0.9", "0.92")}
+        assert {fact.names for fact in found.inputs} == keys | lines
+        answers = [(*fact.names, fact.word, fact.value, fact.more["of"]) for fact in found.answer]
+        assert answers[:2] == [("chance", "anchored in B", 1, 2), ("chance", "higher", 1, 2)]
 
 
 @pytest.mark.slow
@@ -348,7 +349,8 @@ class TestCommand:
         assert "A: Free (" in text
         assert "Chance that a piece falls in 50 years" in text
         assert "Pieces expected to fall (in 1,000 years)" in text
-        assert "the other one is higher in B, by more than the choice of motions explains" in text
+        page = unescape((tmp_path / "out/comparison.html").read_text(encoding="utf-8"))
+        assert [note for note in re.findall(r"note: (.*?[.])(?= note:| written:)", text) if note not in page] == []
         rows = list(csv.DictReader((tmp_path / "out/comparison.csv").open(encoding="utf-8")))
         row = next(one for one in rows if one["name"] == "shelf")
         assert float(row["ratio"]) == pytest.approx(float(row["b"]) / float(row["a"]))
@@ -356,14 +358,10 @@ class TestCommand:
         assert (tmp_path / "out/chances.png").read_bytes().startswith(b"\x89PNG")
 
     def test_figures_of_curves(self, folder, tmp_path):
-        found = compare(folder / "base", folder / "motions", tmp_path)
-        assert [path.name for path in found.written] == [
-            "comparison.csv",
-            "curves.png",
-            "chances.png",
-            "comparison.html",
-        ]
-        assert all(path.read_bytes().startswith(b"\x89PNG") for path in found.written[1:3])
+        table, curves, chances, page = compare(folder / "base", folder / "motions", tmp_path).written
+        assert (table.name, page.name) == ("comparison.csv", "comparison.html")
+        assert (curves.name, chances.name) == ("curves.png", "chances.png")
+        assert all(path.read_bytes().startswith(b"\x89PNG") for path in (curves, chances))
 
     def test_the_same_bytes_again(self, folder, tmp_path):
         for name in ("one", "two"):

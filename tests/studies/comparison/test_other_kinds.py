@@ -41,23 +41,24 @@ def folder(tmp_path_factory):
 @pytest.mark.slow
 def test_two_measures_have_their_rates_in_common(folder, tmp_path):
     found = compare(folder / "pga", folder / "pgv", tmp_path)
-    assert [table.title for table in found.tables] == ["Chance of overturning in 50 years"]
-    assert any("medians are not compared: they are of peak ground acceleration in A" in line for line in found.tail)
+    assert [table.title for table in found.tables[1:]] == ["Chance of overturning in 50 years"]
+    (measures,) = (fact.names for fact in found.notes if fact.what == "comparison.two_measures")
+    assert measures[0].startswith("peak ground acceleration")
     assert [path.name for path in found.written] == ["comparison.csv", "chances.png", "comparison.html"]
 
 
 @pytest.mark.slow
 def test_a_hazard_curve_in_a_file(folder, tmp_path):
-    """The file is not in the results: the ratio has no interval, and that is said."""
+    """The file is not in the results: the ratio has no interval, which is a fact."""
     with sides.two_sides(folder / "pga", folder / "file") as (a, b):
         found = curves.compare_curves(a, b).found
     (line,) = [one for one in found.lines if one.quantity == "rate"]
     assert line.ratio.value == pytest.approx(1.0, rel=1e-6)
     assert math.isnan(line.ratio.lower)
     assert line.verdict == ""
-    tail = compare(folder / "pga", folder / "file", tmp_path).tail
-    assert any("the hazard curve of B is in a file" in one for one in tail)
-    assert any("Chance of overturning in 50 years: no ratio has an interval" in one for one in tail)
+    found = compare(folder / "pga", folder / "file", tmp_path)
+    assert [fact.names for fact in found.notes if fact.what == "comparison.hazard_in_file"] == [("B",)]
+    assert [fact.word for fact in found.answer if "chance" in fact.names] == [""]
 
 
 def test_uncertain_blocks(folder):
@@ -80,7 +81,7 @@ def test_a_hazard_file_that_has_changed(folder, tmp_path):
         text = (folder / "file.toml").read_text(encoding="utf-8")
         (tmp_path / name / "file.toml").write_text(text.replace("number = 12", "number = 11"), encoding="utf-8")
         tp.Study.from_toml(tmp_path / name / "file.toml").run(tmp_path / name)
-    same = compare(folder / "file", tmp_path / "again", tmp_path / "one").head
-    assert not any(line.startswith("  hazard") for line in same)
-    other = compare(folder / "file", tmp_path / "doubled", tmp_path / "two").head
-    assert "  hazard: the curve in hazard.csv has changed between A and B" in other
+    same = compare(folder / "file", tmp_path / "again", tmp_path / "one").inputs
+    assert [fact.names for fact in same] == [("motions.number", "12", "11")]
+    _, curve = compare(folder / "file", tmp_path / "doubled", tmp_path / "two").inputs
+    assert (curve.names[0], curve.more["of"], len({"", *curve.names})) == ("content", "hazard.csv", 4)

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from toppling.core.facts import Fact
 from toppling.fragility.risk.ratios import ratio_of
 from toppling.studies.buildings.recommendations import Range
-from toppling.studies.comparison.compare import answer, reading
-from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity, table_of
+from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity, answer, legend, table_of
+from toppling.studies.facts.say import say
 from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, verdict_of
 
 
@@ -35,49 +36,54 @@ def test_a_few_motions_decide_nothing(motions, verdict):
 )
 def test_ends_of_ratios_beyond_any_runs_are_open(ends, shown):
     sides = Range(9.80665, -math.inf, 19.6133), Range(9.80665, 4.903325, math.inf)
-    median = Quantity("median", "Fitted median", "g", 9.80665, "m s-2")
+    median = Quantity("median", "g", 9.80665, "m s-2", {"measure": "PGA", "state": "overturning"})
     own = Line("median", "rack", "", ("housner", "housner"), *sides, Range(2.0, *ends), OPEN)
     table = table_of([own], [median], "95 %")
     assert table.cells(table.lines[0])[1:4] == ["1.00 (below 2.00)", "1.00 (above 0.500)", shown]
+
+
+@pytest.mark.parametrize("name", ["files_changed", "first_branch", "largest", "other_motions", "surface", "too_many"])
+def test_rare_facts_have_their_sentences(name):
+    motions = {"motions": (9, 8), "both_ways": ["A"], "resampled": True, "changed": True, "known": False}
+    assert say(Fact(f"comparison.{name}", 2001, more={"of": 70, "most": 2000, **motions}), "comparison").endswith(".")
 
 
 def line(name, verdict, law="housner"):
     return Line("chance", name, "", (law, law), NONE, NONE, NONE, verdict)
 
 
-CHANCE = Quantity("chance", "Chance that a piece falls in 50 years", "", 1.0, "1", chance=True)
+CHANCE = Quantity("chance", "", 1.0, "1", {"years": 50.0}, chance=True)
 KEPT = ANCHORED_IN["B"]
 
 
 @pytest.mark.parametrize(
-    ("verdicts", "said"),
-    [
-        ([KEPT] * 6 + [SAME] * 2, "6 pieces are anchored in B and cannot fall there; the other 2 are unchanged"),
-        ([KEPT, LOWER], "1 piece is anchored in B and cannot fall there; the other one is lower in B, by more than"),
-        ([KEPT] * 3, "3 pieces are anchored in B and cannot fall there"),
-        ([KEPT, ANCHORED_IN["A"], ANCHORED_IN["both"], UNKNOWN], "in both and cannot fall; for the other 1, no"),
-        ([LOWER, SAME, UNKNOWN], "1 of 3 differ by more than the choice of motions explains (1 lower in B); 1"),
-    ],
+    "numbers", [{KEPT: 6, SAME: 2}, {KEPT: 3}, {**dict.fromkeys(ANCHORED_IN.values(), 1), LOWER: 2, UNKNOWN: 1}]
 )
-def test_anchored_pieces_are_no_open_question(verdicts, said):
-    lines = [line(str(i), verdict) for i, verdict in enumerate(verdicts)]
-    text = answer(lines, CHANCE)
-    assert said in text
-    assert "too few motions" not in text
+def test_lines_are_counted_by_verdict(numbers):
+    verdicts = [verdict for verdict, number in numbers.items() for _ in range(number)]
+    facts = [*answer([line(str(i), verdict) for i, verdict in enumerate(verdicts)], [CHANCE], "item")]
+    assert {fact.word: fact.value for fact in facts} == numbers
+    assert {fact.more["of"] for fact in facts} == {len(verdicts)}
 
 
 def test_laws_are_named():
     """Two laws of one piece are not two pieces."""
     both = [line("rack", verdict, law) for law, verdict in (("housner", LOWER), ("discrete", LOWER))]
-    assert "under each of the 2 laws: lower in B" in answer(both, CHANCE)
+    (fact,) = answer(both, [CHANCE], "item")
+    assert (fact.word, fact.value, fact.more["of"], fact.more["under"]) == (LOWER, 1, 1, ("housner", "discrete"))
     apart = [line("rack", verdict, law) for law, verdict in (("housner", LOWER), ("discrete", OPEN))]
-    text = answer(apart, CHANCE)
-    assert "under housner, lower in B" in text
-    assert "under discrete, not resolved" in text
+    found = {fact.word: fact.more["under"] for fact in answer(apart, [CHANCE], "item")}
+    assert found == {LOWER: ("housner",), OPEN: ("discrete",)}
+
+
+def test_quantities_of_which_all_lines_are_alike_are_one_fact():
+    both = [CHANCE._replace(name=name) for name in ("loss", "any")]
+    lines = [line("rack", LOWER)._replace(quantity=quantity.name) for quantity in both]
+    assert [fact.names for fact in answer(lines, both, "item")] == [("loss", "any")]
+    lines += [line("shelf", OPEN)._replace(quantity=quantity.name) for quantity in both]
+    assert [fact.names for fact in answer(lines, both, "item")] == [("loss",), ("loss",), ("any",), ("any",)]
 
 
 def test_the_legend_explains_what_occurs():
-    said = reading([line("rack", KEPT), line("shelf", SAME)])
-    assert "the piece is taken as one that cannot fall" in said
-    assert "too few motions" not in said
-    assert "too few motions" in reading([line("rack", UNKNOWN)])
+    assert [fact.names for fact in legend([line("rack", KEPT), line("shelf", SAME)])] == [(KEPT,), (SAME,)]
+    assert [fact.names for fact in legend([line("rack", LOWER), line("shelf", UNKNOWN)])] == [(LOWER,), (UNKNOWN,)]

@@ -78,9 +78,8 @@ def folder(tmp_path_factory):
 )
 def test_one_sentence(folder, tmp_path, capsys, first, second, said):
     assert main(["compare", str(folder / first), str(folder / second), "--out", str(tmp_path / "out")]) == 2
-    text = capsys.readouterr().err
-    assert said in text
-    assert len(text.splitlines()) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
     assert not (tmp_path / "out").exists()
 
 
@@ -113,7 +112,7 @@ def test_laws(folder, tmp_path, capsys, more, said):
 def test_a_law_of_each(folder, tmp_path, capsys):
     command = ["compare", str(folder / "base"), str(folder / "other_law"), "--out", str(tmp_path / "out")]
     assert main([*command, "--laws", "housner", "discrete"]) == 0
-    assert "law: housner e=0.9 in A, discrete" in " ".join(capsys.readouterr().out.split())
+    assert "law housner e=0.9 discrete" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.slow
@@ -152,10 +151,7 @@ class TestStudyFiles:
     @pytest.mark.parametrize(
         ("change", "said"),
         [
-            (
-                lambda place: None,
-                "uplift.toml: has no results in results/uplift: toppling run uplift.toml computes",
-            ),
+            (lambda place: None, "uplift.toml: has no results in results/uplift: toppling run uplift.toml computes"),
             (
                 lambda place: shutil.copytree(place / "results/base", place / "results/uplift"),
                 "uplift.toml: is not the study of the results in results/uplift, or was changed since: toppling run "
@@ -167,9 +163,8 @@ class TestStudyFiles:
     def test_without_results(self, place, capsys, change, said):
         change(place)
         assert main(["compare", "base.toml", "uplift.toml", "--out", "out"]) == 2
-        text = capsys.readouterr().err
-        assert said in text
-        assert len(text.splitlines()) == 1
+        (line,) = capsys.readouterr().err.splitlines()
+        assert said in line
         assert not (place / "out").exists()
 
     @pytest.mark.slow
@@ -186,10 +181,7 @@ class TestStudyFiles:
 def test_medians_of_what_uplifted_are_not_compared(folder, tmp_path):
     """Of one study under two forms: the medians differ, though both curves pass a half at the same level."""
     found = compare(folder / "base", folder / "factors", tmp_path)
-    assert (
-        "note: medians and dispersions are not compared: those of the form uplift-lognormal are of what"
-        in "\n".join(found.tail)
-    )
+    assert [fact.names for fact in found.notes if fact.what == "comparison.of_uplift"] == [("uplift-lognormal",)]
     assert not found.tables or not any("median" in str(name) for table in found.tables for name in table.column("name"))
     with xr.open_dataset(folder / "factors/results.nc") as results:
         assert results["median"].attrs["long_name"].startswith("median of the curve of what uplifted")

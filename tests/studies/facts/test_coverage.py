@@ -3,9 +3,11 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 
-from toppling.studies.facts.coverage import COVERAGE, ENOUGH, coverage
+from toppling.studies.facts.coverage import COVERAGE, ENOUGH, coverage, coverage_in
 from toppling.studies.facts.say import say
 
 PAGE = Path(__file__).parents[3] / "docs" / "coverage.md"
@@ -18,6 +20,7 @@ ROWS = {
     "dispersion": "Dispersion of the fitted curve",
     "fraction": "Level at which (10|25|75) % overturn, (?!cloud)",
     "fraction, cloud": "Level at which (10|25|75) % overturn, cloud",
+    "half level, far apart": "Level at which half overturn, 4 levels far apart",
     "measure": "Dispersion of capacities in a measure",
     "size": "Size that meets a rate",
     "total": "Total of an inventory",
@@ -73,6 +76,25 @@ def test_a_total_is_remarked_below_400_motions(motions, used):
 def test_what_holds_has_no_remark():
     assert COVERAGE["total"][400][0] > ENOUGH
     assert not list(coverage(["total", "ratio of totals"], 400))
+
+
+@pytest.mark.parametrize(
+    ("motions", "step", "design", "used"),
+    [
+        (400, 2.0, "ida", [400]),
+        (250, 2.0, "ida", [200]),
+        (400, 1.4, "ida", []),
+        (100, 2.0, "ida", []),
+        (400, 2.0, "cloud", []),
+    ],
+)
+def test_half_levels_between_levels_far_apart(motions, step, design, used):
+    curves = xr.Dataset(
+        {"dispersion": ("block", [0.4, 0.3]), "half_level_lower": ("block", [1.0, 1.0])},
+        {"level": ("level", np.exp(0.3 * step * np.arange(4.0))), "motion": range(motions)},
+        {"confidence": 0.95, "design": design},
+    )
+    assert [fact.more["motions"] for fact in coverage_in(curves)] == [used][: len(used)]
 
 
 def test_all_kinds_are_said():

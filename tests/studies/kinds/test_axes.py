@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from check_facts import notes_named
 
 import toppling as tp
 from toppling import fragility, motions
 from toppling.core.facts import Fact
 from toppling.models.friction import LognormalFriction
-from toppling.studies.facts.notes import notes_of
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.axes import axes
 from toppling.studies.tables.registry import REGISTRY
@@ -55,10 +55,6 @@ def study(tmp_path, *changes, more=""):
         text = text.replace(old, new)
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     return tp.Study.from_toml(tmp_path / "study.toml")
-
-
-def notes_named(found, what):
-    return [fact for fact in notes_of(found) if fact.what == what]
 
 
 def test_a_study_is_the_analysis_in_python(tmp_path):

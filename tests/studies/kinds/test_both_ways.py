@@ -12,7 +12,7 @@ from toppling.core.facts import Fact
 from toppling.fragility.runs.provenance import number_of_motions
 from toppling.motions.arrays import digest
 from toppling.studies.buildings.shaking import Shaking
-from toppling.studies.comparison.inputs import motions_in_words
+from toppling.studies.comparison.inputs import notes_on_inputs
 from toppling.studies.comparison.pieces import Shaken, compare_pieces
 from toppling.studies.comparison.sides import same_motions, two_sides
 from toppling.studies.facts.method import inputs_of, method_of
@@ -215,7 +215,9 @@ class TestComparison:
         """Replicates draw motions: both outcomes of one side beside the only one of the other."""
         with two_sides(folder / "recorded/out", folder / "both/out") as (a, b):
             assert same_motions(a, b)
-            assert "the same 9 motions in both, run both ways in B, so the intervals" in motions_in_words(a, b)
+            motions, *_ = notes_on_inputs(a, b, True, True)
+            assert (motions.what, motions.more["motions"]) == ("comparison.same_motions", (9, 9))
+            assert motions.more["both_ways"] == ["B"]
             one, other = Shaken.of(a, 0), Shaken.of(b, 0)
             assert one.chance.shape == other.chance.shape == (3, 9)
             assert_allclose(other.chance[1], one.chance[1])  # (the symmetric line)

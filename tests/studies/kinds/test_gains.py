@@ -12,6 +12,7 @@ import toppling as tp
 from toppling.core.wording import about_percent
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
+from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.plan.gains import comparable
 from toppling.studies.tables import gains as gain_tables
@@ -181,7 +182,8 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     assert [rows[name].endswith(" †") for name in ("free", "deeper", "at the wall")] == [True, True, False]
     facts = facts_of(curves.answer, found)
     assert facts["curve.other_side"].names == ("“free”", "“deeper”")
-    assert "\nfree, deeper: it may fall to the other side instead" in f"\n{found.attrs['notes']}"
+    (forced,) = (fact for fact in notes_of(found) if fact.what in {"curve.forced", "curve.one_side"})
+    assert forced.names == ("free", "deeper")
     half = facts["curve.half_level"]
     either = half.names[0] in facts["curve.other_side"].names
     assert half.more["either"] == ("falls the other way are not counted" in say(half, "page")) == either

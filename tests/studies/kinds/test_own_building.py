@@ -8,7 +8,7 @@ import numpy as np
 import own_building
 import pytest
 import xarray as xr
-from check_facts import facts_of
+from check_facts import facts_of, notes_named
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
@@ -513,7 +513,7 @@ class TestStudies:
         path = study(tmp_path, more=more)
         (tmp_path / "other.csv").write_text(other, encoding="utf-8")
         plan = tp.Study.from_toml(path)
-        assert any(note.startswith("motions 'other': the floor motions are histories") for note in plan.notes)
+        assert "motion.floor_histories" in {note.what for note in plan.facts if note.more.get("branch") == "other"}
         results = plan.run()
         assert results["branch_item_rate"].shape == (2, 2)
         np.testing.assert_allclose(results["branch_item_rate"].values[:, 0], results["item_rate"].values[0])
@@ -563,10 +563,9 @@ class TestExample:
         with xr.open_dataset(finished / "out/results.nc") as results:
             fell = results["overturned"].any(["model", "item", "variant", "motion"]).values
             assert fell.tolist() == [False, True, True, True]
-            assert (
-                "nothing fell under the 8 motions at 0.1 g, which intervals of annual values take as certain: 32 %"
-                in (results.attrs["notes"])
-            )
+            (silent,) = notes_named(results, "precision.levels_without_falls")
+            assert (silent.names, silent.more["motions"]) == (("0.1 g",), 8)
+            assert silent.value == pytest.approx(0.32, abs=0.005)
 
     def test_histories_are_those_of_the_command(self, tmp_path):
         for path in own_building.write(tmp_path):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from check_facts import check as check_of, facts_of
+from check_facts import check as check_of, facts_of, notes_named
 from real_processes import same_after_ten_kills
 
 import toppling as tp
@@ -148,7 +148,7 @@ def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
     assert "without a form of curve" in results["rate"].attrs["long_name"]
     for name in ("fitted_rate", "rate_share", "rate_share_above", "rate_share_above_levels", "intensity_mean"):
         assert results[name].attrs["long_name"].endswith("of the fitted curve")
-    assert sum("without a form of curve" in one for one in results.attrs["notes"].splitlines()) == 1
+    assert len(notes_named(results, "rate.form_free")) == 1
 
 
 def test_a_size_is_found_by_the_rates_without_a_form(until_a_rate):
@@ -554,14 +554,14 @@ def test_slips_that_missed_their_precision_are_named(study):
         assert "precision reached" not in stopped
         wide = results["slip_half_width"].values > float(tolerance)
         assert wide.sum() == missed
-        said = [one for one in results.attrs["notes"].splitlines() if "where it slides: ±" in one]
+        said = [fact.names[1] for fact in notes_named(results, "adaptive.account") if "slides" in fact.names[0]]
         assert len(said) == min(3, missed)
         check = check_of(results, "precision")
         assert check.more["missed"] == (6 if missed else 0)
         if missed:
             assert check.more["curves"] == 6
             assert "6 of 6 curves missed the requested precision (" in " ".join(verdict(results, True)[0])
-            assert "the precision of 1 further slip was missed" in results.attrs["notes"]
+            assert [fact.value for fact in notes_named(results, "adaptive.further_slips")] == [1]
             assert "the precision takes about" in said[0]
         else:
             assert check.word == "good"
@@ -611,7 +611,7 @@ def test_runs_are_screened_with_the_friction_of_the_study(slipping, study):
     for name, one in screened.data_vars.items():
         np.testing.assert_array_equal(results[name], one)
     assert json.loads(results.attrs["screen"]) == json.loads(screened.attrs["screen"])
-    assert {*notes(screened, True)} <= {*results.attrs["notes"].splitlines()}
+    assert {*notes(screened, True)} <= {*notes_said(notes_of(results))}
     assert "lognormal" in results.attrs["screen"]
     untested = study(STUDY + "[screen]\nundecided = 0\n")
     assert untested.perturbed_runs == 0
@@ -680,8 +680,8 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     results = study(text + FRICTION).run()
     assert np.isnan(results["slip_half_level"][0]).all()
     assert np.isnan(results["slides_instead"][0])
-    (said,) = (one for one in results.attrs["notes"].splitlines() if "slip over 5 cm where it slides: " in one)
-    assert "±2 % asked; 40 motions are the most allowed, the precision takes about" in said
+    (said,) = (fact.names for fact in notes_named(results, "adaptive.account") if "slip over 5 cm" in fact.names[0])
+    assert "±2 % asked; 40 motions are the most allowed, the precision takes about" in said[1]
     table = slides(results)
     assert {*table.cells(table.lines[0])[1:]} == {"–"}
 
@@ -767,10 +767,8 @@ def test_a_missed_precision_is_a_check(study, finished):
 @pytest.mark.slow
 def test_a_law_that_is_elastic_at_rest_is_named_where_uplift_is_sought(study):
     text = STUDY.replace('law = "energy-consistent"', 'law = "energy-consistent"\n[[models]]\nlaw = "discrete"')
-    notes = study(text + '[fit]\nstate = "uplifted"\n').run().attrs["notes"]
-    (said,) = [one for one in notes.splitlines() if "vibrates in its elastic zone" in one]
-    assert said.startswith("discrete")
-    assert "energy-consistent" not in said
+    (early,) = notes_named(study(text + '[fit]\nstate = "uplifted"\n').run(), "law.uplifts_early")
+    assert [name.partition(" ")[0] for name in early.names] == ["discrete"]
 
 
 @pytest.mark.parametrize(("state", "tested"), [('"uplifted"', False), ("0.5", False), ('"front"', True)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from check_facts import facts_of
+from check_facts import doubts_in, facts_of, notes_named
 
 import toppling as tp
 from toppling.fragility import slide_runs
@@ -66,9 +66,9 @@ def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
     coefficient = 2.0 / 6.0 * min(0.5, 0.3 / float(frame().periods[0]))
     same = study(tmp_path, ("yield_coefficient = 0.15", f"yield_coefficient = {coefficient!r}"), more=CODE).run()
     np.testing.assert_allclose(result["building_ductility"], same["building_ductility"], rtol=1e-9)
-    assert "default strength of the building (judgement" in result.attrs["notes"]
+    assert len(notes_named(result, "building.default_strength")) == 1
     given = facts_of(inputs_of, result)["building.given"]
-    assert "default strength of the building (judgement" in " ".join(given.names)
+    assert "Default strength of the building (assumed" in " ".join(given.names)
     with pytest.raises(StudyError, match="are of one site: state one of them"):
         study(tmp_path, (by_code[0], f"{by_code[1]}\nsds_g = 0.6"), more=CODE)
     with pytest.raises(StudyError, match="without one there is no default strength"):
@@ -205,8 +205,8 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     np.testing.assert_array_equal(result["building_collapsed"], [one["collapsed"].values for one in floors])
     assert (result["building_collapsed"][1] > 0).any()
     np.testing.assert_array_equal(result["probability"].isel(model=0), chances(floors, tmp_path))
-    assert "at Sa(0.5) of 60 m/s2 the building collapses under" in result.attrs["notes"]
-    assert "what a collapse itself destroys is in no number" in result.attrs["notes"]
+    assert "at Sa(0.5) of 60 m/s2 the building collapses under" in doubts_in(result)
+    assert "what a collapse itself destroys is in no number" in doubts_in(result)
     assert any("the building collapses under" in one for one in made.notes)
     collapses = facts_of(method_of, result)["building.collapses"]
     assert (collapses.value, collapses.more["cases"]) == (int((result["building_collapsed"] > 0).sum()), 12)

@@ -172,7 +172,7 @@ class TestChecks:
     def test_every_kind_of_doubt_is_named(self, folder):
         """The spectra have a check of their own."""
         results = loaded(folder)
-        for kind in KINDS.keys() - {"spectra"}:
+        for kind in {*KINDS} - {"spectra"}:
             check = check_of(results.assign_attrs(doubts=json.dumps([[kind, "it is so", False]])), "inputs")
             assert (check.word, check.names, check.more["sentences"]) == (CARE, (kind,), ["It is so."])
 

@@ -17,7 +17,6 @@ from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.fragility import curves, hints, measures, rates, sizes
 from toppling.studies.text.curve_notes import (
     curve_notes,
-    held_apart,
     misfit_notes,
     rate_bounds,
     rate_notes,
@@ -567,24 +566,3 @@ class TestOneSide:
         (counted,) = one_side_notes(every, "front", "isotonic")
         assert (counted.what, counted.names) == ("curve.one_side", ("a", "c"))
         assert one_side_notes([touching], "front", "lognormal") == []
-
-
-@pytest.mark.parametrize(
-    ("motions", "step", "confidence", "design", "said"),
-    [
-        (400, 2.0, 0.95, "ida", True),
-        (400, 1.4, 0.95, "ida", False),
-        (100, 2.0, 0.95, "ida", False),
-        (400, 2.0, 0.9, "ida", False),
-        (400, 2.0, 0.95, "cloud", False),
-    ],
-)
-def test_levels_far_apart(motions, step, confidence, design, said):
-    """Between levels 1.5 dispersions apart, intervals of many motions hold less than they say (docs/coverage.md)."""
-    levels = ("level", np.exp(0.3 * step * np.arange(4.0)))
-    curves = xr.Dataset(
-        {"dispersion": ("block", [0.4, 0.3])},
-        {"level": levels, "motion": range(motions)},
-        {"confidence": confidence, "design": design},
-    )
-    assert bool(held_apart(curves)) is said

@@ -1,0 +1,141 @@
+"""The twelve questions of docs/questions.md: where a page answers each, by facts and tables of the examples."""
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import pytest
+
+import toppling as tp
+from toppling.core.facts import GOOD, INVALID
+from toppling.studies.command.cli import main
+from toppling.studies.facts.sections import sections
+from toppling.studies.tables.registry import LEAD, TABLES, tables
+
+pytestmark = pytest.mark.slow
+EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
+
+
+class Page:
+    """The facts of a page by section and name, and its tables by title."""
+
+    def __init__(self, results, folder):
+        self.results, self.folder = results, folder
+        self.facts = {name: {fact.what: fact for fact in facts} for name, facts in sections(results).items()}
+        self.tables = {table.title: table for table in tables(results, (*LEAD, *TABLES))}
+
+    def table(self, beginning):
+        return next(table for title, table in self.tables.items() if beginning in title)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder, made = tmp_path_factory.mktemp("questions"), {}
+    shutil.copytree(EXAMPLES, folder / "examples")
+
+    def of(name):
+        if name not in made:
+            made[name] = Page(
+                tp.Study.from_toml(folder / "examples" / f"{name}.toml").run(folder / name), folder / name
+            )
+        return made[name]
+
+    return of
+
+
+def test_which_pieces_must_be_anchored_whatever_their_risk(page):
+    codes = page("clinic").table("Code requirements")
+    assert "required" in codes.column("status")
+    assert all(clause for clause in codes.column("clause"))
+
+
+def test_what_is_anchored_what_does_it_cost_what_does_it_change(page):
+    after, lines = page("clinic").facts["answer"]["anchoring.after"], page("clinic").table("What to anchor")
+    assert after.more["cost"] == sum(lines.column("cost")[:-1]) == lines.column("cost")[-1]
+    assert 0.0 < after.value < after.more["now"]
+
+
+def test_how_likely_is_a_fall_within_50_years(page):
+    fall, notes = page("clinic").facts["answer"]["building.any_fall"], page("clinic").facts["footnotes"]
+    assert 0.0 < fall.lower < fall.value < fall.upper
+    assert {"precision.interval_meaning", "rate.model_range"} <= notes.keys()
+
+
+def test_how_often_is_an_exit_blocked_and_on_which_floor(page):
+    table = page("clinic").table("Consequences")
+    (row,) = (cells for cells in table.lines if "exit" in str(table.cells(cells)[0]))
+    assert len(table.cells(row)) == 1 + 1 + 4  # (the building and each floor)
+
+
+def test_what_is_the_expected_annual_loss(page):
+    loss = page("clinic").facts["details"]["consequence.loss"]
+    assert loss.lower < loss.value < loss.upper
+    assert loss.more["unit"] == "EUR"
+
+
+def test_may_the_filing_cabinets_stay(page):
+    pieces = page("clinic").table("Pieces")
+    (row,) = (row for row in pieces.lines if row["item"] == "filing cabinet")
+    assert row["recommendation"]
+    assert "anchoring.unstated" in page("clinic").facts["actions"]
+
+
+def test_which_check_is_worst_and_what_must_be_done(page):
+    checks = [*page("risk").facts["checks"].values()]
+    assert [check.word == INVALID for check in checks] == sorted(
+        (check.word == INVALID for check in checks), reverse=True
+    )
+    assert [check.what for check in checks if not check.remedy] == ["motion.spectra_not_compared"]
+    assert GOOD not in {check.word for check in checks}
+
+
+def test_how_wide_must_the_pedestal_be(page):
+    actions = page("risk").facts["actions"]
+    (size,) = (fact for name, fact in actions.items() if name.startswith("size."))
+    assert math.isfinite(size.value)
+    assert size.more["target"] == 0.01
+
+
+def test_can_the_rate_of_the_widest_pedestal_be_relied_on(page):
+    """The first table warns of a rate that comes from beyond the hazard curve."""
+    extrapolated = page("risk").facts["checks"]["rate.extrapolated"]
+    assert extrapolated.value == pytest.approx(0.42, abs=0.05)
+    assert ["‡" in text for text in page("risk").table("Blocks").texts("chance")] == [False, False, False, True]
+
+
+def test_how_often_does_the_bookcase_fall_given_all_that_is_not_known(page):
+    rate, results = page("branches").facts["answer"]["rate.over_branches"], page("branches").results
+    ends = results["epistemic_rate_fractile"].sel(block="bookcase-6-shelf", epistemic_fractile=[0.05, 0.95])
+    assert [rate.lower, rate.upper] == pytest.approx(ends.values.ravel().tolist())
+    assert rate.lower < rate.value < rate.upper
+
+
+def test_what_costs_most_a_year_and_what_keeps_it_closed(page):
+    details, ranking = page("laboratory").facts["details"], page("laboratory").table("Savings")
+    assert {"consequence.loss", "consequence.downtime", "consequence.injuries"} <= details.keys()
+    assert ranking.column("rank")[0] == 1 or str(ranking.texts("rank")[0]).startswith("1")
+
+
+def test_what_changed_afterwards_and_is_it_more_than_chance(page, capsys):
+    """The clinic beside the clinic with the pieces of its first table anchored."""
+    clinic = page("clinic")
+    folder, lines = clinic.folder.parent, clinic.table("What to anchor").column("item")
+    inventory = (EXAMPLES / "inventory.csv").read_text(encoding="utf-8").splitlines()
+    held = [
+        line.replace(",no,", ",yes,") if any(line.lstrip('"').startswith(f) for f in lines) else line
+        for line in inventory
+    ]
+    (folder / "examples" / "inventory.csv").write_text("\n".join(held) + "\n", encoding="utf-8")
+    tp.Study.from_toml(folder / "examples" / "clinic.toml").run(folder / "after")
+    sides = [str(folder / name / "results.nc") for name in ("clinic", "after")]
+    assert main(["compare", *sides, "--out", str(folder / "compared"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (verdict,) = (fact for fact in found["answer"] if "any" in fact["names"])
+    assert verdict["word"] == "lower"
+    (row,) = (row for table in found["tables"] for row in table["rows"] if "anything falls" in str(row.get("name")))
+    after = clinic.facts["answer"]["anchoring.after"]
+    chances = [-math.expm1(-50.0 * rate) for rate in (after.value, after.more["now"])]
+    assert row["ratio"]["value"] == pytest.approx(chances[0] / chances[1], rel=1e-9)
+    assert row["ratio"]["upper"] < 1.0
+    assert all(path.startswith(str(folder / "compared")) for path in found["written"])
