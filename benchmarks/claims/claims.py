@@ -14,7 +14,7 @@ import xarray as xr
 from ...core.aliases import Array, Flags
 from ...fragility.fitting.bootstrap import percentile_interval
 from ...studies.file.uncertainty import RIGID
-from ...studies.tables.sensitivity import LAW_NAMES
+from ...studies.text.words import LAW_NAMES
 
 HOLDS, FAILS, OPEN = "holds", "does not hold", "open"
 PAPER, OURS = "paper", "ours"

@@ -106,8 +106,8 @@ def _of_blocks(results: xr.Dataset) -> Bars | None:
             rates = np.array([case["epistemic_rate"], *ends], dtype=float)
             values = probability_in(rates, float(results.attrs["years"])).tolist()
         if math.isfinite(values[0]):
-            block, _, rest = label.partition(", ") if "floor" in here[name].dims else (label, "", "")
-            bars.append(Bar(block_title(block), rest, *values))
+            block, _, rest = label.rpartition(", ") if "floor" in here[name].dims else (label, "", "")
+            bars.append(Bar(block, rest, *values))
     if not bars:
         return None
     bars.sort(key=lambda bar: -bar.value if yearly else bar.value)

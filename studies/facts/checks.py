@@ -29,7 +29,7 @@ from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_sh
 from ..text.one_side import FORCED
 from ..text.precision import missed_curves, reached_by
 from ..text.reached import levels_run, other_levels, within_levels
-from ..text.words import reference_law
+from ..text.words import block_title, reference_law
 from .say import value_of
 
 MARKED = 0.01
@@ -428,9 +428,15 @@ def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Fact:
 def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:
     """Return the greatest of some shares, and the labels to which it belongs."""
     at = _at_worst(shares)
-    labels = [shares[dim].values[i] for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords]
+    parts = [shares[dim][i] for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords]
     share = float(shares.values[at])
-    return share if share > 0.0 else 0.0, tuple(map(str, labels))
+    return share if share > 0.0 else 0.0, tuple(map(_label, parts))
+
+
+def _label(part: xr.DataArray) -> str:
+    """Return the title of a block or another label; a varied value has its symbol."""
+    symbol = f"{str(part.attrs['long_name']).rpartition(', ')[2]} = " if part.name == "value" else ""
+    return symbol + block_title(str(part.item()))
 
 
 def _at_worst(shares: xr.DataArray) -> tuple[int, ...]:

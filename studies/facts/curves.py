@@ -94,8 +94,9 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     yield from _edges(results)
     yield from _other_side(results)
     crossings = crossings_between(results, small, cases, ranked)
-    more = len(crossings[MOST_SAID:])
-    crossings = crossings[:MOST_SAID]
+    # (of many pieces the spread is said)
+    most = MOST_SAID if cases.size <= MANY else 1
+    more, crossings = len(crossings[most:]), crossings[:most]
     # (where the curve of the first piece crosses another, its level of half does not make it the first at all levels)
     if cases.size > 1 and not (by == HALF and any(_name(first) in crossing.names for crossing in crossings)):
         yield _rank(small, cases, ranked, by, results)
@@ -103,7 +104,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     if by == RATE:
         yield from _level(first, results)
     for i, crossing in enumerate(crossings):
-        others = more if i == MOST_SAID - 1 else 0
+        others = more if i == most - 1 else 0
         yield _crossing("curve.crossing_too" if i else "curve.crossing", crossing, results, others)
     yield from _scatter(first, results)
     if cases.size > MANY:

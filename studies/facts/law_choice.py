@@ -6,8 +6,7 @@ import xarray as xr
 
 from ...core.aliases import Flags
 from ...core.facts import Fact
-from ..tables.sensitivity import LAW_NAMES
-from ..text.words import REFERENCE_LAW, reference_law
+from ..text.words import LAW_NAMES, REFERENCE_LAW, reference_law
 
 VISCOUS = ("giannini-masiani", "makris-konstantinidis", "vassiliou")
 """Laws that replace impacts by viscous damping."""

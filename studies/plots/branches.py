@@ -9,7 +9,7 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator
 
 from ..text.curve_notes import state_in
 from ..text.spread import SOURCES
-from ..text.words import block_title, by_place
+from ..text.words import by_place
 from . import axes
 
 MOST_ROWS = 16
@@ -28,7 +28,7 @@ def spread_figure(results: xr.Dataset) -> Figure:
     flat = results[["epistemic_rate", "epistemic_rate_fractile", "epistemic_spread", "branch_rate"]]
     flat = flat.stack(row=dims, create_index=False) if len(dims) > 1 else flat.rename({dims[0]: "row"})
     flat = flat.isel(row=slice(MOST_ROWS))
-    names = [block_title(name) for name, _ in by_place(results, dims)][:MOST_ROWS]
+    names = [name for name, _ in by_place(results, dims)][:MOST_ROWS]
     figure, (ranges, shares), _ = axes.panel_grid(2, 1.3 + 0.45 * len(names), 0.4)
     y = np.arange(len(names))
     fractiles = flat["epistemic_rate_fractile"].transpose("row", "epistemic_fractile")

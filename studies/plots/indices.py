@@ -12,7 +12,7 @@ from ...core.aliases import Array
 from ...core.wording import percent
 from ..buildings.variables import level_index
 from ..plan.estimates import middle_level
-from ..text.words import display_unit, input_name
+from ..text.words import block_title, display_unit, input_name
 from . import axes, selection
 
 OWN = {"sobol": "total", "tornado": "swing"}
@@ -109,7 +109,7 @@ def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 def _with_inputs(ax: Axes, here: xr.Dataset, text: str, alone: bool) -> Axes:
     """Name the rows after the inputs, and the axes after the output; axes of their own get a legend above them."""
-    axes.named_rows(ax, [input_name(str(key)) for key in here["input"].values])
+    axes.named_rows(ax, [input_name(str(key)) for key in here["input"].values], 0.6)
     output = str(here["output"].item()) if "output" in here.coords else ""
     axes.label(ax, output if output and text == "value" else text, along="x")
     if output and text != "value":
@@ -136,8 +136,13 @@ def index_figure(results: xr.Dataset) -> Figure:
     figure, panels, columns = axes.panel_grid(len(cases), height, 0.7, axes.columns_for(len(models)))
     for i, (ax, (block, model, law)) in enumerate(zip(panels, cases, strict=True)):
         indices(results, ax, method="sobol", block=block or None, model=model or None)
-        axes.name(ax, f"{', '.join(filter(None, (block, law)))}\nat {ax.get_title('left').rpartition(' at ')[2]}")
+        axes.name(
+            ax, f"{', '.join(filter(None, (block_title(block), law)))}\nat {ax.get_title('left').rpartition(' at ')[2]}"
+        )
         axes.outer_labels(ax, i, columns, len(cases), ticks=False)
-    note = "Sobol' indices of the probability of overturning, with intervals, at the level nearest to one half"
-    axes.heading(figure, "Shares of the variance by input", note, legend=panels[:1])
+    notes = (
+        "variance of the probability of overturning at the level where it is nearest to 50 %",
+        "bars: 95 % intervals",
+    )
+    axes.heading(figure, "Shares of the variance by input", *notes, legend=panels[:1])
     return figure

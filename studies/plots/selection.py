@@ -11,8 +11,7 @@ from ...core import checks
 from ...core.wording import counted
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
-from ..tables.sensitivity import LAW_NAMES
-from ..text.words import block_title, floor_name
+from ..text.words import block_title, floor_name, law_names as names_of_laws
 from . import axes
 
 
@@ -50,17 +49,8 @@ def laws(results: xr.Dataset, model: str | None = None, color: str | None = None
 
 
 def law_names(labels: Sequence[str]) -> list[str]:
-    """Return laws by the names of their authors, with parameters only where laws of one name differ in them."""
-    split = [(key, rest.split()) for key, _, rest in (label.partition(" ") for label in labels)]
-    texts = []
-    for label, (key, rest) in zip(labels, split, strict=True):
-        if key in LAW_NAMES:
-            alike = [other for name, other in split if name == key]
-            short = LAW_NAMES[key].removesuffix(" damping").removesuffix("’s impacts")
-            own = (part for part in rest if not all(part in other for other in alike))
-            label = axes.sentence(" ".join((short, *own))).replace("rest=rigid", "(rigid at rest)")  # noqa: PLW2901
-        texts.append(axes.model_name(label))
-    return texts
+    """Return laws as `text.words.law_names`, with e_R as a symbol."""
+    return [*map(axes.model_name, names_of_laws(labels))]
 
 
 def looks(results: xr.Dataset) -> list[tuple[str, str, Any]]:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from ...core import checks
 from ...core.wording import percent
-from ..text.words import axis_name, display_unit, input_name
+from ..text.words import axis_name, block_title, display_unit, input_name
 from . import axes, selection
 
 MOST_BARS = 8
@@ -146,7 +146,7 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
     for k, block in enumerate(blocks):
         curves, bars = panels[2 * k : 2 * k + 2]
         uncertainty(results, curves, block=block or None)
-        axes.name(curves, block)
+        axes.name(curves, block_title(block))
         uncertainty(results, bars, block=block or None, view="variance")
     ends = results["quantile"].values
     share = percent(round(float(ends[-1] - ends[0]), 9))

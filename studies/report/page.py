@@ -32,6 +32,7 @@ from ..text.error import StudyError, writing
 from ..text.glossary import used
 from ..text.reached import within_levels
 from ..text.spread import model_note
+from ..text.words import renamed, with_law_names
 from .figures import Picture, pictures_of
 from .results_file import read_results
 
@@ -46,7 +47,7 @@ ReportFormat = Literal["html", "md"]
 
 _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
-MANY_COLUMNS = 8
+MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 PLAIN = "footnotes", "details", "method"
 """Sections that a page prints as they are."""
@@ -101,6 +102,7 @@ def html_page(results: xr.Dataset, path: Path, state: str) -> str:
 
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
+    labelled, results = results, with_law_names(results)
     facts = sections(results, state)
     (validity,) = facts["validity"]
     said = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in ("answer", "actions", *PLAIN)}
@@ -122,7 +124,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
             (fact for fact in facts["answer"] if fact.what == "anchoring.after" and math.isfinite(fact.value)), None
         ),
         "hints": show.hints(results),
-        "tables": _page_tables(results, TABLES),
+        "tables": _page_tables(results, [name for name in TABLES if name not in LEAD]),
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in facts["inputs"]],
         "input_tables": _page_tables(results, INPUTS),
         "checks": [
@@ -130,7 +132,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         ],
         "good": list(dict.fromkeys(titles[check.what] for check in facts["passed"])),
         "remarks": [say(check, "checks") for check in facts["passed"] if check.what in REMARKS],
-        "notes": notes_said(facts["notes"]),
+        "notes": [renamed(note, labelled) for note in notes_said(facts["notes"])],
     }
     return {
         **page,

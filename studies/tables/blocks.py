@@ -21,8 +21,9 @@ from ..text.spread import MODEL_RANGE, OUTER, has_model_range, model_note, sampl
 from ..text.words import axis_of, block_title, by_place, display_unit, floor_cell, level_name, reference_law, roof_of
 from .table import Column, Marked, Row, Table, Value, chosen, dispersion_of, ends_of, intervals, range_of
 
-MOST, MOST_SHORT = 30, 8
-"""Most blocks on a page; most lines on a terminal."""
+MOST, MOST_SHORT = 14, 8
+"""Most blocks that a page shows all of; the first blocks of more, and most lines on a terminal."""
+ALL_BLOCKS = "“toppling export” writes all blocks."
 LEAD = "block", "floor", "level", "samples", "rate", "chance", "model_range"
 SHORT = "block", "floor", "level", "others", "chance", "model_range"
 NOT_FOUND = {ALL: "at every level", NONE: "never seen"}
@@ -35,7 +36,8 @@ BRANCHES = "Return periods and chances have 90 % ranges over all stated uncertai
 
 def lead_blocks(results: xr.Dataset) -> Table:
     """Return the table of a page's first part."""
-    return blocks(results, MOST).only(*LEAD)
+    every = results.sizes["block"] <= MOST
+    return blocks(results, MOST if every else MOST_SHORT).only(*LEAD).noted(*([] if every else [ALL_BLOCKS]))
 
 
 def short_blocks(results: xr.Dataset) -> Table:

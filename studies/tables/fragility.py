@@ -26,12 +26,12 @@ from .table import ENDS, Column, Marked, Row, Table, chosen, dispersion_of, ends
 
 # Advice where there is no curve, by the status of the fit (separated data have a curve, and a note).
 ADVICE = {
-    "no overturning": "nothing {did} at any level: {higher}",
-    "all overturned": "everything {did} at every level: {lower}",
-    "one level": "one level gives no curve: take more levels",
-    "not increasing": "fewer blocks {did} at higher levels: look at the motions",
-    "flat": "barely more blocks {did} at higher levels: take more motions or a wider range of levels",
-    "not converged": "the likelihood has no clear maximum: take more motions",
+    "no overturning": "nothing {did} at any level; {higher}",
+    "all overturned": "everything {did} at every level; {lower}",
+    "one level": "one level gives no curve; take more levels",
+    "not increasing": "fewer blocks {did} at higher levels; look at the motions",
+    "flat": "barely more blocks {did} at higher levels; take more motions or a wider range of levels",
+    "not converged": "the likelihood has no clear maximum; take more motions",
 }
 
 
@@ -178,7 +178,8 @@ def sizes(results: xr.Dataset) -> Table:
             "status": "" if status == "ok" else status,
         })  # fmt: skip
     columns = Column("law", "law"), Column("size", along, "three", str(results[size].attrs["units"])), Column("status")
-    goal = f"A block of that size {verb_in(results)} with {percent(target)} in {results.attrs['years']:g} years."
+    years = years_text(float(results.attrs["years"]))
+    goal = f"A block of this size {verb_in(results)} with a chance of {percent(target)} in {years}."
     return Table.of("Size for the target", columns, rows, goal, intervals(results))
 
 

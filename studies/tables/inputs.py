@@ -67,7 +67,7 @@ def sizes(results: xr.Dataset) -> Table:
         for i, label in enumerate(labels)
     ]
     more = Column("p58", "FEMA P-58 median PGV", "two", "m/s"), Column("stands", "stands")
-    title = "Items of the inventory" if dim == "item" else "Blocks"
+    title = "Items of the inventory" if dim == "item" else "Sizes of the blocks"
     return Table.of(title, (Column("name", dim), *columns, *more), rows, chosen(results))
 
 

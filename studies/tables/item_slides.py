@@ -62,7 +62,22 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
         when = f"at {level_text(float(results.attrs['at_level']), results['level'])}"
     locked = f"{LOCKED.capitalize()} are as on feet, as long as the brakes hold." if LOCKED in contacts else ""
     title = f"Sliding of the pieces {when}"
-    return Table.of(title, columns, rows, intervals(results), SLIDES, locked, most=MOST)
+    return Table.of(title, columns, rows, intervals(results), SLIDES, locked)
+
+
+def slips(results: xr.Dataset, model: int = 0) -> Table:
+    """Return how far pieces slide."""
+    return item_slides(results, model).but(FALLS).first(MOST)
+
+
+def falls(results: xr.Dataset, model: int = 0) -> Table:
+    """Return how pieces that can slide fall: over an edge, over an obstacle or by overturning."""
+    table = item_slides(results, model)
+    return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), FALLS).first(MOST)
+
+
+FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"
+"""Columns of the second table."""
 
 
 def contacts_of(results: xr.Dataset) -> list[str]:

@@ -142,7 +142,6 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         BRANCHES if spread else intervals(results),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
         f"Code: {results.attrs['code']}." if "code" in results.attrs else UNCHECKED,
-        most=MOST_ROWS,
     )
 
 
@@ -162,8 +161,21 @@ def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
     return table.first(most).noted(more)
 
 
+def danger(results: xr.Dataset, model: int = 0) -> Table:
+    """Return how likely each piece falls, and what to do."""
+    return pieces(results, model).but(WORTH).first(MOST_ROWS)
+
+
+def worth(results: xr.Dataset, model: int = 0) -> Table:
+    """Return the levels at which each piece falls, its value, and what anchoring it costs and saves."""
+    table = pieces(results, model).apart("Levels and values of the pieces", ("item", "room", "floor"), WORTH)
+    return table.first(MOST_ROWS)
+
+
 SHORT = "item", "floor", "pieces", "chance", "model_range", "recommendation"
 """Columns of the short table."""
+WORTH = *(f"level_{k}" for k in range(len(SHARES))), "value", "anchoring_cost", "payback", "lost", *DRAWN
+"""Columns of the second table."""
 
 
 def codes(results: xr.Dataset) -> Table:

@@ -7,10 +7,10 @@ import json
 import numpy as np
 import xarray as xr
 
-from ...core.wording import given_percent, two_digits
+from ...core.wording import given_percent, two_digits, years_text
 from ...fragility.adaptive.until import MEDIAN
 from ..text.block_order import HALF
-from ..text.words import axis_of, display_unit
+from ..text.words import axis_of, display_unit, level_name
 from .table import Column, Row, Table, range_of
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -43,25 +43,25 @@ def surfaces(results: xr.Dataset) -> Table:
 
 
 def spread(results: xr.Dataset) -> Table:
-    """Return how medians, dispersions and rates of the blocks are distributed, the shares under each law together."""
+    """Return how levels, dispersions and chances of the blocks are distributed, the shares under each law together."""
     scale, unit = display_unit(axis_of(results))
-    names = [name for name in (HALF, "dispersion", "rate") if name in results]
+    years = years_text(float(results.attrs.get("years", 50.0)))
+    names = [name for name in (HALF, "dispersion", "risk_probability") if name in results]
     rows: list[Row | str] = []
     for j, model in enumerate(results["model"].values):
         law = results.isel(model=j)
         quantiles = {name: np.quantile(law[name].values, SHARES) for name in names}
-        rows.append(str(model))
+        rows += [str(model)] if results.sizes["model"] > 1 else []
         for k, share in enumerate(SHARES):
             row = {name: float(values[k]) / (scale if name == HALF else 1.0) for name, values in quantiles.items()}
             rows.append({"share": f"{given_percent(share)} of the blocks below", **row})
     columns = (
-        *(Column("share"), Column(HALF, "half level", "plain", unit), Column("dispersion", "β", "plain")),
-        Column("rate", "annual rate", "plain"),
+        *(Column("share"), Column(HALF, f"half overturn at {level_name(results)}", "two", unit)),
+        *(Column("dispersion", "dispersion β", "two"), Column("risk_probability", f"chance in {years}", "chance")),
     )
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
-    return Table.of(
-        "Blocks of the region", columns, rows, f"The region has {number:,} blocks. Each column is sorted by itself."
-    )
+    note = f"The region has {number:,} blocks. Each column is sorted by itself."
+    return Table.of("Blocks of the region", columns, rows, note)
 
 
 def events(results: xr.Dataset) -> Table:
@@ -69,7 +69,7 @@ def events(results: xr.Dataset) -> Table:
     scale, unit = display_unit(axis_of(results))
     rows: list[Row | str] = []
     for j, model in enumerate(results["model"].values):
-        rows.append(str(model))
+        rows += [str(model)] if results.sizes["model"] > 1 else []
         for k, level in enumerate(results["event_level"].values.tolist()):
             event = results.isel(model=j, event_level=k)
             few, middle, many = event["fallen_quantile"].values.tolist()
@@ -82,9 +82,10 @@ def events(results: xr.Dataset) -> Table:
             })  # fmt: skip
     columns = (
         *(Column("level", "level", "plain", unit), Column("mean", "mean", "observed")),
-        *(Column("few", "5 % of events: below", "observed"), Column("middle", "half: below", "observed")),
-        *(Column("many", "95 %: below", "observed"), Column("spread", "standard deviation", "observed", priority=2)),
-        Column("apart", "if blocks fell independently", "observed", priority=2),
+        Column("few", "in 5 % of events, below", "observed"),
+        *(Column("middle", "in half of events, below", "observed"), Column("many", "in 95 %, below", "observed")),
+        Column("spread", "standard deviation", "observed", priority=2),
+        Column("apart", "the same of independent blocks", "observed", priority=2),
         Column("correlation", "correlation of two blocks", "hundredths", priority=2),
     )
     sample, number = int(results.attrs["event_sample"]), results.sizes["event_motion"]

@@ -86,11 +86,13 @@ REGISTRY = {
     "measures": Entry(has("measure_rank"), fragility.measures),
     "shares": Entry(_both(OF_BLOCKS, has("capacity_share", "flag_share")), uncertainty.shares),
     "indices": Entry(_both(OF_BLOCKS, has("sobol_first")), uncertainty.indices),
-    "pieces": Entry(OF_PIECES, pieces.pieces, by_law=True),
+    "pieces": Entry(OF_PIECES, pieces.danger, by_law=True),
+    "worth": Entry(OF_PIECES, pieces.worth, by_law=True),
     "short_pieces": Entry(OF_PIECES, pieces.short_pieces),
     "kits": Entry(has("kit_falls"), kits.kits, by_law=True),
     "short_kits": Entry(has("kit_falls"), kits.short_kits),
-    "item_slides": Entry(_both(OF_PIECES, has(INSTEAD, "contact")), item_slides.item_slides, by_law=True),
+    "item_slides": Entry(_both(OF_PIECES, has(INSTEAD, "contact")), item_slides.slips, by_law=True),
+    "item_falls": Entry(_both(OF_PIECES, has(INSTEAD, "contact")), item_slides.falls, by_law=True),
     "totals": Entry(OF_PIECES, assessment.totals, by_law=True),
     "consequences": Entry(_both(OF_PIECES, has("consequence")), assessment.consequences, by_law=True),
     "ranking": Entry(OF_PIECES, assessment.savings, by_law=True),
@@ -109,13 +111,13 @@ REGISTRY = {
 }
 """All tables by name."""
 
-LEAD = "anchoring", "lead_blocks", "block_levels"
+LEAD = "anchoring", "lead_blocks", "spread", "block_levels"
 """Tables of a page's first part."""
 SHORT = "short_blocks", "short_pieces", "short_ratios", "short_kits"
 """Tables on a terminal."""
 TABLES = (
     *("surfaces", "spread", "events", "curves", "rates", "precision", "gains", "breaks", "edges", "slides"),
-    *("shares", "indices", "pieces", "kits", "item_slides", "totals", "consequences", "ranking"),
+    *("shares", "indices", "pieces", "worth", "kits", "item_slides", "item_falls", "totals", "consequences", "ranking"),
     *("axes", "selections", "branch_rates", "branch_amounts", "branch_consequences", "sizes", "measures"),
     *("static_checks", "kit_breaks", "codes", "ratios", "overturnings", "flips"),
 )

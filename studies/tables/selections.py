@@ -33,10 +33,14 @@ def selections(results: xr.Dataset) -> Table:
         })  # fmt: skip
     columns = (
         *(Column("level", measure_at(given, GROUND), "plain", unit), Column("epsilon", "ε", "tenths")),
-        *(Column("median", "median most off"), Column("scatter", "scatter most off"), Column("pgv", "PGV", "signed")),
-        *(Column("factors", "factors", "two"), Column("agrees", "agrees")),
+        *(Column("median", "largest error of a median"), Column("scatter", "largest ratio of scatters")),
+        Column("pgv", "error of the median PGV", "signed"),
+        *(Column("factors", "scale factors", "two"), Column("agrees", "agrees")),
     )
-    note = "Numbers compare the selected motions of each stripe with the target."
+    note = (
+        "Errors and ratios compare the selected motions of each level with the target. "
+        "ε is the number of standard deviations by which the level exceeds the predicted median."
+    )
     return Table.of("Agreement of the selected motions with the hazard", columns, rows, note)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -15,24 +15,14 @@ from ...models import Block
 from ..plan.estimates import middle_level
 from ..text.block_order import shown
 from ..text.reached import within_levels
-from ..text.words import axis_of, block_title, display_unit, level_name, level_text
+from ..text.words import LAW_NAMES, axis_of, block_title, display_unit, level_name, level_text
 from .table import Column, Marked, Row, Table, chosen
 
-LAW_NAMES = {
-    "discrete": "discrete damping",
-    "giannini-masiani": "Giannini–Masiani",
-    "makris-konstantinidis": "Makris–Konstantinidis",
-    "vassiliou": "Vassiliou et al.",
-    "energy-consistent": "energy-consistent damping",
-    "housner": "Housner’s impacts",
-    "viscous": "viscous damping",
-}
-"""Laws in words, by their short names."""
 GREEK = {"delta": "δ", "e": "e"}
-PARAMETERS = {"delta": "δ, the width of the zone of damping", "e": "e, the coefficient of restitution"}
-"""Parameters in words."""
+MEANINGS = {"delta": "δ is the half width of the elastic zone.", "e": "e is the coefficient of restitution."}
 SLIPS, SQUAT, ABOVE = "†", "‡", "*"
 """Marks of values of e: not possible with the friction there is, for so squat a block; and possible, but above e_R."""
+NO_CURVE = "no curve can be fitted"
 MOST_SHORT = 8
 """Most rows on a terminal."""
 MOST_SAID = 3
@@ -102,7 +92,7 @@ def block_levels(results: xr.Dataset) -> Table:
     columns[1:1] = [Column("own", "its e_R", "thousandths")] if own_e is not None else []
     note = f"Numbers are levels ({level_name(results)}{f', {unit}' if unit else ''}) under {law_name(results, at)}."
     above = any(isinstance(value, Marked) for row in rows for value in row.values())
-    notes = note, *_legend(results, marks), HIGHER if above else ""
+    notes = note, MEANINGS[str(results.attrs["parameter"])], *_legend(results, marks), HIGHER if above else ""
     return Table.of("Levels for half of the motions", columns, rows, *notes)
 
 
@@ -187,7 +177,7 @@ def median_ratios(results: xr.Dataset) -> Table:
     """Return the medians divided by the reference medians, the laws of each block together."""
     here = shown(results)
     ratio = here["median_ratio"].sel(comparison=reference_of(here))
-    blocks = {str(block): ratio.sel(block=block) for block in here["block"].values}
+    blocks = [(block_title(str(block)), ratio.sel(block=block)) for block in here["block"].values]
     return _table(here, f"Median over that of {reference_name(here)}", blocks, "times")
 
 
@@ -209,24 +199,25 @@ def flips(results: xr.Dataset) -> Table:
     return _table(here, f"Outcomes that differ from {reference_name(here)}", _between(here, flipped), "share")
 
 
-def _between(here: xr.Dataset, values: xr.DataArray) -> dict[str, xr.DataArray]:
-    """Return the values of each block at its level, by the name of the block with the level."""
-    found = {}
+def _between(here: xr.Dataset, values: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
+    """Return the name of each block with its level, and its values at that level."""
+    found = []
     for block in here["block"].values:
         at = level_between(here.sel(block=block))
-        found[f"{block}, at {level_at(here, at)}"] = values.sel(block=block).isel(level=at)
+        found.append((f"{block_title(str(block))}, at {level_at(here, at)}", values.sel(block=block).isel(level=at)))
     return found
 
 
-def _table(results: xr.Dataset, title: str, blocks: Mapping[str, xr.DataArray], format_: str) -> Table:
+def _table(results: xr.Dataset, title: str, blocks: Sequence[tuple[str, xr.DataArray]], format_: str) -> Table:
     """Return the table of a value of each block, a row per law."""
     marks = marks_of(results)
     names = [f"{value:g}" for value in results["value"].values.tolist()]
     rows: list[Row | str] = []
-    for block, (heading, values) in enumerate(blocks.items()):
+    for block, (heading, values) in enumerate(blocks):
         rows.append(heading)
         for model in results["model"].values:
             pairs = zip(values.sel(model=model).values.tolist(), marks[block].tolist(), strict=True)
-            cells = [mark or ("" if math.isnan(value) else value) for value, mark in pairs]
+            cells = [mark or value for value, mark in pairs]
             rows.append({"name": str(model), **dict(zip(names, cells, strict=True))})
-    return Table(title, _values(results, format_), rows, [*filter(None, (*_legend(results, marks), chosen(results)))])
+    notes = [*filter(None, (*_legend(results, marks), chosen(results)))]
+    return Table(title, _values(results, format_), rows, notes, NO_CURVE)

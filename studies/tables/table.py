@@ -174,6 +174,16 @@ class Table:
         columns = {column.key: column for column in self.columns}
         return replace(self, columns=[columns[key] for key in keys if key in columns])
 
+    def but(self, keys: Iterable[str]) -> Table:
+        """Return the table without some columns."""
+        left = {*keys}
+        return replace(self, columns=[column for column in self.columns if column.key not in left])
+
+    def apart(self, title: str, names: Iterable[str], keys: Iterable[str]) -> Table:
+        """Return some columns after the names of the rows, as a table of their own; without columns it has no rows."""
+        table = replace(self.only(*names, *keys), title=title, notes=[])
+        return table if any(column.key in {*keys} for column in table.columns) else replace(table, rows=[])
+
     def noted(self, *sentences: str) -> Table:
         """Return the table with further sentences in its note."""
         return replace(self, notes=[*self.notes, *sentences])
@@ -331,7 +341,7 @@ FORMATS: dict[str, Format] = {
     "whole": _number("{:.0f}".format),
     "given": _number(given_number),
     "plain": _number("{:.3g}".format),
-    "times": lambda value, *_: NOT_REACHED if value == math.inf else f"{value:.2f}",
+    "times": lambda value, *_: DASH if math.isnan(value) else NOT_REACHED if value == math.inf else f"{value:.2f}",
     "thousandths": _number("{:.3f}".format),
     "tenths": lambda value, *_: f"{value:.1f}".replace("-", "−"),
     "hundredths": _number("{:.2f}".format),

@@ -8,7 +8,7 @@ import xarray as xr
 from ...fragility.fitting.states import ALL
 from .words import reference_law
 
-MOST_BLOCKS = 100
+MOST_BLOCKS = 30
 """Most blocks in tables and in figures of fragility studies; the results hold all of them."""
 MOST_DRAWN = 12
 """Most blocks in figures of the other kinds of studies, where each block takes a large panel or a figure."""

@@ -24,6 +24,8 @@ MEASURES = {
     "housner_intensity": "Housner intensity",
     "pga_normalised": "PGA/(g tan α)",
     "pgv_normalised": "p·PGV/(g tan α)",
+    "d5_75": "D5–75",
+    "d5_95": "D5–95",
     "scale": "scale factor",
 }
 STRENGTHS = ("yield_coefficient", "system")
@@ -32,25 +34,36 @@ _PERIOD = re.compile(r"\b(S[avd]|FIV3)\((\d[\d.e+-]*)(?:, (\d[\d.e+-]*))?\)")
 _PERIODS = re.compile(r"\bAvgSa\((\d[\d.e+-]*):(\d[\d.e+-]*):(\d+)(?:, (\d[\d.e+-]*))?\)")
 """Labels of spectral values at a period, and of averages over periods, with their damping where it is not 5 %."""
 REFERENCE_LAW = "housner"
+LAW_NAMES = {
+    "discrete": "discrete damping",
+    "giannini-masiani": "Giannini–Masiani",
+    "makris-konstantinidis": "Makris–Konstantinidis",
+    "vassiliou": "Vassiliou et al.",
+    "energy-consistent": "energy-consistent damping",
+    "housner": "Housner’s impacts",
+    "viscous": "viscous damping",
+}
+"""Laws in words, by their short names."""
 CONSEQUENCES = {"blocks-exit": "blocked exit", "release": "release of a hazardous substance"}
 """Consequences that are written in other words than in an inventory."""
 INPUTS = {
-    "alpha": "α",
-    "alpha_factor": "α / nominal",
-    "R": "R",
-    "R_factor": "R / nominal",
-    "inertia_factor": "λ",
+    "alpha": "slenderness α",
+    "alpha_factor": "slenderness α",
+    "R": "size R",
+    "R_factor": "size R",
+    "inertia_factor": "inertia factor λ",
     "restraint_strength": "restraint strength",
     "restraint_stiffness": "restraint stiffness",
-    "e": "e",
-    "restitution_factor": "$e/e_R$",
-    "delta": "δ",
-    "zeta": "ζ",
+    "e": "restitution e",
+    "restitution_factor": "restitution e",
+    "delta": "elastic zone δ",
+    "zeta": "damping ratio ζ",
     "law": "damping law",
     "model": "damping law",
-    "sample": "parameters",
+    "sample": "properties",
     "cm_height": "mass centre",
 }
+"""Uncertain inputs and dimensions of runs in words."""
 
 
 def display_unit(level: xr.DataArray) -> tuple[float, str]:
@@ -145,6 +158,39 @@ def block_title(name: str) -> str:
     return f"{catalogue.item(key).title.removesuffix(', unanchored')}{comma}{rest}" if key in catalogue else name
 
 
+def law_names(labels: Sequence[str]) -> list[str]:
+    """Return laws by the names of their authors, with parameters only if laws of one name differ in them."""
+    split = [(key, rest.split()) for key, _, rest in (label.partition(" ") for label in labels)]
+    names = []
+    for label, (key, rest) in zip(labels, split, strict=True):
+        alike = [other for name, other in split if name == key]
+        own = (part for part in rest if not all(part in other for other in alike))
+        short = LAW_NAMES.get(key, "").removesuffix(" damping").removesuffix("’s impacts")
+        name = " ".join((short[:1].upper() + short[1:], *own)).replace("rest=rigid", "(rigid at rest)")
+        names.append(name if short else label)
+    return names
+
+
+def with_law_names(results: xr.Dataset) -> xr.Dataset:
+    """Return results whose laws have their names in place of labels, for a page."""
+    names = dict(zip(map(str, results["model"].values), law_names([*map(str, results["model"].values)]), strict=True))
+    of_laws = [name for name in ("model", "branch_model") if name in results.coords and results[name].ndim]
+    words = {name: [names.get(str(label), str(label)) for label in results[name].values] for name in of_laws}
+    return results.assign_coords({name: (results[name].dims, words[name], results[name].attrs) for name in of_laws})
+
+
+def renamed(text: str, results: xr.Dataset) -> str:
+    """Return a text with names of laws and titles of blocks in place of their labels, for a page."""
+    laws, blocks = ([*map(str, results[name].values)] if name in results.dims else [] for name in ("model", "block"))
+    names = dict(zip(laws, law_names(laws), strict=True))
+    for block in blocks:
+        if block_title(block) != block:
+            names |= {block: f"“{block_title(block)}”", f"“{block}”": f"“{block_title(block)}”"}
+    for label in sorted(names, key=len, reverse=True):
+        text = text.replace(label, names[label])
+    return text
+
+
 def consequence_name(word: str) -> str:
     """The name of a consequence in a table or a list: the words of the default ones, any other as it is written."""
     return CONSEQUENCES.get(word, word)
@@ -160,10 +206,10 @@ def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[st
     """Yield the name and the position of each block, and each of its floors where the `dims` of some variable do."""
     for i, block in enumerate(results["block"].values):
         if "floor" not in dims:
-            yield str(block), {"block": i}
+            yield block_title(str(block)), {"block": i}
             continue
         for k, floor in enumerate(results["floor"].values):
-            yield f"{block}, {floor_name(floor)}", {"block": i, "floor": k}
+            yield f"{block_title(str(block))}, {floor_name(floor)}", {"block": i, "floor": k}
 
 
 def roof_of(results: xr.Dataset) -> str:

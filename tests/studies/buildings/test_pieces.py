@@ -40,7 +40,7 @@ from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.tables.files import cells
 from toppling.studies.tables.inputs import anchoring
-from toppling.studies.tables.pieces import codes, exported_pieces, pieces
+from toppling.studies.tables.pieces import codes, danger, exported_pieces, pieces, worth
 from toppling.studies.tables.registry import REGISTRY
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
@@ -346,6 +346,13 @@ class TestCode:
         assert values["rack"]["code_force (N)"] == 400.0
         assert values["held"]["code_demand_over_strength (1)"] == 1.2
         assert not any("code" in heading for heading in cells(exported_pieces(results()))[0])
+
+    def test_chances_and_values_are_two_tables(self):
+        first, second = danger(results()), worth(results())
+        keys = [{column.key for column in table.columns} for table in (first, second)]
+        assert keys[0] | keys[1] == {column.key for column in pieces(results()).columns}
+        assert keys[0] & keys[1] == {"item", "room", "floor"}
+        assert first.column("item") == second.column("item")
 
 
 class TestBudget:

@@ -165,7 +165,7 @@ def test_the_verdict(results, values, said):
     changed = results.copy(deep=True)
     for end, value in zip(("", "_lower", "_upper"), values, strict=True):
         changed[f"chance_ratio{end}"][2, 0] = value
-    assert say(gains(changed)[1], "page").endswith(f" ({said}).")
+    assert said in say(gains(changed)[1], "page")
 
 
 @pytest.mark.slow

@@ -27,6 +27,7 @@ from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
 from toppling.studies.region.rows import event_levels, examples
 from toppling.studies.report.page import write_report
+from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.tables.region import events, spread, surfaces
 from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.text.error import StudyError
@@ -274,6 +275,10 @@ def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
     assert "40 blocks" in blocks.note
     middle = next(row for row in blocks.lines if row["share"].startswith("50 %"))
     assert middle["half_level"] == pytest.approx(float(results["half_level"].median()) / 9.80665)
+    assert middle["risk_probability"] == pytest.approx(float(results["risk_probability"].median()))
+    lead = lead_blocks(results)
+    assert len(lead.rows) == 8
+    assert lead.column("chance")[0].value == float(results["risk_probability"].max())
     assert not any(REGISTRY[name].applies(xr.Dataset()) for name in ("surfaces", "spread", "events"))
 
 

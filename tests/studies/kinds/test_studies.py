@@ -279,7 +279,7 @@ class TestCommand:
         assert main(["run", str(write(tmp_path, text)), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         printed = capsys.readouterr().out
         assert printed.count("no overturning") == 5
-        assert ": nothing fell at any level: raise ida.levels.to" in printed
+        assert ": nothing fell at any level; raise ida.levels.to" in printed
 
     @pytest.mark.parametrize(
         ("arguments", "message"),

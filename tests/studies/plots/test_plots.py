@@ -26,6 +26,7 @@ from toppling.studies.plots.fragility import fragility_figure, laws_figure
 from toppling.studies.plots.indices import index_figure
 from toppling.studies.plots.risk import risk_figure
 from toppling.studies.plots.uncertainty import uncertainty_figure
+from toppling.studies.text.words import renamed, with_law_names
 
 G = 9.80665
 WHOLE = cases.with_ranking(cases.assessment(), cases.ranking(items=("shelf", "rack")))
@@ -468,6 +469,20 @@ def test_laws_have_the_names_of_their_authors():
     assert selection.law_names(["housner e=e_R", "energy-consistent e=e_R δ=0.05"]) == ["Housner", "Energy-consistent"]
     two = ["discrete e=0.9 δ=0.05", "discrete e=0.9 δ=0.1", "mine e=1"]
     assert selection.law_names(two) == ["Discrete δ=0.05", "Discrete δ=0.1", "mine e=1"]
+
+
+def test_a_page_has_names_in_place_of_labels():
+    results = xr.Dataset(coords={
+        "model": ["housner e=e_R", "discrete e=e_R δ=0.05"],
+        "branch_model": ("branch", ["discrete e=e_R δ=0.05"]),
+        "block": ["bookcase-5-shelf", "shelf"],
+    })  # fmt: skip
+    named = with_law_names(results)
+    assert named["model"].values.tolist() == ["Housner", "Discrete"]
+    assert named["branch_model"].values.tolist() == ["Discrete"]
+    text = "bookcase-5-shelf under discrete e=e_R δ=0.05 and “bookcase-5-shelf”, shelf under housner e=e_R"
+    title = "“Bookcase, 5 shelves”"
+    assert renamed(text, results) == f"{title} under Discrete and {title}, shelf under Housner"
 
 
 def test_lines_are_even_and_words_whole():

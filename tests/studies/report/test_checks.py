@@ -13,6 +13,7 @@ from toppling.studies.facts import curves
 from toppling.studies.facts.checks import badge, checks_of, worst_word
 from toppling.studies.facts.say import remedy, say, value_of
 from toppling.studies.tables.blocks import lead_blocks
+from toppling.studies.text.words import with_law_names
 
 
 class TestChecks:
@@ -177,7 +178,7 @@ class TestChecks:
 
     @pytest.mark.parametrize("kind", STUDIES)
     def test_a_page_says_what_is_not_good_and_what_to_do(self, folder, pages, kind):
-        results = loaded(folder, kind)
+        results = with_law_names(loaded(folder, kind))
         text = " ".join("".join(Page(pages[kind]).text).split())
         assert f"Validity: {say(badge(checks_of(results)), 'checks')}" in text
         for check in checks_of(results):

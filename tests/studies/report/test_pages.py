@@ -1,10 +1,12 @@
 """Pages of reports: what is on them, nothing from outside, contrast; in Chromium at three widths, light and dark."""
 
+import os
 import re
+from pathlib import Path
 
 import pytest
 import xarray as xr
-from report_pages import DETAILS, OVERFLOW, SECTIONS, STUDIES, UNFOLDED, WIDTHS, Page, accessible, outside
+from report_pages import DETAILS, OVERFLOW, SECTIONS, STUDIES, UNFOLDED, WIDTHS, Page, accessible, loaded, outside
 
 import toppling as tp
 from toppling.studies.command.cli import main
@@ -64,6 +66,19 @@ class TestPages:
             used = re.findall(r'href="#([^"]+)"', text) + re.findall(r"url\(#([^)]+)\)", text)
             assert set(used) <= inside
 
+    def test_landmarks_have_names_of_their_own(self, pages):
+        for name, path in pages.items():
+            captions = re.findall(r"<caption[^>]*>(.*?)</caption>", path.read_text(encoding="utf-8"))
+            assert len(captions) == len(set(captions)), name
+
+    def test_laws_have_their_names(self, folder, pages):
+        """Labels with parameters are in the study file at the end, nowhere before."""
+        for name in ("fragility", "sensitivity"):
+            labels = loaded(folder, name)["model"].values
+            before, _, _ = "".join(Page(pages[name]).text).partition("F Reproduce")
+            assert len(labels) > 1
+            assert not any(str(label) in before for label in labels)
+
 
 def colours(text):
     """Custom properties of each block of a style sheet: light first, dark second."""
@@ -94,6 +109,7 @@ SCROLLING = (
     f"{UNFOLDED} [...document.querySelectorAll('.scroll:not(.picture)')].filter(one => !one.querySelector('.matrix')"
     " && one.scrollWidth > one.clientWidth + 1).map(one => one.innerText.slice(0, 60))"
 )
+VIOLATIONS = f";{UNFOLDED} axe.run().then(found => found.violations.map(one => [one.id, one.nodes[0].html]))"
 FOCUS = "document.querySelector('.skip').focus(), document.activeElement.getAttribute('href')"
 
 
@@ -132,6 +148,15 @@ class TestBrowser:
         for name, path in pages.items():
             for width in (360, 768, 1440):
                 assert chromium.see(path, width, SCROLLING).value == [], (name, width)
+
+    @pytest.mark.slow
+    @pytest.mark.skipif("AXE_CORE" not in os.environ, reason="AXE_CORE is not the path of axe.min.js (npm: axe-core)")
+    @pytest.mark.parametrize("dark", [False, True])
+    def test_axe_finds_nothing(self, chromium, pages, dark):
+        axe = Path(os.environ["AXE_CORE"]).read_text(encoding="utf-8")
+        for name, path in pages.items():
+            for width in (380, 768, 1280, 1440):
+                assert chromium.see(path, width, axe + VIOLATIONS, dark=dark).value == [], (name, width)
 
     def test_the_check_can_fail(self, chromium, tmp_path):
         """The checks find a page that does everything that reports must not do."""

@@ -549,7 +549,7 @@ class TestTables:
             tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, low, SCREEN, "[fit]\nstate = 0.5\n"
         ).run()
         assert hints(found) == [
-            "no overturning (2 of 2 curves): nothing reached |theta|/alpha > 0.5 at any level: raise ida.levels.to"
+            "no overturning (2 of 2 curves): nothing reached |theta|/alpha > 0.5 at any level; raise ida.levels.to"
         ]
 
 

@@ -143,4 +143,4 @@ class TestAdvice:
     def test_nothing_fell(self, tmp_path, levels, said):
         ida = f'[ida]\nlevels = {{ {levels}, unit = "m/s2" }}\n'
         found = study(tmp_path, SHELF.format("shelf", 0.3), LAW, motions(5), ida).run()
-        assert hints(found) == [f"no overturning: nothing fell at any level: {said}"]
+        assert hints(found) == [f"no overturning: nothing fell at any level; {said}"]
