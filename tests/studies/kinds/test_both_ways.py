@@ -1,6 +1,7 @@
 """Inventory studies that run every motion both ways: by default, counted, kept apart, compared, and said."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -108,7 +109,8 @@ class TestAsking:
     @pytest.mark.slow
     def test_words_and_runs(self, tmp_path):
         made = study(tmp_path, after=SETS)
-        assert "1 law × 9 motions both ways × 6 levels = 270 runs" in made.words  # (two lines twice, one once)
+        assert made.runs == 270  # (two lines twice, one once)
+        assert "9 motions both" in made.words
         assert made.further_runs == 5 * 5 * 6
         counted = []
         made.run(progress=lambda done, total: counted.append((done, total)))
@@ -159,7 +161,7 @@ class TestResults:
             assert notes["validity.few_motions"]["motions"] == 9
             undecided = notes["stability.undecided"]
             assert (undecided["motions"], undecided["reversed"]) == (18, True)
-            assert "9 motions both ways" in levels_figure(results).get_label()
+            assert "9 motions both" in levels_figure(results).get_label()
 
     @pytest.mark.slow
     def test_stopped_and_gone_on_with(self, folder, tmp_path):
@@ -215,7 +217,7 @@ class TestComparison:
         """Replicates draw motions: both outcomes of one side beside the only one of the other."""
         with two_sides(folder / "recorded/out", folder / "both/out") as (a, b):
             assert same_motions(a, b)
-            assert "the same 9 motions in both, run both ways in B, so the intervals" in motions_in_words(a, b)
+            assert re.search("same 9 .*in B", motions_in_words(a, b))
             one, other = Shaken.of(a, 0), Shaken.of(b, 0)
             assert one.chance.shape == other.chance.shape == (3, 9)
             assert_allclose(other.chance[1], one.chance[1])  # (the symmetric line)
