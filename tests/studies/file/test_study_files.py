@@ -430,7 +430,7 @@ class TestUnits:
     def test_a_hazard_without_a_unit(self, tmp_path):
         write(tmp_path, "pga,rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n", "h.csv")
         message = refused(tmp_path, SMALL + '[hazard]\nfile = "h.csv"\n')
-    assert "names no unit" in message
+        assert "names no unit" in message
 
 
 PERFORMANCE = (

@@ -408,7 +408,7 @@ def test_ten_kills_change_nothing(until, hazard, tmp_path):
 
 def test_the_level_of_a_probability_has_the_unit_of_other_levels(study):
     at = 'probability = { level = 0.4, unit = "g", within = 0.05 }'
-    assert {"0.4", "±0.05"} <= {*re.findall("[^ ,;]+", study(STUDY.replace("median = 0.15", at)).words)}
+    assert re.search(r"0\.4 g .*±0\.05", study(STUDY.replace("median = 0.15", at)).words)
 
 
 def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
@@ -455,7 +455,7 @@ def test_the_table_says_what_was_asked_and_reached(finished):
 def test_what_is_not_reached_is_a_note(study):
     results = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
     accounts = [fact.names[1] for fact in notes_of(results) if fact.what == "adaptive.account"]
-    assert [numbers_in(account)[:2] for account in accounts] == [[1, 64], [1, 64]]
+    assert [bool(re.search("±1 .*asked; 64", account)) for account in accounts] == [True, True]
 
 
 @pytest.mark.slow
@@ -521,7 +521,8 @@ def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
     rows = precision(results).lines
     assert len(rows) == 2 + 4
     name, median, reached, motions, runs, why = rows[2].values()
-    assert re.match(rf"{results['block'].values[0]}, slip .*5 cm", name)
+    assert name.startswith(results["block"].values[0])
+    assert "over 5 cm" in name
     assert [*median] == pytest.approx(
         [float(results[f"slip_target{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
     )
@@ -674,8 +675,7 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     assert np.isnan(results["slip_half_level"][0]).all()
     assert np.isnan(results["slides_instead"][0])
     (said,) = (fact.names for fact in notes_named(results, "adaptive.account") if "slip over 5 cm" in fact.names[0])
-    assert numbers_in(said[1])[:2] == [2, 40]
-    assert "takes about" in said[1]
+    assert re.search("±2 .*asked; 40.*about", said[1])
     table = slides(results)
     assert {*table.cells(table.lines[0])[1:]} == {"–"}
 
