@@ -1,5 +1,6 @@
 """Facts of results by their names, and validity checks by their titles."""
 
+import json
 import re
 
 from toppling.studies.facts.checks import checks_of
@@ -32,3 +33,8 @@ def doubts_in(results):
 def numbers_in(text):
     """Return the numbers of a text, in its order."""
     return [float(number.replace(",", "")) for number in re.findall(r"(?<![\w.,])\d[\d,]*(?:\.\d+)?", text)]
+
+
+def doubts_of(results, kind):
+    """Return the doubts of results of one kind."""
+    return [sentence for name, sentence, _ in json.loads(results.attrs["doubts"]) if name == kind]

@@ -57,8 +57,7 @@ def looks(results):
 class TestNotes:
     def test_an_offset_is_noted_before_and_after(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path))
-        assert "keeps an offset" in study.notes[0]
-        assert numbers_in(study.notes[0])[0] == 13
+        assert (study.doubts[0].kind, numbers_in(study.notes[0])[0]) == ("offset", 13)
         results = study.run()
         assert notes_of(results)[: len(study.facts)] == study.facts
         check = looks(results)
@@ -104,9 +103,8 @@ class TestNotes:
         text = path.read_text(encoding="utf-8").replace('records = "*.csv"', keys)
         path.write_text(text, encoding="utf-8")
         study = tp.Study.from_toml(path)
-        (note,) = study.notes
-        assert numbers_in(note)[:2] == [2, 2]
-        assert "target spectrum (SpectrumCompatible" in note
+        (doubt,) = study.doubts
+        assert (doubt.kind, numbers_in(doubt.sentence)[:2]) == ("misfit", [2, 2])
         assert [one for one in recwarn if issubclass(one.category, mo.TargetMissed)] == []
         assert looks(study.run()).names == ("misfit",)
         path.write_text(f'accept = ["misfit"]\n{text}', encoding="utf-8")
@@ -119,8 +117,9 @@ class TestNotes:
         path = write(tmp_path)
         text = path.read_text(encoding="utf-8").replace('records = "*.csv"', short).replace("[ida]", f"{tower}[ida]")
         path.write_text(text, encoding="utf-8")
-        (note,) = tp.Study.from_toml(path).notes
-        assert "sways (OneCycleSine" in note
+        (doubt,) = tp.Study.from_toml(path).doubts
+        assert doubt.kind == "ringing"
+        assert "(OneCycleSine" in doubt.sentence
         assert [one for one in recwarn if "sways" in str(one.message)] == []
         path.write_text(text.replace("tail_s = 0.5", "tail_s = 12"), encoding="utf-8")
         assert tp.Study.from_toml(path).notes == []
@@ -131,8 +130,9 @@ class TestNotes:
         inventory = text[: text.index("[ida]")].replace(blocks, "").replace("floors = [2]\n", "")
         asked = '[performance]\ninventory = "items.csv"\nlevels = { values = [0.2], unit = "g" }\n'
         path.write_text(f"{inventory}{asked}", encoding="utf-8")
-        (note,) = tp.Study.from_toml(path).notes
-        assert "on floor 2)" in note
+        (doubt,) = tp.Study.from_toml(path).doubts
+        assert doubt.kind == "ringing"
+        assert "on floor 2)" in doubt.sentence
 
     @pytest.mark.parametrize(
         ("hazard", "sentence"),
@@ -191,11 +191,10 @@ class TestNotes:
         text = path.read_text(encoding="utf-8")
         building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [2]\n[ida]'
         path.write_text(text.replace("[ida]", building), encoding="utf-8")
-        assert "offset (shake:" in tp.Study.from_toml(path).notes[0]
+        assert [doubt.kind for doubt in tp.Study.from_toml(path).doubts].count("offset") == 1
         ida = text[text.index("[ida]") :]
         path.write_text(text.replace(ida, '[stripes]\nunit = "g"\nat = [{ level = 0.2 }, { level = 0.4 }]\n'))
-        notes = tp.Study.from_toml(path).notes
-        assert len([one for one in notes if "keeps an offset" in one]) == 1
+        assert [doubt.kind for doubt in tp.Study.from_toml(path).doubts].count("offset") == 1
 
     def test_measures_in_any_capitals(self, tmp_path):
         path = write(tmp_path, offset=0.0)
@@ -526,9 +525,9 @@ class TestSpectra:
     @pytest.mark.slow
     def test_one_spectrum_is_noted_and_decides_about_rates(self, tmp_path):
         study = self.study(tmp_path)
-        (note,) = study.notes
-        assert "nearly one spectrum" in note
-        assert "omega_g_dispersion" in note
+        (doubt,) = study.doubts
+        assert doubt.kind == "spectra"
+        assert "omega_g_dispersion" in doubt.sentence
         assert self.check(study).word == CARE
         rated = self.check(self.study(tmp_path, hazard=HAZARD))
         assert rated.word == INVALID
@@ -577,8 +576,8 @@ class TestUses:
         path = write(tmp_path, keys="baseline_order = 1")
         rows = "".join(f"{i * DT:.2f},{math.sin(0.3 * i):.6f},{math.sin(0.2 * i):.6f}\n" for i in range(400))
         (tmp_path / "shake.csv").write_text(f"time (s),NS (m/s2),UD (m/s2)\n{rows}", encoding="utf-8")
-        (note,) = [one for one in tp.Study.from_toml(path).notes if "vertical" in one]
-        assert "(shake UD (m/s2))" in note
+        (doubt,) = (doubt for doubt in tp.Study.from_toml(path).doubts if doubt.kind == "vertical")
+        assert "(shake UD (m/s2))" in doubt.sentence
         text = path.read_text(encoding="utf-8").replace("baseline_order", 'component = "h1"\nbaseline_order')
         path.write_text(text, encoding="utf-8")
         with pytest.raises(StudyError, match="has no second horizontal component"):
