@@ -306,4 +306,3 @@ class TestResults:
         assert "at the level" in kits(found).columns[1].title
         target = facts_of(building.actions, found)["kit.for_target"]
         assert (target.more["target"], target.more["yearly"]) == ({"falls": 1.0}, False)
-        assert "100 in 100" in say(target, "page")
