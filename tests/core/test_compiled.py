@@ -3,7 +3,6 @@
 import io
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -449,7 +448,7 @@ def test_a_terminal_is_told_what_is_waited_for(monkeypatch):
         with machine_code.told("a"), machine_code.told("b"):
             time.sleep(1.5)
     told = stream.getvalue()
-    assert len(re.findall("compiling a,.*: 1 s", told)) == 2
+    assert told.count("compiling a,") == told.count(": 1 s") == 2
     assert "compiling b" not in told
     assert told.endswith(" \r")  # (the line is wiped)
     monkeypatch.setattr(sys, "stderr", io.StringIO())

@@ -182,7 +182,7 @@ class TestResults:
         table = pieces.short_pieces(results)
         assert len(table.lines) == 8
         assert "8 of 10" in table.note
-        assert re.search(r"1 of.*\(up to 18", table.note)
+        assert re.search(r"1 of.*to 18", table.note)
         monkeypatch.setattr(pieces, "pieces_of", lambda *_: every[:8] + every[9:])
         assert "more often" not in pieces.short_pieces(results).note
 

@@ -104,7 +104,7 @@ def test_what_yields_answers_each_level(tmp_path, table, support):
     below = [ground(level) for level in (2.0, 6.0)]
     runs = tp.stripes(BLOCK, LAW, [support.motions(one) for one in below], [2.0, 6.0], "pga", scale=False, ground=below)
     np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
-    assert [0.001 in numbers_in(doubt) for doubt in doubts_of(result, "strike")] == [True] * (table is BILINEAR)
+    assert any(0.001 in numbers_in(doubt) for doubt in doubts_of(result, "strike")) == (table is BILINEAR)
     cloud = study(tmp_path, table, '[cloud]\nim = "pga"\nim_at = "ground"\n').run()
     own = tp.cloud(BLOCK, LAW, support.motions(ground()), "pga", ground=ground())
     np.testing.assert_allclose(cloud["peak_rotation"], own["peak_rotation"], rtol=1e-9, atol=1e-12)

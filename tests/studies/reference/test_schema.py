@@ -137,7 +137,7 @@ class TestSchema:
 
     def test_an_included_part_needs_no_more_than_it_says(self):
         assert broken({"include": ["common.toml"], "ida": {"levels": {"values": [1.0], "unit": "g"}}}) == []
-        assert any(message.startswith("'title' ") for message in broken({}))
+        assert any("'title' " in message for message in broken({}))
 
     @pytest.mark.parametrize("im", ["pga", "PGA", "Pgv", "sa(1.0)", "AVGSA(0.2:2.0:10)", "Scale"])
     def test_measures_in_any_capitals(self, im):
@@ -258,6 +258,6 @@ class TestReference:
         page = made_keys.key_reference()
         rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
         static = ["`static`", "Static coefficient of friction, or its median.", "1", "that of contact"]
-        assert [*static, "number ≥ 0.05, ≤ 2"] in rows
         kind = ["`kind`", "A uniform cantilever, masses on springs, or none.", "", "must be given"]
-        assert [*kind, "`ground`, `flexural-shear`, `storeys`"] in rows
+        for row in ([*static, "number ≥ 0.05, ≤ 2"], [*kind, "`ground`, `flexural-shear`, `storeys`"]):
+            assert row in rows
