@@ -124,7 +124,7 @@ class TestWheel:
         with zipfile.ZipFile(wheel) as archive:
             (name,) = (one for one in archive.namelist() if one.endswith(".dist-info/METADATA"))
             described = archive.read(name).decode("utf-8").partition("\n\n")[2]
-        assert "How likely is this bookcase" in described
+        assert "this bookcase" in described
         assert not re.findall(r"\]\((?!https?:)", described)
 
 
@@ -168,7 +168,8 @@ def test_importing_is_light():
     assert loaded("import toppling", (*HEAVY, "numpy", "pydantic")) == []
     packages = "import toppling.models, toppling.motions, toppling.fragility, toppling.studies"
     assert loaded(packages, (*HEAVY, "numpy", "pydantic")) == []
-    assert loaded("import toppling; toppling.plot; toppling.Study") != []  # (the measure can see them)
+    used = "import toppling; toppling.plot; toppling.Study"
+    assert loaded(used) != []  # (the measure can see them)
 
 
 @pytest.mark.slow

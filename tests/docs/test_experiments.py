@@ -76,8 +76,8 @@ def test_every_row_is_predicted_or_says_why_not(kept):
 def test_the_first_sentence_counts(kept):
     sources = len({row.source.source for row in ROWS.values()})
     predicted = sum(bool(row["predicted"]) for row in kept.values())
-    assert f"{len(ROWS)} published tests, counts and surveys of {sources} sources" in TEXT
-    assert f"{predicted} of them with a prediction" in TEXT
+    assert re.search(rf"{len(ROWS)} published.* {sources} sources", TEXT)
+    assert f"{predicted} of them" in TEXT
 
 
 @pytest.mark.slow
@@ -164,7 +164,8 @@ def test_what_the_explanations_say_follows_from_their_tables(kept):
         row[0]: float(row[1]) for row in rows if len(row) == 3 and re.match(r"(as|asym|rest|azi|rad|supp|mass)", row[0])
     }
     assert all(value < 0.5 * (122 + 104) for name, value in falls.items() if not name.startswith("support"))
-    assert falls["support: half-width 28 mm"] > 122 > falls["support: half-width 38 mm"]
+    supports = {int(name.split()[-2]): number for name, number in falls.items() if name.startswith("support")}
+    assert supports[28] > 122 > supports[38]
     percent = {
         (row[0], row[1]): [float(cell.rstrip(" %")) for cell in row[2:]]
         for row in rows

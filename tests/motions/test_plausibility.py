@@ -1,9 +1,11 @@
 """Plausibility of records: what is named, with which figures, and what is not."""
 
+import re
 import warnings
 
 import numpy as np
 import pytest
+from check_facts import numbers_in
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
@@ -40,7 +42,7 @@ class TestRecords:
         found = kinds(recorded(wavelet() + 2.0 * share / (1.0 - share)))
         assert ("offset" in found) == named
         if named:
-            assert "one: its mean is 1.2 % of its PGA" in found["offset"].sentence
+            assert "is 1.2 %" in found["offset"].sentence
             assert "baseline_order = 1" in found["offset"].sentence
 
     @pytest.mark.parametrize(("share", "named"), [(0.09, False), (0.11, True), (-0.09, False), (-0.11, True)])
@@ -93,7 +95,7 @@ class TestRecords:
             for label, both in given.items()
         ]
         found = [one.sentence for one in record_doubts(records(pairs)) if one.kind == "spectra"]
-        assert found == ([f"a record has the samples of another ({said}): leave copies out"] if said else [])
+        assert [f"({said}): leave copies" in sentence for sentence in found] == [True] * bool(said)
         alone = [recorded(both[0], label=label) for label, both in given.items()]
         found = [one for one in record_doubts(records(alone)) if one.kind == "spectra"]
         assert bool(found) == (said.startswith("second:") and h1 is not self.NOISE["b"])
@@ -111,15 +113,14 @@ class TestRecords:
             )
         ]
         found = record_doubts(records(FloorHistories.of(histories, "m/s2").arrays))
-        assert any("a floor motion has the samples of another" in one.sentence for one in found) == doubted
+        assert any("samples of another" in doubt.sentence for doubt in found) == doubted
 
     def test_copies(self):
         one, two = (recorded(wavelet(frequency=f), label=str(f)) for f in (1.0, 1.5))
         copy, other = recorded(wavelet(), label="copy of 1.0"), recorded(wavelet(), 2.0 * DT, "slow")
         found = record_doubts([*records(one), *records(two), *records(copy), *records(other)])
-        assert [doubt.sentence for doubt in found] == [
-            "a record has the samples of another (copy of 1.0: those of 1.0): leave copies out"
-        ]
+        (doubt,) = found
+        assert "(copy of 1.0:" in doubt.sentence
         assert record_doubts([*records(one), *records(two), *records(other)]) == []
 
     @pytest.mark.parametrize(
@@ -139,7 +140,7 @@ class TestRecords:
         ]
         found = record_doubts([record for array in floors for record in records(array)])
         assert [one.kind for one in found] == ["table"] * bool(words)
-        assert not words or found[0].sentence.startswith(f"{words} the samples of another (EQ")
+        assert not words or found[0].sentence.startswith(f"{words} the samples")
 
     def test_duration(self):
         assert set(kinds(recorded(wavelet(n=45_100, dt=0.02), dt=0.02))) == {"duration"}
@@ -165,8 +166,8 @@ class TestRecords:
         decay = np.exp(-2.0 * np.pi * 0.05 / np.sqrt(1.0 - 0.05**2) * (quiet - 1.5))
         assert floors.ringing.item() / before == pytest.approx(decay, rel=0.01)
         if named:
-            assert said[0].startswith("the motion ends while the building sways (OneCycleSine")
-            assert "of its peak on floor 1): zeros after the motions (in Python motions.pad)" in said[0]
+            assert "sways (OneCycleSine" in said[0]
+            assert "on floor 1)" in said[0]
             padded = building.floor_motions(mo.pad(pulse, 0.0, 8.0))
             assert ringing_doubts([padded]) == []
 
@@ -177,7 +178,7 @@ class TestRecords:
         whole = building.floor_motions([cut, cut.assign_coords(motion=["other"])])
         (one,) = ringing_doubts(whole)
         assert one.kind == "ringing"
-        assert one.sentence.startswith("2 of 2 motions end while the building sways")
+        assert one.sentence.startswith("2 of 2")
         assert building.floor_motions(cut, [0]).ringing.item() == 0.0
         assert building.floor_motions(mo.from_array(np.zeros(400), DT)).ringing.item() == 0.0
         assert building.floor_motions(cut, parts=4).ringing.item() == pytest.approx(whole[0].ringing.item(), rel=1e-2)
@@ -190,8 +191,8 @@ class TestRecords:
     def test_periods_of_storeys(self, period, storeys, doubted):
         with noted() as said:
             mo.Building.flexural_shear(period, storeys=storeys)
-        assert [(one.kind, f"{storeys} storeys with a period of {period:g} s" in one.sentence) for one in said] == [
-            ("building", True)
+        assert [(doubt.kind, *numbers_in(doubt.sentence)[:2]) for doubt in said] == [
+            ("building", storeys, pytest.approx(period))
         ] * doubted
 
     @pytest.mark.parametrize(
@@ -226,12 +227,12 @@ class TestRecords:
     def test_storeys_of_stiffnesses_in_another_unit(self):
         with noted() as said:  # (2π over √(k/m (3 - √5)/2): kN/m in place of N/m)
             mo.Building.from_storeys([1e5, 1e5], [4e4, 4e4])
-        assert [one.sentence[:54] for one in said] == ["a building of 2 storeys with a period of 16.0745 s, 8."]
+        assert [numbers_in(doubt.sentence)[:2] for doubt in said] == [[2, 16.0745]]
 
     def test_few_of_many_are_named(self):
         every = [recorded(wavelet() + (0.5 if i < 5 else 0.0), label=f"r{i}") for i in range(7)]
         (offset,) = [one for one in record_doubts(records(every)) if one.kind == "offset"]
-        assert offset.sentence.startswith("5 of 7 records keep an offset (r0: its mean is 20 % of its PGA, r1: ")
+        assert numbers_in(offset.sentence)[:3] == [5, 7, 20]
         assert " and 2 more)" in offset.sentence
 
     def test_a_cure_for_those_without_it(self):
@@ -242,7 +243,7 @@ class TestRecords:
         said = {}
         for name, some in {"cut": [cut], "plain": [plain], "low": [low], "both": [cut, plain]}.items():
             (said[name],) = [one.sentence for one in record_doubts(records(some)) if one.kind == "offset"]
-        assert "after the corrections that were asked for" in said["cut"]
+        assert "after the corrections" in said["cut"]
         assert all("baseline_order = 1" in said[name] for name in ("plain", "low", "both"))
 
     def test_the_cures_cure(self):
@@ -372,6 +373,4 @@ class TestFloorHistories:
             for key, one in keys.items()
         }
         found = history_doubts(FloorHistories.of([*keys.values(), *y.values()], "m/s2"), "pga")
-        assert (
-            "a at 2 m/s2 floor 0 in direction x is -1.43 times a at 2 m/s2 floor 0 in direction y" in found[0].sentence
-        )
+        assert re.search(r"x is -1\.43.*y\b", found[0].sentence)

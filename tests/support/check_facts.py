@@ -1,5 +1,8 @@
 """Facts of results by their names, and validity checks by their titles."""
 
+import json
+import re
+
 from toppling.studies.facts.checks import checks_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import value_of
@@ -25,3 +28,13 @@ def notes_named(results, what):
 def doubts_in(results):
     """Return the doubts of results, one in each line."""
     return "\n".join(fact.names[0] for fact in notes_named(results, "input.doubt"))
+
+
+def numbers_in(text):
+    """Return the numbers of a text, in its order."""
+    return [float(number.replace(",", "")) for number in re.findall(r"(?<![\w.,])\d[\d,]*(?:\.\d+)?", text)]
+
+
+def doubts_of(results, kind):
+    """Return the doubts of results of one kind."""
+    return [sentence for name, sentence, _ in json.loads(results.attrs["doubts"]) if name == kind]

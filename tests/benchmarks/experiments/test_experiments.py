@@ -50,7 +50,8 @@ class TestReading:
         path = table_of(tmp_path / "t.csv", {**ROW, **changes})
         with pytest.raises(ExperimentError, match=said) as caught:
             read_experiments(path)
-        assert str(caught.value).startswith(f"{path}, line 2, column {column!r}: ")
+        assert str(caught.value).startswith(f"{path}, line 2,")
+        assert f" {column!r}: " in str(caught.value)
         assert "\n" not in str(caught.value)
 
     def test_ids_used_twice_and_empty_tables(self, tmp_path):

@@ -44,14 +44,15 @@ class TestScenes:
         assert with_change["one", "no poles"] == pytest.approx(
             predict(loose.test).value, abs=0.2
         )  # (linear, not exact)
-        assert with_change["two", "restitution: 0.9 times Housner's"] != before["two"]
+        (restitution,) = (value for (name, change), value in with_change.items() if name == "two" and "0.9" in change)
+        assert restitution != before["two"]
 
     def test_a_change_of_a_pole_changes_it_alone(self, tmp_path):
         pole = {**ROW, "fixing": "pole", "mass_kg": "100", "placement": "wall"}
         (block,) = blocks_of(read_experiments(table_of(tmp_path / "t.csv", pole))[0].test)
         changed = {name: make(block) for name, make in explanations.POLES.items()}
-        assert changed["no wall behind it"].wall is None
-        assert changed["no wall behind it"].restraint == block.restraint
+        free = changed["no wall behind it"]
+        assert (free.wall, free.restraint) == (None, block.restraint)
         assert changed["no poles"].restraint is None
         assert changed["no poles"].wall == block.wall
         slipping = changed["poles that slip off at 1.5 times their force"].restraint

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from check_facts import numbers_in
 from page_tables import table_below
 from scipy.stats import binomtest
 
@@ -128,7 +129,7 @@ class TestControls:
         one, again = (directions.rocked(shelf.block, part, "h1")[0] for _ in range(2))
         np.testing.assert_array_equal(one, again)
         found = tables.Case(one[6], again[6])
-        assert str(found) == "+0.0 (+0.0 to +0.0)"
+        assert numbers_in(str(found)) == [0, 0, 0]
         assert found.p == 1.0
 
     def test_a_second_component_of_zero_changes_nothing(self, shelf, shakes):
@@ -279,8 +280,7 @@ class TestPage:
         assert ends(full[2])[0] > 0.0
         assert len(controls) == 2
         for row in controls:
-            assert row[1].startswith("0 / 0 of")
-            assert row[3].startswith("0 / 0 of")
+            assert [numbers_in(cell)[:2] for cell in row[1:4:2]] == [[0, 0], [0, 0]]
             assert ends(row[0])[0] <= 0.1
             assert ends(row[2])[0] <= 0.1
         for row in rows("second_direction"):
@@ -305,10 +305,10 @@ class TestPage:
         """Numbers of the page that are on others."""
         chance = tables.slides(next(one for one in directions.P58 if one.name == directions.TWO_DRAWER), "vinyl")
         assert f"{chance:.2f}" == "0.97"
-        assert "with a probability of 0.97" in (DOCS / "p58.md").read_text("utf-8")
+        assert "probability of 0.97" in (DOCS / "p58.md").read_text("utf-8")
         ratios = [1.0 / float(row[4].split()[0]) for row in rows("second_direction")]
         assert np.median(ratios) == pytest.approx(0.83, abs=0.01)
-        assert "some 0.83 times the shaking" in (DOCS / "limits.md").read_text("utf-8")
+        assert "0.83 times" in (DOCS / "limits.md").read_text("utf-8")
 
     @pytest.mark.slow
     def test_a_row_is_computed_again(self, shelf):

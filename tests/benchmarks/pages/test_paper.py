@@ -207,8 +207,7 @@ class TestShaking:
         tp.motions.write_at2(strong, tmp_path / "inner" / "b.AT2", "A STRONG ONE")
         found = paper.shaking(tmp_path)
         assert len(found.many) == 1
-        assert found.titles[0].startswith("`b.AT2`: A STRONG ONE")
-        assert len(found.titles) == 1
+        assert [title.partition(": ")[0] for title in found.titles] == ["`b.AT2`"]
 
     def test_shares_count_every_run_once(self):
         motions = paper.shaking(number=4).many
@@ -242,7 +241,7 @@ class TestPage:
     def test_page_without_records_says_so(self):
         shaking = paper.shaking(number=4)
         text = paper.page(shaking, paper.many_runs(shaking.many), paper.elastic_mode(10))
-        assert "No folder of records was named: 4 simulated motions" in text
+        assert "4 simulated motions" in text
         assert "PEER strong motion" not in text
         assert not re.search(r"\{\w+\}|\bnan\b", text)
 
@@ -251,9 +250,10 @@ class TestPage:
         """The straight line is hardly ever wrong, the lever at times, the discrete law's zone three times as often."""
         found = {one.name: one for one in paper.many_runs(paper.shaking(SHARED / "data/records").many)}
         false = {name: one.falsely_fallen / one.standing for name, one in found.items()}
-        assert false["Housner, bilinear, lever h"] < 0.05
-        assert false["energy-consistent (ours)"] < 1.2 * false["Housner, bilinear, lever R"]
-        assert false["discrete"] > 2.5 * false["Housner, bilinear, lever R"]
+        lever = {name[-1]: share for name, share in false.items() if name.startswith("Housner, bilinear, lever")}
+        assert lever["h"] < 0.05
+        assert false["energy-consistent (ours)"] < 1.2 * lever["R"]
+        assert false["discrete"] > 2.5 * lever["R"]
         assert found["discrete"].detected > 0.9 * found["discrete"].fallen
         assert found["Makris–Konstantinidis"].detected < 0.7 * found["Makris–Konstantinidis"].fallen
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from check_facts import numbers_in
 
 from toppling.benchmarks.sequential.promises import common_levels, promises, rows_of_text, sequential
 from toppling.benchmarks.sequential.truths import MEDIAN, TRUTHS
@@ -75,7 +76,7 @@ def test_a_database_keeps_the_promise(monkeypatch):
     assert spent[1] / found.runs > little[1] / loose.runs  # (seconds, samples and events)
     assert 0.0 < little[2] < much[2] < much[1]
     row, mean = databases.promises_kept(name, fine, 2, processes=1)
-    assert f"±10%   20 common levels, ask ±5%    {row.kept:5.3f}" in databases.line(fine, row, mean)
+    assert f"±5%    {row.kept:5.3f}" in databases.line(fine, row, mean)
     common, near, _ = databases.cost(name)
     assert near > common > 0.0
 
@@ -88,7 +89,8 @@ def test_analyses_that_are_compared():
         labels = [one.label for one in ways if one.tolerance == databases.MIDDLE]
         asks = f"20 common levels, ask ±{100.0 * databases.AS_OFTEN[name]:g}%"
         common = ["20 common levels", asks, "20 common levels, local fit"]
-        assert labels == ["3 runs of each motion", "2 runs of each motion", *common]
+        assert [numbers_in(label)[0] for label in labels[:2]] == [3, 2]
+        assert labels[2:] == common
         assert [one.tolerance for one in ways] == sorted((one.tolerance for one in ways), reverse=True)
 
 

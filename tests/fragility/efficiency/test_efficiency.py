@@ -568,8 +568,8 @@ class TestFigures:
         ax = plt.figure().add_subplot()
         assert plots.ranking(one, ax) is ax
         texts = [tick.get_text() for tick in ax.get_yticklabels()]
-        assert texts[0] == "PGV of the ground"
-        assert "√(Arias intensity) of the ground" in texts
+        assert texts[0].startswith("PGV ")
+        assert any(text.startswith("√(Arias intensity)") for text in texts)
         assert ax.get_xlim()[1] >= float(one["amplitude_dispersion_upper"].max())
         figure = plots.ranking_figure(found, "crate")
         assert len(figure.axes) == 1

@@ -431,7 +431,7 @@ class TestCommand:
         assert main(["export", str(path), "--format", name, "--out", str(tmp_path / "a" / "b")]) == 0
         said = capsys.readouterr().out
         assert f"2 curves for {name}" in said
-        assert "no estimate (no overturning)" in said
+        assert "(no overturning)" in said
         _, read, file = FORMATS[name]
         found = read(tmp_path / "a" / "b" / file)
         one = {"block": "bookcase-5-shelf"}

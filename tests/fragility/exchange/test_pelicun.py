@@ -145,7 +145,7 @@ class TestMultilinear:
         self.check(*found)
         np.testing.assert_allclose(found[0], x, rtol=1e-6)
         np.testing.assert_allclose(found[1], y, rtol=0.0, atol=1e-12)
-        assert "above the highest one it is held constant" in about.read_text(encoding="utf-8")
+        assert "held constant" in about.read_text(encoding="utf-8")
 
     def test_no_estimate_is_incomplete(self, tmp_path):
         written = write_pelicun(isotonic(), tmp_path / "t.csv")

@@ -7,6 +7,7 @@ from time import process_time
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import numbers_in
 from fit_cases import BAKER, capacities, clustered, counts, objective, once, profile, striped
 from lognormal import fit_lognormal
 from scipy.optimize import minimize
@@ -54,7 +55,7 @@ class TestDraws:
         assert fit["median_sample"].dims == ("replicate",)
         assert fit["median_sample"].attrs["units"] == "m s-2"
         assert fit.attrs["replicates"] == 20
-        assert "20 replicates, seed 3" in fit.attrs["method"]
+        assert numbers_in(fit.attrs["method"])[-2:] == [20, 3]
 
     def test_bit_identical_whatever_is_fitted_beside(self):
         """One curve alone or among others, with or without keeping replicates: the same numbers."""

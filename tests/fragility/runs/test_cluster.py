@@ -175,8 +175,8 @@ def test_a_killed_scheduler_is_said_and_a_rerun_goes_on(machines, study, tmp_pat
     assert time.monotonic() - started < 60.0
     assert process.returncode == 1, error
     last = error.strip().splitlines()[-1]
-    assert last.startswith("toppling: the scheduler at tcp://127.0.0.1")
-    assert "run the same command again" in last
+    assert "scheduler at tcp://127.0.0.1" in last
+    assert "same command again" in last
     assert "Traceback" not in error
     done = finish(study, tmp_path / "out")
     assert done.returncode == 0, done.stderr
@@ -205,7 +205,7 @@ def test_a_worker_of_another_version_is_refused(machines, study, tmp_path):
         client.wait_for_workers(2, timeout=60)
     done = finish(study, tmp_path / "out", "--scheduler", machines.address)
     assert done.returncode == 1
-    assert "has toppling 0.0.1, this process" in done.stderr
+    assert "has toppling 0.0.1," in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out" / "results.nc").exists()
 

@@ -124,7 +124,7 @@ class TestHere:
     def test_the_command_refuses_a_configuration_before_it_reads(self, capsys):
         with dask.config.set(scheduler="wrong"):
             assert main(["run", "missing.toml"]) == 2
-        assert "dask's configuration names an unknown scheduler" in capsys.readouterr().err
+        assert "an unknown scheduler" in capsys.readouterr().err
 
     def test_in_the_order_of_the_plan(self, shakes, small_chunks, monkeypatch):
         """The last chunks are the shortest, whatever order dask would take."""

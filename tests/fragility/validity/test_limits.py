@@ -90,24 +90,20 @@ def test_runs_outside_of_the_model():
         assert words in sentence
         one["outside"].loc[{"reason": reason, "block": "case"}] = 0.3
         both = told(lambda one=one: tp.overturning_probability(one))
-        assert both == [], "one block is within the model"
+        assert both == []  # (one block is within the model)
 
 
 def test_curves_without_a_fit_or_far_too_wide():
     weak = tp.ida(SLENDER, LAW, shakes(20), [0.01, 0.02, 0.04])
-    assert told(lambda: tp.fit_fragility(weak)) == [
-        "no curve can be fitted (no overturning): take other levels or more motions"
-    ]
+    assert ["(no overturning)" in sentence for sentence in told(lambda: tp.fit_fragility(weak))] == [True]
     some = tp.ida(SLENDER, LAW, shakes(20), LEVELS)
     assert told(lambda: tp.fit_fragility(some, replicates=50)) == []
     counts = xr.Dataset(
         {"overturnings": ("level", [1, 1, 2]), "runs": ("level", [4, 4, 4])}, {"level": [1.0, 10.0, 100.0]}
     )
     (said,) = told(lambda: tp.fit_fragility(counts))
-    assert said in (
-        "every interval of a level at which half fall spans a factor above 4: take more motions",
-        "no level at which half fall has an interval: take more motions",
-    )
+    assert "interval" in said
+    assert said.endswith("take more motions")
 
 
 @pytest.mark.parametrize(

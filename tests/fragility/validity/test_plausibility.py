@@ -114,7 +114,7 @@ def test_damping_in_per_cent():
 def test_restitution_that_no_block_has():
     laws = [tp.HousnerImpact(e=0.09), tp.HousnerImpact(e=0.5), tp.HousnerImpact()]
     (doubt,) = law_doubts([CABINET], laws, [])
-    assert doubt.sentence == "restitution below 0.3 (housner e=0.09: 0.09): e of blocks that rock is 0.5 to 1"
+    assert "(housner e=0.09: 0.09)" in doubt.sentence
     region = BlockArray(width=[0.4] * 3, height=[1.8] * 3, e=[0.9, 0.08, 0.9], delta=[0.05] * 3, names=["a", "b", "c"])
     assert ["b: 0.08" in doubt.sentence for doubt in block_doubts(region)] == [True]
 
@@ -191,9 +191,9 @@ class TestWarnings:
 
     def test_sizes_levels_and_records(self):
         (size,) = self.said(tp.Block(400.0, 1800.0), [1.0])
-        assert "centimetres or millimetres written as metres?" in str(size.message)
+        assert "written as metres" in str(size.message)
         (level,) = self.said(CABINET, [1.0, 98.0])
-        assert "the highest level, 9.99322 g, is beyond any shaking" in str(level.message)
+        assert "9.99322 g" in str(level.message)
         offset = tp.motions.from_array(np.sin(np.arange(500) * 0.1) + 0.2, 0.01, recorded=True)
         said = self.said(CABINET, [1.0], offset)
         assert "keeps an offset" in str(said[0].message)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from check_facts import numbers_in
 
 import toppling as tp
 from toppling import motions as mo
@@ -42,7 +43,7 @@ class TestEdge:
         assert edge.fallen_off(forward, backward, 9.0).tolist() == [False, True, False, True, True]
 
     def test_label_tells_the_sides(self):
-        assert near(0.1, 0.02, name=None).label == "0.3 m × 0.5 m, edge 100 mm in front and 20 mm behind"
+        assert numbers_in(near(0.1, 0.02, name=None).label) == [0.3, 0.5, 100, 20]
 
     @pytest.mark.parametrize("distance", [-0.001, math.nan, math.inf, "0.1", True])
     @pytest.mark.parametrize("side", ["front", "back"])
@@ -139,7 +140,7 @@ class TestCurves:
         share = runs["fallen_off"].values[0, 0].mean(axis=-1)
         assert 0.0 < share[1] < share[2]
         flags = reached(runs, "fallen_off")
-        assert flags.attrs["state"] == "a fall over an edge"
+        assert flags.attrs["state"].endswith("an edge")
         found = overturning_probability(runs, state="fallen_off")
         np.testing.assert_array_equal(found["probability"][0, 0], share)
         curves = fit_fragility(runs, state="fallen_off", replicates=100)

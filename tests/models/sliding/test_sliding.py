@@ -366,7 +366,7 @@ class TestAnalyses:
         for state, name in ((Slip(0.01), "slide_peak"), (Slip(0.01, "front"), "slide_forward")):
             found = tp.overturning_probability(runs, state=state)
             np.testing.assert_array_equal(found.overturnings, (runs[name] > 0.01).sum("motion"))
-            assert found.attrs["state"].startswith("a slip above 0.01 m")
+            assert "slip above 0.01" in found.attrs["state"]
         many = tp.ida(self.BLOCKS[0], tp.Sliding(0.2), mo.pad(noise(40), 0.0, 5.0), np.linspace(2.0, 10.0, 9))
         fit = tp.fit_fragility(many, state=Slip(0.05))
         counts = (many.slide_peak > 0.05).mean("motion").values[0, 0]

@@ -42,7 +42,8 @@ def test_columns_above_the_ground_are_doubted(tmp_path):
     with pytest.warns(ImplausibleInput, match="acc_block .g.: of a structure or block, not of what shakes it?"):
         read(tmp_path, columns("time (s),acc_block (g),acc_table (g)", 1, 2))
     with pytest.warns(ImplausibleInput, match="drift is left out: no acceleration, by its name"):
-        assert read(tmp_path, columns("# units: g\ntime (s),ground,drift", 1, 1)).sizes["motion"] == 1
+        motion = read(tmp_path, columns("# units: g\ntime (s),ground,drift", 1, 1))
+    assert motion.sizes["motion"] == 1
 
 
 @pytest.mark.parametrize(
@@ -84,7 +85,7 @@ def test_the_unit_of_an_at2_file_stands_anywhere(tmp_path, header, factor):
 def test_an_at2_file_without_a_unit_is_noted(tmp_path):
     motion = read(tmp_path, at2(f"{TITLE}\nACCELERATION TIME SERIES\n{NPTS}"), "record.AT2")
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
-    assert "no unit in its header" in motion.attrs["processing"]
+    assert "no unit" in motion.attrs["processing"]
 
 
 @pytest.mark.parametrize(
@@ -521,9 +522,7 @@ def test_factors_that_are_not_applied_are_doubted(tmp_path, line, said, kind):
         warnings.simplefilter("always")
         motion = read(tmp_path, text)
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
-    assert [f"line 1 says {said!r}, which is not applied" in str(one.message) for one in told] == [True] * (
-        said is not None
-    )
+    assert [f"says {said!r}, which is" in str(doubt.message) for doubt in told] == [True] * (said is not None)
 
 
 @pytest.mark.parametrize(
@@ -547,7 +546,7 @@ def test_amplitudes_and_volts_are_doubted(tmp_path, line, said):
         warnings.simplefilter("always")
         motion = read(tmp_path, f"{line}\ndt = 0.01\n{COLUMN}", unit="g")
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
-    assert [f"line 1 says {said!r}: are its samples" in str(one.message) for one in told] == [True] * (said is not None)
+    assert [f"says {said!r}: are its" in str(doubt.message) for doubt in told] == [True] * (said is not None)
 
 
 @pytest.mark.parametrize(
@@ -569,9 +568,7 @@ def test_times_and_coefficients_are_doubted(tmp_path, line, said, kind):
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         read(tmp_path, text)
-    assert [f"line 1 says {said!r}: are its samples and its time step" in str(one.message) for one in told] == [
-        True
-    ] * (said is not None)
+    assert [f"{said!r}: are its" in str(doubt.message) for doubt in told] == [True] * (said is not None)
 
 
 @pytest.mark.parametrize(
@@ -752,7 +749,7 @@ def test_line_ends_that_a_transfer_doubled(tmp_path):
     text = at2(f"{TITLE}\nACCELERATION IN G\n{NPTS}").replace("\n", "\r\r\n")
     motion = read(tmp_path, text, "record.AT2")
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
-    assert motion.attrs["title"] == "Somewhere, 1/2/1999, Station, 090"
+    assert motion.attrs["title"].split(", ") == ["Somewhere", "1/2/1999", "Station", "090"]
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,8 @@ class TestAt2:
 
     def test_words_of_the_title_are_not_units(self, tmp_path):
         header = HEADER.replace("SOMEWHERE", "SANTA CRUZ COMMUNITY HOSPITAL UNIT 5, UNITED STATES, VELOCITY ROAD")
-        assert mo.read(at2(tmp_path, "1 2 3 4", header=header)).values[0, 0] == G
+        motion = mo.read(at2(tmp_path, "1 2 3 4", header=header))
+        assert motion.values[0, 0] == G
 
     BROKEN = [
         ("1 2 3", {}, "declares 4 samples .NPTS. but holds 3: truncated or damaged"),

@@ -86,7 +86,7 @@ class TestCorrelations:
         np.testing.assert_array_equal(found, found.T)
         assert found.min() > 0.0
         assert found.max() <= 1.0
-        assert np.abs(np.diff(found, axis=1)).max() < 0.02, "no jump between periods 3.5 % apart"
+        assert np.abs(np.diff(found, axis=1)).max() < 0.02  # (between periods 3.5 % apart)
         for piece in (0.109, 0.2):
             ends = [[co.spectral(piece * (1.0 + tiny), other) for other in periods] for tiny in (-1e-12, 1e-12)]
             np.testing.assert_allclose(*ends, rtol=0.0, atol=1e-9)

@@ -1,13 +1,16 @@
 """What a study leaves on a terminal below its short table, and what it says of runs that were there already."""
 
+import re
+
 import openpyxl
 import pytest
 import xarray as xr
+from check_facts import facts_of
 from study_texts import HAZARD, IDA, motions
 
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.facts import sensitivity
+from toppling.studies.facts import building as of_building, sensitivity
 from toppling.studies.facts.say import say
 from toppling.studies.kinds.study import Study
 
@@ -42,17 +45,20 @@ class TestBuilding:
     def test_the_answer_and_what_changed_keys_decide(self, building, capsys):
         text = printed(capsys, building)
         assert "falls in 50" in text
-        assert "Something in this building falls about once in" in text
         assert "Expected loss: " in text
-        assert "With a budget of 100 EUR, anchor “shelf” (ground)." in text
         with xr.open_dataset(building.parent / "out/results.nc") as results:
             assert results.sizes["item"] == 2
-        assert "results of this study were there already" in printed(capsys, building)
+            lines = facts_of(of_building.actions, results)["anchoring.lines"]
+            assert (lines.names, lines.more["budget"]) == (("“shelf” (ground)",), 100.0)
+            assert " ".join(say(next(of_building.answer(results)), "page").split()) in text
+        assert "of 100 EUR" in text
+        assert "were there already" in printed(capsys, building)
         building.write_text(BUILDING.replace("budget = 100", "budget = 500"), encoding="utf-8")
         text = printed(capsys, building)
-        assert "runs kept; what the changed keys decide (recommendations, title) is computed anew" in text
+        assert "runs kept;" in text
+        assert "(recommendations, title)" in text
         assert "were there already" not in text
-        assert "With a budget of 500 EUR, anchor “shelf” (ground)." in text
+        assert "of 500 EUR" in text
 
     def test_a_workbook_is_for_people(self, building, capsys):
         printed(capsys, building)
@@ -79,7 +85,7 @@ def test_sentences_of_a_sensitivity_study(tmp_path, capsys):
     more = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05, 0.1]\nreplicates = 100\n'
     (tmp_path / "study.toml").write_text(text + motions(12) + IDA + more, encoding="utf-8")
     said = printed(capsys, tmp_path / "study.toml")
-    assert "Median over that of" in said
+    assert "Median over" in said
     with xr.open_dataset(tmp_path / "out/results.nc") as results:
         sentences = [" ".join(say(fact, "page").split()) for fact in sensitivity.answer(results)]
     assert sentences
@@ -101,8 +107,7 @@ class TestErrors:
         )
         with pytest.raises(StudyError) as error:
             Study.from_toml(tmp_path / "b.toml")
-        assert "2 errors: (1) blocks: 'one' under housner" in str(error.value)
-        assert 'take the law "housner" (HousnerImpact) with geometry = "linear"' in str(error.value)
+        assert re.search(r"2 errors:.*'one'.*'two'.*geometry =", str(error.value))
         keys = motions(4).replace("seed", "sead") + IDA.replace("number", "numbr")
         (tmp_path / "c.toml").write_text(
             'title = "Kit"\n' + KIT.format("one") + '[[models]]\nlaw = "housner"\n' + keys, encoding="utf-8"
@@ -123,4 +128,4 @@ def test_names_with_commas_are_quoted(tmp_path):
     text = 'title = "One"\n' + KIT.format("20 mm, with a kit") + KIT.format("free") + '[[models]]\nlaw = "housner"\n'
     (tmp_path / "study.toml").write_text(text + motions(4) + IDA, encoding="utf-8")
     notes = Study.from_toml(tmp_path / "study.toml").notes
-    assert any(note.startswith("“20 mm, with a kit”, free: ") for note in notes)
+    assert any(re.match("“20 mm,.*kit”, free:", note) for note in notes)

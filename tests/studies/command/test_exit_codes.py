@@ -63,7 +63,7 @@ def test_a_lost_cluster_is_no_wrong_input(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(Study, "run", lost)
     assert cli.main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 1
-    assert "8786 is gone; what is finished is kept: run the same command again" in capsys.readouterr().err
+    assert re.search("8786 is.*same command", capsys.readouterr().err)
 
 
 def test_an_ignored_hangup_stays_ignored():
@@ -115,7 +115,7 @@ def test_full_streams(stream, code):
         other = "stdout" if stream == "stderr" else "stderr"
         done = command(*arguments, capture_output=False, **{stream: full, other: subprocess.PIPE})
     assert done.returncode == code
-    assert done.stderr in (None, "toppling: output cannot be written (No space left on device)\n")
+    assert done.stderr is None or re.fullmatch(r"toppling: .*\(No space.*\)\n", done.stderr)
 
 
 @pytest.mark.slow
@@ -156,7 +156,8 @@ def test_a_signal_leaves_nothing_half_written(tmp_path, number):
         "page.write_report = write\nsys.argv = ['toppling', 'report', 'results.nc']\nsys.exit(main())\n"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (128 + number, "toppling: interrupted, no results written\n")
+    assert done.returncode == 128 + number
+    assert re.fullmatch("toppling: interrupted.*\n", done.stderr)
     assert not list(tmp_path.iterdir())
 
 
@@ -173,7 +174,7 @@ def test_a_limit_on_memory_is_named(size, more, tmp_path):
         resource.setrlimit(resource.RLIMIT_AS, (1024 * size, 1024 * size))
 
     done = command("run", "study.toml", "--out", "out", *more, cwd=tmp_path, preexec_fn=limit)
-    assert re.fullmatch(rf"toppling: {size} kB of memory \(ulimit -v\) .*; allow at least \d+\n", done.stderr)
+    assert re.fullmatch(rf"toppling: {size} kB .*\d\n", done.stderr)
     assert done.returncode == 1
     assert not (tmp_path / "out").exists()
     assert command("schema", cwd=tmp_path, preexec_fn=limit).returncode == 0  # (which loads nothing)
@@ -188,27 +189,25 @@ def told(capsys, *arguments):
 
 def test_status_of_a_file(tmp_path, capsys):
     (tmp_path / "study.toml").write_text("", encoding="utf-8")
-    assert told(capsys, "status", str(tmp_path / "study.toml")).endswith("study.toml: not a folder of results\n")
-    assert told(capsys, "status", str(tmp_path / "none")).endswith("none: no such folder\n")
+    assert "study.toml: not a" in told(capsys, "status", str(tmp_path / "study.toml"))
+    assert "none: no such" in told(capsys, "status", str(tmp_path / "none"))
 
 
 def test_paths_that_the_system_refuses_are_named(tmp_path, monkeypatch, capsys):
     (tmp_path / "study.toml").write_text(crate_study("Paths", 3, 6, 0.02, 3), encoding="utf-8")
     given, long = str(tmp_path / "study.toml"), str(tmp_path / ("a" * 256))
-    assert f"{long}: cannot be used (File name too long)" in told(capsys, "run", given, "--out", long)
-    assert f"{long}: cannot be used (File name too long)" in told(capsys, "status", long)
+    for arguments in (("run", given, "--out", long), ("status", long)):
+        assert re.search(rf"{long}: .*\(File name", told(capsys, *arguments))
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     loop = str(tmp_path / "loop")
-    assert f"{loop}: cannot be made a folder (it is a link that leads nowhere)" in told(
-        capsys, "run", given, "--out", loop
-    )
+    assert re.search(f"{loop}: .*leads nowhere", told(capsys, "run", given, "--out", loop))
     record = str(tmp_path / "record.csv")
     Path(record).write_text("time (s),acc (m/s2)\n" + "".join(f"{i / 100},{(-1) ** i}\n" for i in range(200)))
-    assert "it is a link that leads nowhere" in told(capsys, "motions", record, "--out", loop)
+    assert "link that leads" in told(capsys, "motions", record, "--out", loop)
     (tmp_path / "gone").mkdir()
     monkeypatch.chdir(tmp_path / "gone")
     (tmp_path / "gone").rmdir()
-    assert "the working folder is gone: change to another one" in told(capsys, "run", given, "--out", "out")
+    assert "working folder" in told(capsys, "run", given, "--out", "out")
 
 
 @pytest.mark.parametrize(
@@ -248,7 +247,7 @@ def test_a_folder_removed_before_the_results_are_written(tmp_path, monkeypatch, 
 
     monkeypatch.setattr(study, "save", removed)
     error = told(capsys, "run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"))
-    assert "out: was removed while the study ran" in error
+    assert "out: was removed" in error
 
 
 @pytest.mark.slow

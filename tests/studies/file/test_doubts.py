@@ -2,10 +2,11 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
-from check_facts import check as check_of, doubts_in
+from check_facts import check as check_of, doubts_in, numbers_in
 from shared_cases import SHARED, needs_shared
 
 import toppling as tp
@@ -56,13 +57,13 @@ def looks(results):
 class TestNotes:
     def test_an_offset_is_noted_before_and_after(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path))
-        assert "keeps an offset (shake: its mean is 13 % of its PGA)" in study.notes[0]
+        assert (study.doubts[0].kind, numbers_in(study.notes[0])[0]) == ("offset", 13)
         results = study.run()
         assert notes_of(results)[: len(study.facts)] == study.facts
         check = looks(results)
         assert check.word == CARE
         assert check.names == ("offset", "drift", "displacement")
-        assert check.more["sentences"][0].startswith("The record keeps an offset (shake")
+        assert "offset (shake" in check.more["sentences"][0]
 
     def test_a_key_cures_it(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path, keys="baseline_order = 1"))
@@ -102,8 +103,8 @@ class TestNotes:
         text = path.read_text(encoding="utf-8").replace('records = "*.csv"', keys)
         path.write_text(text, encoding="utf-8")
         study = tp.Study.from_toml(path)
-        (note,) = study.notes
-        assert note.startswith("2 of 2 motions miss the target spectrum (SpectrumCompatible 0-0: mean misfit")
+        (doubt,) = study.doubts
+        assert (doubt.kind, numbers_in(doubt.sentence)[:2]) == ("misfit", [2, 2])
         assert [one for one in recwarn if issubclass(one.category, mo.TargetMissed)] == []
         assert looks(study.run()).names == ("misfit",)
         path.write_text(f'accept = ["misfit"]\n{text}', encoding="utf-8")
@@ -116,8 +117,9 @@ class TestNotes:
         path = write(tmp_path)
         text = path.read_text(encoding="utf-8").replace('records = "*.csv"', short).replace("[ida]", f"{tower}[ida]")
         path.write_text(text, encoding="utf-8")
-        (note,) = tp.Study.from_toml(path).notes
-        assert note.startswith("the motion ends while the building sways (OneCycleSine")
+        (doubt,) = tp.Study.from_toml(path).doubts
+        assert doubt.kind == "ringing"
+        assert "(OneCycleSine" in doubt.sentence
         assert [one for one in recwarn if "sways" in str(one.message)] == []
         path.write_text(text.replace("tail_s = 0.5", "tail_s = 12"), encoding="utf-8")
         assert tp.Study.from_toml(path).notes == []
@@ -128,8 +130,9 @@ class TestNotes:
         inventory = text[: text.index("[ida]")].replace(blocks, "").replace("floors = [2]\n", "")
         asked = '[performance]\ninventory = "items.csv"\nlevels = { values = [0.2], unit = "g" }\n'
         path.write_text(f"{inventory}{asked}", encoding="utf-8")
-        (note,) = tp.Study.from_toml(path).notes
-        assert "of its peak on floor 2): zeros after" in note
+        (doubt,) = tp.Study.from_toml(path).doubts
+        assert doubt.kind == "ringing"
+        assert "on floor 2)" in doubt.sentence
 
     @pytest.mark.parametrize(
         ("hazard", "sentence"),
@@ -188,11 +191,10 @@ class TestNotes:
         text = path.read_text(encoding="utf-8")
         building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [2]\n[ida]'
         path.write_text(text.replace("[ida]", building), encoding="utf-8")
-        assert "keeps an offset (shake:" in tp.Study.from_toml(path).notes[0]
+        assert [doubt.kind for doubt in tp.Study.from_toml(path).doubts].count("offset") == 1
         ida = text[text.index("[ida]") :]
         path.write_text(text.replace(ida, '[stripes]\nunit = "g"\nat = [{ level = 0.2 }, { level = 0.4 }]\n'))
-        notes = tp.Study.from_toml(path).notes
-        assert len([one for one in notes if "keeps an offset" in one]) == 1
+        assert [doubt.kind for doubt in tp.Study.from_toml(path).doubts].count("offset") == 1
 
     def test_measures_in_any_capitals(self, tmp_path):
         path = write(tmp_path, offset=0.0)
@@ -233,7 +235,7 @@ class TestRefused:
 
     def test_the_command_says_it_with_exit_code_2(self, tmp_path, capsys):
         assert main(["run", str(write(tmp_path, width=400, height=1800)), "--out", str(tmp_path / "out")]) == 2
-        assert "centimetres or millimetres written as metres?" in capsys.readouterr().err
+        assert "written as metres" in capsys.readouterr().err
 
 
 class TestCorrections:
@@ -350,7 +352,7 @@ class TestCorrections:
         for values, doubted in (("0.05, 0.1, 0.15", True), ("0.8, 0.9", False)):
             path.write_text(f"{text}values = [{values}]\n", encoding="utf-8")
             notes = tp.Study.from_toml(path).notes
-            assert any("restitution below 0.3 (the least value: 0.05)" in note for note in notes) == doubted
+            assert any("least value: 0.05" in note for note in notes) == doubted
 
     @pytest.mark.parametrize(
         ("own", "drawn", "said"),
@@ -409,7 +411,7 @@ class TestCorrections:
         path.write_text(f"{text}[{table}]\n{more}\n{inputs}\n", encoding="utf-8")
         assert main(["run", str(path), "--dry-run"]) == 0
         out = " ".join(capsys.readouterr().out.split())
-        assert out.count("samples do not reach the block") == bool(said)
+        assert out.count("reach the block") == bool(said)
         assert said in out
 
     @pytest.mark.parametrize(
@@ -441,7 +443,7 @@ class TestCommands:
     def test_motions_names_them(self, tmp_path, capsys):
         write(tmp_path)
         assert main(["motions", str(tmp_path / "shake.csv"), "--out", str(tmp_path / "figures")]) == 0
-        assert "note: the record keeps an offset (shake: its mean is 13 %" in capsys.readouterr().out
+        assert re.search("note: .*offset.* 13", capsys.readouterr().out)
         assert main(["motions", str(tmp_path / "shake.csv"), "--json", "--out", str(tmp_path / "figures")]) == 0
         assert "keeps an offset" in json.loads(capsys.readouterr().out)["notes"][0]
 
@@ -523,9 +525,9 @@ class TestSpectra:
     @pytest.mark.slow
     def test_one_spectrum_is_noted_and_decides_about_rates(self, tmp_path):
         study = self.study(tmp_path)
-        (note,) = study.notes
-        assert note.startswith("the motions have nearly one spectrum (ln(PGV/PGA) has a standard deviation of 0.")
-        assert "omega_g_dispersion" in note
+        (doubt,) = study.doubts
+        assert doubt.kind == "spectra"
+        assert "omega_g_dispersion" in doubt.sentence
         assert self.check(study).word == CARE
         rated = self.check(self.study(tmp_path, hazard=HAZARD))
         assert rated.word == INVALID
@@ -574,8 +576,8 @@ class TestUses:
         path = write(tmp_path, keys="baseline_order = 1")
         rows = "".join(f"{i * DT:.2f},{math.sin(0.3 * i):.6f},{math.sin(0.2 * i):.6f}\n" for i in range(400))
         (tmp_path / "shake.csv").write_text(f"time (s),NS (m/s2),UD (m/s2)\n{rows}", encoding="utf-8")
-        (note,) = [one for one in tp.Study.from_toml(path).notes if "vertical" in one]
-        assert note.startswith("a vertical component is left out (shake UD (m/s2))")
+        (doubt,) = (doubt for doubt in tp.Study.from_toml(path).doubts if doubt.kind == "vertical")
+        assert "(shake UD (m/s2))" in doubt.sentence
         text = path.read_text(encoding="utf-8").replace("baseline_order", 'component = "h1"\nbaseline_order')
         path.write_text(text, encoding="utf-8")
         with pytest.raises(StudyError, match="has no second horizontal component"):
@@ -593,7 +595,7 @@ class TestUses:
         found = [one.sentence for one in tp.Study.from_toml(path).doubts]
         assert found
         assert not any("removes" in one for one in found)
-        assert any("after the corrections that were asked for" in one for one in found)
+        assert any("after the corrections" in sentence for sentence in found)
 
     @pytest.mark.parametrize(
         ("keys", "said"),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from check_facts import numbers_in
 
 import toppling as tp
 from toppling.studies import StudyError
@@ -68,7 +69,8 @@ def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
     assert found.design.levels.tolist() == pytest.approx([0.3 * 9.80665])
     left = [one.sentence for one in found.doubts if one.kind == "selection"]
     assert len(left) == 1
-    assert left[0].startswith("the stripe at pga = 3 g is not hazard-consistent and is left out (pgv: median +")
+    assert numbers_in(left[0])[0] == 3
+    assert "(pgv: median +" in left[0]
     results = found.run()
     assert results["selection_consistent"].values.tolist() == [True]
     assert results.sizes["motion"] == 10
@@ -76,10 +78,10 @@ def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
     assert (agreement.value, agreement.more["stripes"]) == (1, 1)
     # (a stripe above the highest is there: it was left out; below, another one helps)
     asked = json.loads(results.attrs["study"])
-    assert other_levels(asked, True, levels_run(results)).startswith("select the stripes that were left out from more")
-    assert other_levels(asked, False, levels_run(results)) == "add a stripe below the lowest"
+    assert other_levels(asked, True, levels_run(results)).startswith("select the stripes")
+    assert other_levels(asked, False, levels_run(results)).startswith("add a stripe")
     blank = results.assign(status=results["status"].copy(data=[["no overturning"]]))
-    assert ["select the stripes that were left out" in line for line in hints(blank)] == [True]
+    assert ["select the stripes" in line for line in hints(blank)] == [True]
     for name, one in results.variables.items():
         assert {"units", "long_name"} <= set(one.attrs), name
 
@@ -102,7 +104,7 @@ def test_the_study_is_the_selection_by_hand(tmp_path, target):
 def test_kept_where_asked(tmp_path, target):
     found = study(tmp_path, target, STUDY.replace("number = 10", 'number = 10\noutside = "keep"'))
     assert found.design.levels.size == 2
-    assert any("is used all the same" in one.sentence for one in found.doubts)
+    assert any("all the same" in doubt.sentence for doubt in found.doubts)
     results = found.run()
     assert results["selection_consistent"].values.tolist() == [True, False]
     assert results.sizes["motion"] == 20
@@ -215,11 +217,9 @@ def test_a_disaggregation(tmp_path, target):
     keys = 'disaggregation = "d.csv"\nvs30_m_s = 400\nmeasures = ["pga", "pgv"]\noutside = "keep"'
     text = STUDY.replace('target = "target.csv"', keys)
     found = study(tmp_path, target, text, **{"d.csv": head + bins})
-    said = [one.sentence for one in found.doubts if "disaggregation" in one.sentence]
-    assert said == [
-        "the disaggregation in d.csv is of pga = 0.3 g and is used for the stripe at pga = 3 g: at other levels other "
-        "earthquakes count"
-    ]
+    (said,) = (doubt.sentence for doubt in found.doubts if "disaggregation" in doubt.sentence)
+    assert "d.csv" in said
+    assert numbers_in(said) == [0.3, 3]
     scenarios = [tp.motions.Scenario(6.5, 20e3, 400.0), tp.motions.Scenario(7.0, 30e3, 400.0)]
     shares = -np.log1p(-np.array([0.06, 0.04]))
     rho = np.array([[1.0, 0.6], [0.6, 1.0]])

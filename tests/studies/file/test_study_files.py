@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+from check_facts import numbers_in
 
 import toppling as tp
 from toppling.motions.readers import patterns
@@ -101,16 +102,16 @@ class TestInclude:
         for name in ("one.toml", "two.toml"):
             write(tmp_path, part("[motions]"), name)
         text = 'include = ["one.toml", "two.toml"]\n' + without("[motions]")
-        assert (
-            refused(tmp_path, text)
-            == f"include: 'motions' is given by {tmp_path / 'one.toml'} and by {tmp_path / 'two.toml'}"
-        )
+        message = refused(tmp_path, text)
+        assert message.startswith("include: 'motions'")
+        assert all(str(tmp_path / name) in message for name in ("one.toml", "two.toml"))
 
     @pytest.mark.parametrize("table", ["[[blocks]]", "[[models]]", 'title = "A small study"\n'])
     def test_what_is_no_table_stands_once(self, tmp_path, table):
         write(tmp_path, part(table) if table[0] == "[" else table, "common.toml")
         message = refused(tmp_path, 'include = ["common.toml"]\n' + SMALL)
-        assert message.startswith(f"'{table.strip('[]').split()[0]}' is given here and by {tmp_path / 'common.toml'}")
+        assert message.startswith(f"'{table.strip('[]').split()[0]}' ")
+        assert str(tmp_path / "common.toml") in message
 
     def test_paths_are_those_of_the_file_that_names_them(self, tmp_path):
         """Records, patterns, inventory, hazard and target, two folders down, and one folder up."""
@@ -147,11 +148,13 @@ class TestInclude:
         write(tmp_path, part("[motions]").replace("number = 2", "number = 0"), "common.toml")
         text = 'include = ["common.toml"]\n' + without("[motions]")
         message = refused(tmp_path, text)
-        assert message.startswith("motions.number: must be >= 1, got 0")
+        assert message.startswith("motions.number: ")
+        assert "got 0" in message
         assert message.endswith(f"(in {tmp_path / 'common.toml'})")
         # what the study itself refines is its own fault
         write(tmp_path, part("[motions]"), "common.toml")
-        assert refused(tmp_path, text + "[motions]\nseed = -1\n").endswith("must be >= 0, got -1")
+        message = refused(tmp_path, text + "[motions]\nseed = -1\n")
+        assert message.endswith("got -1")
 
     @pytest.mark.parametrize(
         ("text", "message"),
@@ -352,8 +355,9 @@ class TestStripes:
 
         monkeypatch.setattr(tp.motions.CloughPenzien, "sample", none)
         message = refused(tmp_path, self.stripes(0.1, 0.4, 0.2))
-        assert message == "stripes: the levels of stripes must be strictly increasing, got 0.2 g after 0.4 g"
-        assert "unit of levels of pga" in refused(tmp_path, self.stripes(0.1).replace('"g"', '"m"'))
+        assert message.startswith("stripes: ")
+        assert numbers_in(message) == [0.2, 0.4]
+        assert "levels of pga" in refused(tmp_path, self.stripes(0.1).replace('"g"', '"m"'))
 
     @pytest.mark.parametrize(
         ("motions", "more", "message"),
@@ -380,19 +384,18 @@ class TestStripes:
     def test_all_stripes_together_are_judged(self, tmp_path, monkeypatch):
         monkeypatch.setattr(tp.motions.CloughPenzien, "sample", None)
         text = self.stripes(0.1, 0.2).replace("number = 2", "number = 250000")
-        assert "the motions of all stripes would hold 6.31e+08 samples" in refused(tmp_path, text)
+        assert "6.31e+08 samples" in refused(tmp_path, text)
 
     def test_records_are_judged_as_they_are_read(self, tmp_path, monkeypatch):
         write(tmp_path, "time,acceleration (g)\n" + "".join(f"{i / 50},{i % 2}\n" for i in range(100)), "r.csv")
         text = re.sub(r"(?s)\[motions\].*?(?=\[stripes\])", '[motions]\nrecords = "r.csv"\n', self.stripes(0.1, 0.2))
         assert tp.Study.from_toml(write(tmp_path, text)).runs == 2
         monkeypatch.setattr(size, "MOST_NUMBERS", 150)
-        assert refused(tmp_path, text) == (
-            "the motions of all stripes would hold 200 samples, allowed are 150 (4 GB): "
-            "fewer or shorter motions, a longer time step, or fewer floors"
-        )
+        assert numbers_in(refused(tmp_path, text)) == [200, 150, 4]
         monkeypatch.setattr(size, "MOST_NUMBERS", 50)
-        assert refused(tmp_path, text).startswith("records would hold 100 samples, allowed are 50")
+        message = refused(tmp_path, text)
+        assert message.startswith("records ")
+        assert numbers_in(message)[:2] == [100, 50]
 
 
 class TestUnits:
@@ -402,18 +405,18 @@ class TestUnits:
     def test_a_table_without_a_unit(self, tmp_path):
         write(tmp_path, "time,acceleration\n0.0,0.0\n0.01,0.2\n0.02,0.0\n", "r.csv")
         message = refused(tmp_path, self.records('records = "r.csv"'))
-        assert "r.csv: states no unit of its accelerations: write it into the heading" in message
+        assert "r.csv: states no" in message
         study = tp.Study.from_toml(write(tmp_path, self.records('records = "r.csv"\nunit = "g"')))
         assert float(study.design.arrays[0].max()) == pytest.approx(0.2 * 9.80665, rel=1e-12)
         write(tmp_path, "time (s),acceleration (g)\n0.0,0.0\n0.01,0.2\n0.02,0.0\n", "r.csv")
-        assert "states its unit" in refused(tmp_path, self.records('records = "r.csv"\nunit = "g"'))
-        assert "unit: must be one of g, m/s2" in refused(tmp_path, self.records('records = "r.csv"\nunit = "m"'))
+        twice = self.records('records = "r.csv"\nunit = "g"')
+        assert "states its unit" in refused(tmp_path, twice)
+        assert re.search("unit: .*g, m/s2", refused(tmp_path, twice.replace('"g"', '"m"')))
 
     def test_floor_histories_without_a_unit(self, tmp_path):
         write(tmp_path, "time, a/1\n0.0,0.0\n0.01,0.2\n0.02,0.0\n", "f.csv")
-        assert "column 2 states no unit: write it as 'a/1 [g]'" in refused(
-            tmp_path, self.records('floors_file = "f.csv"')
-        )
+        message = refused(tmp_path, self.records('floors_file = "f.csv"'))
+        assert re.search(r"column 2.*'a/1 \[g\]'", message)
 
     @pytest.mark.parametrize(
         ("name", "heading", "keys"),
@@ -422,11 +425,12 @@ class TestUnits:
     def test_a_number_that_its_unit_takes_beyond_the_largest(self, tmp_path, name, heading, keys):
         """Found by the fuzzer (mutants 11429 and 19100): 1e308 g is no number in m/s²."""
         write(tmp_path, f"{heading}\n0.0,0.0\n0.01,1e308\n0.02,0.0\n", name)
-        assert "must be finite (in m/s²), got inf at index" in refused(tmp_path, self.records(keys))
+        assert "got inf at" in refused(tmp_path, self.records(keys))
 
     def test_a_hazard_without_a_unit(self, tmp_path):
         write(tmp_path, "pga,rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n", "h.csv")
-        assert "names no unit of its levels" in refused(tmp_path, SMALL + '[hazard]\nfile = "h.csv"\n')
+        message = refused(tmp_path, SMALL + '[hazard]\nfile = "h.csv"\n')
+        assert "names no unit" in message
 
 
 PERFORMANCE = (
@@ -455,7 +459,8 @@ class TestInventory:
         path = write(tmp_path, self.THINGS.format(7), "things.csv")
         with pytest.raises(StudyError) as caught:
             tp.Study.from_toml(write(tmp_path, PERFORMANCE))
-        assert str(caught.value) == f"{path}, line 3, column 'floor': must be one of 0, 1, 2, 3, got '7'"
+        assert str(caught.value).startswith(f"{path}, line 3,")
+        assert str(caught.value).endswith("got '7'")
 
     def test_no_building(self, tmp_path):
         write(tmp_path, self.THINGS.format(1), "things.csv")
@@ -581,5 +586,5 @@ def test_the_line_of_an_unknown_key_and_its_file(tmp_path):
     text = SMALL[: SMALL.index("[motions]")] + SMALL[SMALL.index("[ida]") :]
     said = refused(tmp_path, 'include = ["common.toml"]\n' + text.replace("width_m", "widht_m"))
     number = 2 + text[: text.index("width_m")].count("\n")
-    assert f"'blocks[1].widht_m'; did you mean 'width_m'? (line {number})" in said
-    assert re.search(r"'motions.numbr'; did you mean 'number'\? \(in .*common\.toml, line 3\)", said)
+    assert re.search(rf"'blocks\[1\]\.widht_m'.*'width_m'.*\(line {number}\)", said)
+    assert re.search(r"'motions\.numbr'.*'number'.*common\.toml, line 3\)", said)

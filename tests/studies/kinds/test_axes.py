@@ -1,6 +1,7 @@
 """Studies of pairs of components: keys, refusals, runs, and what results and reports say of the axes."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -59,7 +60,7 @@ def study(tmp_path, *changes, more=""):
 
 def test_a_study_is_the_analysis_in_python(tmp_path):
     plan = study(tmp_path)
-    assert "6 motions about both axes" in plan.words
+    assert re.search("6 motions.*both axes", plan.words)
     done = []
     found = plan.run(progress=lambda so_far, total: done.append((so_far, total)))
     assert done[-1] == (plan.work, plan.work)
@@ -171,7 +172,7 @@ floors = [3]
 def test_floors_of_buildings(tmp_path):
     """Each component goes through the building by itself; the ground stays as it is, and its measure the level."""
     plan = study(tmp_path, ('im = "RotD50(pga)"', 'im = "RotD50(pga)"\nim_at = "ground"'), more=BUILDINGS)
-    assert "12 motions about both axes" in plan.words
+    assert re.search("12 motions.*both axes", plan.words)
     found = plan.run()
     ground = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
     tower = motions.Building.flexural_shear(0.5, storeys=3)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import facts_of
 
 import toppling as tp
 from toppling.core.facts import Fact
@@ -10,8 +11,11 @@ from toppling.fragility import fit_fragility, overturning_probability, slide_run
 from toppling.models.friction import FixedFriction, LognormalFriction
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.facts import curves
 from toppling.studies.facts.coverage import coverage_in
+from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
+from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.report.page import write_report
 from toppling.studies.tables.slides import edges, edges_of, slides
@@ -277,9 +281,11 @@ class TestPages:
     def test_report(self, results, folder):
         (page, *_) = write_report(folder / "out" / "results.nc", folder, "md")
         text = page.read_text().replace("\u00a0", " ")
-        assert "“analyser” slides off its support with a chance of" in text
-        assert "Falls over edges in 50 years" in text
-        assert "A piece falls off its support when it slides over the edge" in text
+        (off,) = (fact for fact in curves.answer(results) if fact.what == "sliding.off_edge")
+        assert off.names == ("“analyser”",)
+        assert say(off, "page").replace("\u00a0", " ") in text
+        assert "sliding.edge_model" in facts_of(method_of, results)
+        assert edges(results).title in text
 
     def test_table_holds_the_results(self, results):
         (row,) = edges(results).rows
@@ -292,13 +298,13 @@ class TestPages:
     def test_slips_have_words_that_are_called_judgement(self, results):
         """Those of a study's own slips have none (`test_sliding`)."""
         words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
-        assert f"Assumed damage by slip: {words}." in slides(results).notes
+        assert any(note.endswith(f" by slip: {words}.") for note in slides(results).notes)
 
     @pytest.mark.slow
     def test_without_a_hazard_they_are_of_a_level(self, folder, capsys):
         study(folder, FRICTION, name="level")
         assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
-        assert "Falls over edges at 0." in capsys.readouterr().out
+        assert "edges at 0." in capsys.readouterr().out
         with xr.open_dataset(folder / "level" / "results.nc") as stored:
             assert "fall_off_rate" not in stored
             assert edges_of(stored.load())[0][-1].startswith("at 0.")

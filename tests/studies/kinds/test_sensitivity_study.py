@@ -313,7 +313,7 @@ class TestFigures:
         here = of_law(over_delta, "discrete", "elastic").sel(block="server-rack-42u")
         np.testing.assert_array_equal(drawn.get_ydata(), here["probability"].isel(level=5))
         np.testing.assert_array_equal(drawn.get_xdata(), over_delta["value"])
-        assert ax.get_ylabel().replace("\n", " ").startswith("Probability of overturning at")
+        assert ax.get_ylabel().replace("\n", " ").startswith("Probability of overturning")
 
     def test_the_rigid_block_is_there(self, over_delta):
         ax = sensitivity(over_delta.isel(block=[0]))

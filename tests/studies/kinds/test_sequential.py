@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from check_facts import check as check_of, facts_of, notes_named
+from check_facts import check as check_of, facts_of, notes_named, numbers_in
 from real_processes import same_after_ten_kills
 
 import toppling as tp
-from toppling.core.wording import about_percent
 from toppling.fragility import Slip, notes, screen
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
@@ -145,9 +144,9 @@ def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
         np.testing.assert_allclose(results[f"fitted_rate{end}"], fitted[f"rate{end}"], rtol=1e-9)
     # (two estimates of the same)
     assert (np.abs(np.log(results["fitted_rate"] / results["rate"])) < 0.5).all()
-    assert "without a form of curve" in results["rate"].attrs["long_name"]
+    assert "form of curve" in results["rate"].attrs["long_name"]
     for name in ("fitted_rate", "rate_share", "rate_share_above", "rate_share_above_levels", "intensity_mean"):
-        assert results[name].attrs["long_name"].endswith("of the fitted curve")
+        assert results[name].attrs["long_name"].endswith("fitted curve")
     assert len(notes_named(results, "rate.form_free")) == 1
 
 
@@ -207,7 +206,7 @@ def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_
     assert row["value"].value == float(first["rate"])
     assert row["fitted"].value == float(first["fitted_rate"])
     assert row["apart"] == "within error"
-    assert "Rates do not assume a form of curve." in short_blocks(results).notes
+    assert any("form of curve" in note for note in short_blocks(results).notes)
 
 
 @pytest.mark.slow
@@ -234,7 +233,7 @@ def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
         assert results[name].isnull().all()
     fact = next(curves.answer(results))
     assert np.isnan([fact.lower, fact.upper]).all()
-    assert f"with a chance of {about_percent(fact.value)} (interval not known) in 50 years" in say(fact, "page")
+    assert "(interval not known)" in say(fact, "page")
     assert "no interval" in lead_blocks(results).texts("rate")[0]
     assert write_report(tmp_path / "out/results.nc", tmp_path / "report.html")
 
@@ -345,7 +344,7 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
     found = status_of(tmp_path / "out")
     assert found.state == "interrupted"
     assert bool(found.reached) == (at > 1)
-    assert found.lines(tmp_path / "out")[0].endswith(f"runs kept, at most {study().all_runs:,}")
+    assert found.lines(tmp_path / "out")[0].endswith(f"at most {study().all_runs:,}")
     if at > 1:
         assert "±15 % asked" in found.lines(tmp_path / "out")[1]
     monkeypatch.setattr(adaptive, "run_wave", run)
@@ -377,7 +376,7 @@ def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_p
         assert f"interrupted with {found.runs:,} runs kept" in str(raised.value)
         said.append((found.runs, found.reached))
     assert said[0] == said[1] == said[2]
-    assert said[0][1].startswith("96 motions, 0 of 2 curves stopped; widest interval of a median: ±")
+    assert numbers_in(said[0][1])[:3] == [96, 0, 2]
     assert said[3][1].startswith("128 motions,")
     assert said[3][0] > said[0][0]
 
@@ -409,7 +408,7 @@ def test_ten_kills_change_nothing(until, hazard, tmp_path):
 
 def test_the_level_of_a_probability_has_the_unit_of_other_levels(study):
     at = 'probability = { level = 0.4, unit = "g", within = 0.05 }'
-    assert "until the probability at 0.4 g is within ±0.05" in study(STUDY.replace("median = 0.15", at)).words
+    assert re.search(r"0\.4 g .*±0\.05", study(STUDY.replace("median = 0.15", at)).words)
 
 
 def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
@@ -421,7 +420,6 @@ def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
     lines = forecast(one).lines()
     assert "at most" in lines[0]
     assert "of runs on" in lines[2]
-    assert "and the motions, fits and figures" in lines[2]
     # (two curves; 16 motions, 3 of those that look for the curve, are run again four times)
     assert one.work == 2 * (3 * 200 + 3 * 32) + 2 * 4 * (3 * 16 + 3 * 3)
     assert int(results["undecided_tested"].sum()) * 4 <= one.perturbed_runs
@@ -447,7 +445,7 @@ def test_motions_forecast_are_those_measured(until, measured):
 def test_the_table_says_what_was_asked_and_reached(finished):
     results, _ = finished
     table = precision(results)
-    assert "15 % of the half level" in table.note
+    assert "15 %" in table.note
     assert len(table.rows) == 2
     assert sum(table.column("runs")) == results.sizes["run"]
     assert {*table.column("stopped")} == {"precision reached"}
@@ -457,7 +455,7 @@ def test_the_table_says_what_was_asked_and_reached(finished):
 def test_what_is_not_reached_is_a_note(study):
     results = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
     accounts = [fact.names[1] for fact in notes_of(results) if fact.what == "adaptive.account"]
-    assert ["±1 % asked; 64 motions are the most allowed" in account for account in accounts] == [True, True]
+    assert [bool(re.search("±1 .*asked; 64", account)) for account in accounts] == [True, True]
 
 
 @pytest.mark.slow
@@ -508,12 +506,7 @@ def test_slips_are_those_of_their_own_analyses(slipping, finished):
 def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     results, path = slipping
     table = slides(results)
-    assert "at which half of the blocks that slide slip further" in table.note
-    assert [column.title for column in table.columns][1:] == [
-        "slides, never rocks",
-        "slips over 5 cm",
-        "slips over 20 cm",
-    ]
+    assert [numbers_in(column.title) for column in table.columns][1:] == [[], [5], [20]]
     level = [float(results[f"slip_half_level{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
     assert table.lines[0]["0.05"] == pytest.approx(level)
     write_report(path)
@@ -528,7 +521,8 @@ def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
     rows = precision(results).lines
     assert len(rows) == 2 + 4
     name, median, reached, motions, runs, why = rows[2].values()
-    assert name == f"{results['block'].values[0]}, slip over 5 cm where it slides"
+    assert name.startswith(results["block"].values[0])
+    assert "over 5 cm" in name
     assert [*median] == pytest.approx(
         [float(results[f"slip_target{end}"][0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
     )
@@ -541,7 +535,7 @@ def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
 @pytest.mark.parametrize(("level", "doubted"), [(0.5, False), (40, True)])
 def test_the_level_of_a_requested_probability(study, level, doubted):
     made = study(STUDY.replace("median = 0.15", f'probability = {{ level = {level}, unit = "g", within = 0.05 }}'))
-    assert any("the highest level, 40 g, is beyond any shaking" in note for note in made.notes) == doubted
+    assert ("level" in {doubt.kind for doubt in made.doubts}) == doubted
 
 
 @pytest.mark.slow
@@ -560,13 +554,13 @@ def test_slips_that_missed_their_precision_are_named(study):
         assert check.more["missed"] == (6 if missed else 0)
         if missed:
             assert check.more["curves"] == 6
-            assert "6 of 6 curves missed the requested precision (" in " ".join(verdict(results, True)[0])
+            assert "6 of 6" in " ".join(verdict(results, True)[0])
             assert [fact.value for fact in notes_named(results, "adaptive.further_slips")] == [1]
-            assert "the precision takes about" in said[0]
+            assert "takes about" in said[0]
         else:
             assert check.word == "good"
             assert check.more["unsure"] > 0
-            assert "confirming it takes about" in str(results["slip_account"].values[0, 0])
+            assert "confirming it" in str(results["slip_account"].values[0, 0])
 
 
 @pytest.mark.slow
@@ -650,7 +644,7 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     assert results["slip_stopped_because"][:, 0].values.tolist() == ["", "precision reached"]
     np.testing.assert_array_equal(results["gated_rate"], results["rate"] * [[1.0], [0.0]])
     table = slides(results)
-    assert table.title == "Sliding in 50 years"
+    assert numbers_in(table.title) == [50]
     assert [column.key for column in table.columns][2:4] == ["falls", "rests"]
     assert table.cells(table.lines[0])[-1] == "0\u00a0%"
 
@@ -681,7 +675,7 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     assert np.isnan(results["slip_half_level"][0]).all()
     assert np.isnan(results["slides_instead"][0])
     (said,) = (fact.names for fact in notes_named(results, "adaptive.account") if "slip over 5 cm" in fact.names[0])
-    assert "±2 % asked; 40 motions are the most allowed, the precision takes about" in said[1]
+    assert re.search("±2 .*asked; 40.*about", said[1])
     table = slides(results)
     assert {*table.cells(table.lines[0])[1:]} == {"–"}
 
@@ -701,7 +695,7 @@ def test_chances_of_slips_at_a_level(study):
     )
     expected = own["probability"][:, 0].values * results["slides_instead"].values
     np.testing.assert_allclose(results["slip_probability"][:, 0], expected, rtol=1e-12)
-    assert slides(results).title == "Sliding at 0.6 g"
+    assert numbers_in(slides(results).title) == [0.6]
 
 
 @pytest.mark.slow
@@ -727,7 +721,7 @@ def test_a_table_that_is_cut_says_so(slipping):
     many = results.isel(block=np.zeros(130, int))
     table = slides(many)
     assert len(table.rows) == 100
-    assert "100 of 130 rows" in table.note
+    assert "100 of 130" in table.note
 
 
 @pytest.mark.slow
@@ -741,7 +735,7 @@ def test_slips_beyond_any_shaking_are_a_note(study):
 def test_the_forecast_counts_slides(study):
     whole = forecast(study(STUDY + FRICTION))
     assert whole.slides == 4 * (3 * 200 + 3 * 32)
-    assert f"about {4 * (3 * 96 + 3 * 32):,} runs of sliding blocks" in "\n".join(whole.lines())
+    assert f"about {4 * (3 * 96 + 3 * 32):,} runs" in "\n".join(whole.lines())
     assert forecast(study()).slides == 0
 
 
@@ -806,7 +800,7 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
     study().run(tmp_path / "out")
     monkeypatch.setattr(folder, "is_locked", lambda _: False)
     assert main(["status", str(tmp_path / "out"), "--json"]) == 0
-    assert "all 2 curves have stopped" in json.loads(capsys.readouterr().out)["reached"]
+    assert "all 2 curves" in json.loads(capsys.readouterr().out)["reached"]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import numbers_in
 from shared_cases import SHARED, needs_shared
 from study_texts import crate_study
 
@@ -103,10 +104,8 @@ class TestStudy:
         assert (squat.what, squat.names) == ("block.squat", ("file-vertical-2-drawer", "crate"))
         assert squat.lower == pytest.approx(1.2)
         (tall,) = tp.Study.from_toml(write(tmp_path, SMALL.replace("= 1.2", "= 40"))).notes
-        assert tall.endswith(
-            "(crate: 0.5 m × 40 m, or 0.5 m × 4 m with the height divided by 10?): centimetres or millimetres "
-            "written as metres?"
-        )
+        assert "crate" in tall
+        assert numbers_in(tall)[-5:] == [0.5, 40, 0.5, 4, 10]
         assert tp.Study.from_toml(write(tmp_path)).notes == []
 
     def test_matches_the_api(self, tmp_path):
@@ -260,7 +259,7 @@ class TestCommand:
     def test_run(self, tmp_path, capsys):
         assert main(["run", str(write(tmp_path)), "--out", str(tmp_path / "out")]) == 0
         printed = capsys.readouterr().out
-        assert "384 runs (96 for stability)" in printed
+        assert "384 runs (96" in printed
         assert "Bookcase, 5 shelves" in printed
         assert "runs: 100 %" in printed
         picture = (tmp_path / "out" / "fragility.png").read_bytes()
@@ -279,7 +278,7 @@ class TestCommand:
         assert main(["run", str(write(tmp_path, text)), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         printed = capsys.readouterr().out
         assert printed.count("no overturning") == 5
-        assert ": nothing fell at any level; raise ida.levels.to" in printed
+        assert "raise ida.levels.to" in printed
 
     @pytest.mark.parametrize(
         ("arguments", "message"),
@@ -302,7 +301,7 @@ class TestCommand:
         blocked = tmp_path / "file"
         blocked.write_text("")
         assert main(["run", str(write(tmp_path)), "--out", str(blocked / "out")]) == 2
-        assert "cannot be made a folder" in capsys.readouterr().err
+        assert str(blocked) in capsys.readouterr().err
 
     def test_a_name_too_long(self, tmp_path, capsys):
         assert main(["run", str(write(tmp_path)), "--out", str(tmp_path / ("x" * 300))]) == 2
@@ -311,7 +310,7 @@ class TestCommand:
     def test_unreachable_scheduler(self, tmp_path, capsys):
         path = str(write(tmp_path))
         assert main(["run", path, "--out", str(tmp_path / "o"), "--scheduler", "nonsense://x"]) == 2
-        assert "--scheduler nonsense://x: cannot be reached" in capsys.readouterr().err
+        assert "--scheduler nonsense://x" in capsys.readouterr().err
 
     def test_catalogue(self, capsys):
         assert main(["catalogue"]) == 0

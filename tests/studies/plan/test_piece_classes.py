@@ -2,6 +2,8 @@
 
 import math
 
+from check_facts import numbers_in
+
 from toppling.core.facts import facts_in, stored
 from toppling.studies.facts.say import notes_said
 from toppling.studies.plan import piece_classes
@@ -22,14 +24,14 @@ def test_sentences(monkeypatch):
         assert notes_said([kept]) == notes_said([fact])
         return notes_said([fact])[0]
 
-    assert said().startswith("No test of the class rack ")
+    assert said().startswith("No test ")
     few = classes["rack"] = none._replace(tests=2, fell=1, sources=2, predicted=1.2, records=2)
-    assert "1 of 2 tests (2 sources)" in said()
+    assert numbers_in(said())[:3] == [1, 2, 2]
     assert "too few" in said()
     assert math.isnan(few.beta_m)
     known = classes["rack"] = few._replace(
         tests=90, ratio=0.8, ratio_lower=0.7, ratio_upper=0.9, beta=0.3, brier=0.1, reference=0.2
     )
     assert known.beta_m == 0.37
-    assert "0.80 (0.70 to 0.90) times the computed" in said()
+    assert "0.80 (0.70 to" in said()
     assert class_notes(None) == []

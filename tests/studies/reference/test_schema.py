@@ -137,7 +137,7 @@ class TestSchema:
 
     def test_an_included_part_needs_no_more_than_it_says(self):
         assert broken({"include": ["common.toml"], "ida": {"levels": {"values": [1.0], "unit": "g"}}}) == []
-        assert any("'title' is a required property" in one for one in broken({}))
+        assert any("'title' " in message for message in broken({}))
 
     @pytest.mark.parametrize("im", ["pga", "PGA", "Pgv", "sa(1.0)", "AVGSA(0.2:2.0:10)", "Scale"])
     def test_measures_in_any_capitals(self, im):
@@ -256,7 +256,8 @@ class TestReference:
 
     def test_one_row(self):
         page = made_keys.key_reference()
-        static = "Static coefficient of friction, or its median."
-        assert f"| `static` | {static} | 1 | that of contact | number ≥ 0.05, ≤ 2 |" in page
-        kind = "A uniform cantilever, masses on springs, or none."
-        assert f"| `kind` | {kind} |  | must be given | `ground`, `flexural-shear`, `storeys` |" in page
+        rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
+        static = ["`static`", "Static coefficient of friction, or its median.", "1", "that of contact"]
+        kind = ["`kind`", "A uniform cantilever, masses on springs, or none.", "", "must be given"]
+        for row in ([*static, "number ≥ 0.05, ≤ 2"], [*kind, "`ground`, `flexural-shear`, `storeys`"]):
+            assert row in rows

@@ -132,10 +132,9 @@ def test_edited_results(copied, capsys, edit):
             assert main(arguments) == 0
         assert main([*arguments, "--verify"]) == 2
         said = capsys.readouterr().err
-        assert f"toppling: {copied}: was edited after it was written" in said
+        assert f"toppling: {copied}: was edited" in said
     page = re.sub(r"<[^>]*>|\s+", " ", copied.with_name("report.html").read_text(encoding="utf-8"))
-    assert "The results were edited after toppling wrote them." in page
-    assert "edited after it was written" in page
+    assert "edited results" in page
     assert main(["status", str(copied.parent)]) == 0
     assert main(["status", str(copied.parent), "--verify"]) == 2
 
@@ -169,7 +168,7 @@ def test_curves_of_a_newer_layout_are_not_exported(copied, capsys):
         file.setncattr("schema", 99)
     for arguments in (["export", str(copied), "--format", "csv"], ["status", str(copied.parent), "--verify"]):
         assert main(arguments) == 2
-        assert "was written by a newer toppling" in capsys.readouterr().err
+        assert "newer toppling" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -193,7 +192,7 @@ def test_a_file_without_it(tmp_path, capsys):
     assert main(["report", str(path)]) == 0
     assert "edited" not in capsys.readouterr().err
     assert main(["report", str(path), "--verify"]) == 2
-    assert "that stored no checksum of contents" in capsys.readouterr().err
+    assert "no checksum" in capsys.readouterr().err
 
 
 def test_results_of_before_are_not_called_pulses(finished):
@@ -214,7 +213,7 @@ def test_a_study_that_is_not_finished(finished, tmp_path, capsys):
     manifest = {"layout": 3, "engine": {}, "identity": "", "study": {}, "work": 1, "calls": []}
     (shards / "manifest.json").write_text(json.dumps(manifest))
     assert main(["status", str(tmp_path), "--verify"]) == 2
-    assert "is not finished, there are no results to verify" in capsys.readouterr().err
+    assert "not finished" in capsys.readouterr().err
 
 
 @pytest.mark.slow

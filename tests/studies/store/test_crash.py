@@ -211,7 +211,7 @@ def test_second_process_refuses(study, tmp_path):
         running = status_of(tmp_path / "out").state
         process.kill()
     assert second.returncode == 2
-    assert "another process runs a study there" in second.stderr
+    assert "another process" in second.stderr
     assert len(second.stderr.splitlines()) == 1
     assert running == "running"
 
@@ -234,7 +234,7 @@ def test_folder_without_permission(study, tmp_path):
     except subprocess.SubprocessError:
         pytest.skip("this superuser cannot give up its rights")
     assert done.returncode == 2, done.stderr
-    assert "no permission to write" in done.stderr
+    assert "no permission" in done.stderr
     assert list(out.iterdir()) == []
 
 
@@ -344,7 +344,7 @@ class TestShards:
         (out / "shards" / strange.name).write_bytes(strange.read_bytes())
         plan.run(out)
         assert (out / "results.nc").read_bytes() == quiet
-        assert "is of another chunk" in (out / "run.log").read_text()
+        assert "of another chunk" in (out / "run.log").read_text()
 
     @pytest.mark.slow
     def test_shards_of_other_motions_under_the_same_factors(self, tmp_path):
@@ -401,8 +401,8 @@ class TestShards:
         plan, out = broken_off
         assert main(["status", str(out)]) == 0
         said = capsys.readouterr().out
-        assert "Many chunks: interrupted, about" in said
-        assert "the same command goes on" in said
+        assert "Many chunks: interrupted," in said
+        assert "same command" in said
         assert main(["status", str(out), "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
         assert 0.3 < found["runs"] / found["runs_total"] < 0.6

@@ -134,7 +134,7 @@ class TestLinks:
         out.mkdir()
         (out / "shards").symlink_to(outside)
         assert main(["run", str(study), "--out", str(out), *options]) == 2
-        assert "is a link to another folder" in capsys.readouterr().err
+        assert "is a link" in capsys.readouterr().err
         assert sorted(path.name for path in outside.iterdir()) == sorted(names)
 
     @pytest.mark.parametrize("name", ["results.nc", "results.nc.part"])
@@ -221,13 +221,13 @@ class TestStrangers:
         """Said before anything is computed."""
         (tmp_path / "out" / "results.nc").mkdir(parents=True)
         assert main(["run", str(study), "--out", str(tmp_path / "out"), "--fresh"]) == 2
-        assert "is a folder; move it away" in capsys.readouterr().err
+        assert "is a folder" in capsys.readouterr().err
         assert not (tmp_path / "out" / "shards").exists()
 
     def test_folder_in_the_place_of_the_log(self, study, tmp_path, capsys):
         (tmp_path / "out" / "run.log").mkdir(parents=True)
         assert main(["run", str(study), "--out", str(tmp_path / "out")]) == 2
-        assert "run.log: cannot be written" in capsys.readouterr().err
+        assert "run.log: cannot be" in capsys.readouterr().err
 
     @pytest.mark.slow
     def test_broken_results(self, study, tmp_path, expected, capsys):
@@ -268,7 +268,7 @@ class TestStatus:
         path = out / "shards" / "manifest.json"
         path.write_text(json.dumps({**json.loads(path.read_text()), "calls": calls}))
         assert main(["status", str(out)]) == 2
-        assert "is no manifest of a study" in capsys.readouterr().err
+        assert "no manifest" in capsys.readouterr().err
 
     def test_more_shards_than_chunks_and_a_title_for_no_terminal(self, study, tmp_path):
         out = tmp_path / "out"
@@ -297,7 +297,7 @@ def test_interrupted_while_drawing(study, tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(show, "draw", draw)
     assert main(["run", str(study), "--out", str(tmp_path / "out")]) == 130
-    assert "the results are written" in capsys.readouterr().err
+    assert "results are written" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -308,7 +308,7 @@ def test_interrupted_while_saving(study, tmp_path, monkeypatch, capsys, expected
     with monkeypatch.context() as patch:
         patch.setattr(running, "save", save)
         assert main(["run", str(study), "--out", str(tmp_path / "out")]) == 130
-    assert "all runs are kept" in capsys.readouterr().err
+    assert "runs are kept" in capsys.readouterr().err
     tp.Study.from_toml(study).run(tmp_path / "out")
     assert (tmp_path / "out" / "results.nc").read_bytes() == expected
 

@@ -123,4 +123,4 @@ def test_killed_on_one_processor_and_resumed_on_another(folder):
     assert subprocess.run(command, env=generic, check=False).returncode == 7
     refused = subprocess.run(command, capture_output=True, text=True, check=False)
     assert refused.returncode == 1
-    assert "processor was generic, is " in refused.stderr
+    assert "processor was generic," in refused.stderr

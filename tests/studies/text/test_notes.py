@@ -79,4 +79,4 @@ def test_notes_that_a_page_says_elsewhere_are_left_out():
     said = [Fact("stability.undecided"), Fact("validity.left_out")]
     assert left_notes(results, said) == [*inputs[1:], runs[2]]
     assert of_branch("b", runs)[0].more == {"branch": "b"}
-    assert facts_in("a sentence of before") == doubted(["a sentence of before"])
+    assert facts_in("an old sentence") == doubted(["an old sentence"])

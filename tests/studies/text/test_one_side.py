@@ -85,7 +85,7 @@ class TestStudies:
         forced = study(tmp_path, *parts, '[fit]\nstate = "front"\nform = "lognormal"\nreplicates = 100\n').run()
         assert badge(checks_of(forced)).word == "not valid"
         assert badge(checks_of(forced)).names[0] == "form of curves"
-        assert "Not reliable: the lognormal curves rise to 1" in short_blocks(forced).note
+        assert "rise to 1" in short_blocks(forced).note
         assert "rise to 1" not in short_blocks(free).note
 
     def test_a_touching_wall_leaves_one_side(self, tmp_path):
@@ -143,4 +143,5 @@ class TestAdvice:
     def test_nothing_fell(self, tmp_path, levels, said):
         ida = f'[ida]\nlevels = {{ {levels}, unit = "m/s2" }}\n'
         found = study(tmp_path, SHELF.format("shelf", 0.3), LAW, motions(5), ida).run()
-        assert hints(found) == [f"no overturning: nothing fell at any level; {said}"]
+        (hint,) = hints(found)
+        assert hint.endswith(f"; {said}")
