@@ -245,6 +245,16 @@ def _reads() -> list[Case]:
             ],
         ),
         Case(
+            "commands/json",
+            curves,
+            [
+                run,
+                ["report", "out", "--json"],
+                ["report", "out", "--json", "--format", "md"],
+                ["compare", "out", "out", "--laws", "housner", "energy-consistent", "--json"],
+            ],
+        ),
+        Case(
             "commands/edited",
             curves,
             [

@@ -641,9 +641,10 @@ class TestFigures:
         assert whole.get_ylabel().endswith("the variance")
         inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
         indices = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
-        assert [tick.get_text() for tick in plots_indices.sobol_bars(indices).get_yticklabels()] == ["e", "α"]
+        names = ["restitution e", "slenderness α"]
+        assert [tick.get_text() for tick in plots_indices.sobol_bars(indices).get_yticklabels()] == names
         swings = tornado(inputs, lambda one: one["alpha"] + one["e"])
-        assert [tick.get_text() for tick in plots_indices.tornado_bars(swings).get_yticklabels()] == ["e", "α"]
+        assert [tick.get_text() for tick in plots_indices.tornado_bars(swings).get_yticklabels()] == names
         two = sobol_indices(inputs, lambda one: xr.concat([one["e"], one["alpha"]], "k"), n=16)
         with pytest.raises(ValueError, match="one output is drawn"):
             plots_indices.sobol_bars(two)
