@@ -10,7 +10,7 @@ import xarray as xr
 from ...core.facts import GOOD, INVALID, Fact, stored
 from ..text.reached import within_levels
 from . import building, curves, sensitivity
-from .checks import badge, checks_of
+from .checks import REMARKS, badge, checks_of
 from .footnotes import footnotes
 from .method import inputs_of, method_of
 from .notes import left_notes
@@ -37,6 +37,7 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
     of_building = "item" in results.dims
     subject = building if of_building else sensitivity if "value" in results.dims else curves
     method, below = [*method_of(results)], [*footnotes(within)]
+    passed = [check for check in checks if check.word == GOOD]
     bad = sorted((check for check in checks if check.word != GOOD), key=lambda check: check.word != INVALID)
     return {
         "answer": [*subject.answer(within)],
@@ -47,8 +48,8 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
         "inputs": [*inputs_of(results)],
         "method": method,
         "checks": bad,
-        "passed": [check for check in checks if check.word == GOOD],
-        "notes": left_notes(results, (*bad, *method, *below)),
+        "passed": passed,
+        "notes": left_notes(results, (*bad, *method, *below, *(check for check in passed if check.what in REMARKS))),
     }
 
 

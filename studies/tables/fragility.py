@@ -183,7 +183,7 @@ def sizes(results: xr.Dataset) -> Table:
     return Table.of("Size for the target", columns, rows, goal, intervals(results))
 
 
-def measures(results: xr.Dataset, most: int = 8) -> Table:
+def measures(results: xr.Dataset, most: int = 4) -> Table:
     """Return the most efficient measures of each block: the dispersion in each measure under every law, best first."""
     ranking = ranking_of_measures(shown(results))
     names = [str(model) for model in ranking["model"].values]

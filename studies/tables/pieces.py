@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from ...core.doubts import first_of
 from ...core.wording import about_percent, currency_of, given_number, given_percent
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
@@ -180,13 +181,16 @@ WORTH = *(f"level_{k}" for k in range(len(SHARES))), "value", "anchoring_cost", 
 
 def codes(results: xr.Dataset) -> Table:
     """Return what the building code says of each piece, with the design forces."""
-    rows = []
+    rows, unstated = list[Row](), list[str]()
     for piece in pieces_of(results):
         code = piece.code
         assert code is not None  # (the study names a code)
+        if code.missing == UNSTATED_DANGER:
+            unstated.append(piece.item)
+            continue
         missing = code.factors if math.isnan(code.coefficient) else ""
-        row = {"item": piece.item, "floor": floor_cell(piece.floor), "status": code.status}
-        row["clause"] = "; ".join(filter(None, (code.clause.removesuffix(f": {UNSTATED_DANGER}"), missing)))
+        row: Row = {"item": piece.item, "floor": floor_cell(piece.floor), "status": code.status}
+        row["clause"] = "; ".join(filter(None, (code.clause, missing)))
         rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
     columns = (
         *(Column("item", "piece"), Column("floor", "floor"), Column("status", "code says")),
@@ -195,8 +199,7 @@ def codes(results: xr.Dataset) -> Table:
         Column("ratio", "demand / strength", "two"),
     )
     checked = f"{results.attrs['code']}; {results.attrs['code_site']}."
-    unstated = any(piece.code is not None and piece.code.missing == UNSTATED_DANGER for piece in pieces_of(results))
-    why = f"Not checked: {UNSTATED_DANGER}." if unstated else ""
+    why = f"Not checked, because {UNSTATED_DANGER}: {first_of(unstated)}." if unstated else ""
     return Table.of("Code requirements", columns, rows, checked, why, ANCHORS, most=MOST_ROWS)
 
 
