@@ -152,7 +152,7 @@ class TestRisk:
             np.testing.assert_array_equal(own[name], direct[name])
         out = capsys.readouterr().out
         assert "in 20 years" in out
-        assert "with 5 %" in " ".join(out.split())
+        assert "a chance of 5 %" in " ".join(out.split())
         width = found.size_width.values
         rates = found.rate.values
         goal = -np.log1p(-0.05) / 20.0

@@ -209,7 +209,7 @@ class TestFloors:
         assert main(["run", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         printed = " ".join(capsys.readouterr().out.split())
         assert "= 3,072 runs" in printed
-        assert "bookcase-5-shelf, floor 10" in printed
+        assert "Bookcase, 5 shelves, floor 10" in printed
         assert "Fragility curves" in printed
         with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
             median = stored["median"].load()
