@@ -80,7 +80,8 @@ def _untried(assessment: xr.Dataset) -> list[Fact]:
         return []
     n = number_of_motions(assessment)
     most = float(wilson_interval(np.zeros(1, np.int64), np.array([n]), float(assessment.attrs["confidence"]))[1][0])
-    named = tuple(level_text(float(one), assessment["level"]) for one in assessment["level"].values[never])
+    levels = assessment["level"]
+    named = tuple(level_text(float(level), levels) for level in levels.values[never])
     return [Fact("precision.levels_without_falls", most, names=named, more={"motions": n})]
 
 
@@ -156,8 +157,8 @@ def history_notes(histories: FloorHistories, inventory: Inventory) -> list[Fact]
         found.append(Fact("motion.levels_independent"))
     used = {row.direction for row in inventory.rows if not row.anchored}
     if used - {""} and not histories.axes:
-        each = [[sum(row.direction == one for row in inventory.rows), one] for one in sorted(used)]
-        found.append(Fact("axis.across_not_included", more={"lines": each}))
+        lines = [[sum(row.direction == axis for row in inventory.rows), axis] for axis in sorted(used)]
+        found.append(Fact("axis.across_not_included", more={"lines": lines}))
     return found
 
 

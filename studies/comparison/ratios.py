@@ -178,7 +178,7 @@ def answer(lines: Sequence[Line], quantities: Sequence[Quantity], dim: str) -> I
             numbers = {law: (words.count(verdict), len(words)) for law, words in verdicts.items() if verdict in words}
             for number, of in dict.fromkeys(numbers.values()):
                 under = tuple(law for law in numbers if numbers[law] == (number, of))
-                # (some lines of one quantity are not those of another)
+                # (quantities share a sentence only if they agree on every line)
                 key = verdict, number, of, under, "" if number == of else quantity.name
                 groups.setdefault(key, []).append(quantity)
     for (verdict, number, of, under, _), alike in groups.items():

@@ -50,12 +50,17 @@ FAR_APART = 1.5
 
 
 def coverage(kinds: Iterable[str], motions: int) -> Iterator[Fact]:
-    """Yield what intervals of these kinds contain, if it is too little, at the nearest smaller measured number."""
+    """Yield what intervals of these kinds contain, if it is too little at a measured number of motions beside theirs.
+
+    The nearest smaller number counts, and the nearest larger one if the smaller has enough.
+    """
     short = []
     for kind in kinds:
         measured = COVERAGE[kind]
-        number = max((tested for tested in measured if tested <= motions), default=min(measured))
-        if measured[number][0] < ENOUGH:
+        smaller = max((tested for tested in measured if tested <= motions), default=min(measured))
+        larger = min((tested for tested in measured if tested >= motions), default=smaller)
+        number = next((tested for tested in (smaller, larger) if measured[tested][0] < ENOUGH), None)
+        if number is not None:
             short.append((kind, number, *measured[number]))
     if short:
         kinds, numbers, *ends = zip(*short, strict=True)

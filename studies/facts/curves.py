@@ -94,7 +94,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     yield from _edges(results)
     yield from _other_side(results)
     crossings = crossings_between(results, small, cases, ranked)
-    # (of many pieces the spread is said)
+    # (the answer on many pieces is their spread; one crossing is enough)
     most = MOST_SAID if cases.size <= MANY else 1
     more, crossings = len(crossings[most:]), crossings[:most]
     # (where the curve of the first piece crosses another, its level of half does not make it the first at all levels)
