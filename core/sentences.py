@@ -9,11 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import wording
-from .doubts import first_names, first_of
+from .doubts import NAMED, first_names, first_of
 from .facts import Fact
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return the first names, with “and” before the last of few."""
+    few = 1 < len(names) <= NAMED
+    return f"{', '.join(names[:-1])} and {names[-1]}" if few else first_of(names)
+
 
 Filters = Mapping[str, Callable[..., str | float]]
 FILTERS: Filters = {
@@ -22,9 +29,9 @@ FILTERS: Filters = {
     "whole": wording.given_percent,
     "two_digits": wording.two_digits,
     "given": wording.given_number,
-    "listed": first_of,
+    "listed": _listed,
     "named": first_names,
-    "quoted": lambda names: first_of([f"“{name}”" for name in names]),
+    "quoted": lambda names: _listed([f"“{name}”" for name in names]),
     "article": wording.with_article,
 }
 """Filters of numbers, plurals and lists."""

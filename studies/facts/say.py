@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,6 @@ import numpy as np
 from markupsafe import Markup
 
 from ...core import sentences, wording
-from ...core.doubts import NAMED, first_of
 from ...core.facts import Fact
 from ...fragility.hazard.rates import probability_in
 from ...fragility.validity.notes import TEMPLATES as OF_SCREENS
@@ -32,27 +31,18 @@ FALLBACKS = {
 """Registers in which the sentences of a register are looked up, where it shares them with others."""
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Return the first names, with “and” before the last of few."""
-    few = 1 < len(names) <= NAMED
-    return f"{', '.join(names[:-1])} and {names[-1]}" if few else first_of(names)
-
-
 FILTERS: sentences.Filters = {
     **sentences.FILTERS,
     "chance": wording.about_percent,
     "chances": lambda ends: _ends(ends, wording.about_percent, wording.chances_between),
     "ends": lambda ends: _ends(ends, wording.two_digits, wording.interval_text),
     "ratio": lambda values: wording.ratio_text(*values),
-    "listed": _listed,
-    "quoted": lambda names: _listed([f"“{name}”" for name in names]),
     "years": wording.about_years,
     "in_years": lambda rate, years: float(probability_in(np.float64(rate), years)),
     "year_count": wording.years_text,
     "in_unit": value_in,
     "acts": action_of,
     "fell": reached_of,
-    "falls": verb_of,
     "fall": lambda state: infinitive_of(verb_of(state)),
 }
 """Filters of numbers, plurals and lists."""
