@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -17,16 +17,17 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import noted, warn
 from ...core.elementary import Array, power, times
+from ...core.parameters import Parameter, check
 from ...core.units import HERTZ, SECOND, VELOCITY, described, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95
 from ..intensity.peaks import peak_velocity
 from ..intensity.spectra import peak_displacements
 from ..simulated.envelopes import Envelope
-from ..simulated.generator import Generator
-from .adjustment import PGD_BOUND, PGV_BOUND, TargetMissed, matching_doubts
+from ..simulated.generator import Generator, Seconds
+from .adjustment import PGD_BOUND, PGV_BOUND, Bound, TargetMissed, matching_doubts
 from .spectrum_compatible import SpectrumCompatible
-from .targets import AC156_FREQUENCIES, TargetSpectrum
+from .targets import AC156_FREQUENCIES, EDITIONS, TargetSpectrum
 
 MARGIN = 0.01
 TOLERANCE = 0.015
@@ -48,13 +49,15 @@ class AC156(Generator):
     s_ds : float
         Design spectral acceleration S_DS, in g as ASCE 7 writes it.
     z_over_h : float
-        Height of attachment over mean roof height, 0 to 1.
+        Height of attachment over mean roof height.
     edition : {"7-16", "7-22"}
         ASCE 7 edition.
     vertical : bool
-        True for the vertical spectrum.
-    duration, dt : float
-        Length and time step, s.
+        Whether the vertical spectrum is matched.
+    duration : float
+        Length, s.
+    dt : float
+        Time step, s.
     envelope : Envelope, optional
         If not given, a rise over a sixth of the duration, strong shaking to two thirds, then decay: 5, 15 and 10 s of
         30 s.
@@ -64,8 +67,10 @@ class AC156(Generator):
     f_lowest : float, optional
         Lowest natural frequency of the component, Hz: it sets the lowest frequency of the acceptance check, and the
         motions are matched at the frequencies of that check (`ac156_acceptance`).
-    pgv_bound, pgd_bound : float or None
-        As in `SpectrumCompatible`.
+    pgv_bound : float or None
+        Greatest relative distance of PGV from what the spectrum implies, as in `SpectrumCompatible`.
+    pgd_bound : float or None
+        Greatest relative distance of PGD from what the spectrum implies.
 
     Notes
     -----
@@ -84,19 +89,20 @@ class AC156(Generator):
 
     own_amplitude: ClassVar[bool] = False
 
-    s_ds: float
-    z_over_h: float = 0.0
-    edition: str = "7-16"
-    vertical: bool = False
-    duration: float = 30.0
-    dt: float = 0.005
+    s_ds: Annotated[float, Parameter("g", above=0.0, at_most=10.0)]
+    z_over_h: Annotated[float, Parameter(at_least=0.0, at_most=1.0)] = 0.0
+    edition: Annotated[str, Parameter(words=EDITIONS)] = "7-16"
+    vertical: Annotated[bool, Parameter()] = False
+    duration: Seconds = 30.0
+    dt: Seconds = 0.005
     envelope: Envelope | None = None
     lowest_frequency: float = AC156_FREQUENCIES[0]
     f_lowest: float | None = None
-    pgv_bound: float | None = PGV_BOUND
-    pgd_bound: float | None = PGD_BOUND
+    pgv_bound: Bound | None = PGV_BOUND
+    pgd_bound: Bound | None = PGD_BOUND
 
     def __post_init__(self) -> None:
+        check(self)
         checks.number(
             "lowest_frequency", self.lowest_frequency, at_least=AC156_FREQUENCIES[0], at_most=LOWEST, unit="Hz"
         )

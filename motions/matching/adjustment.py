@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,6 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_of
+from ...core.parameters import Parameter
 from ...core.units import DIMENSIONLESS, METRE, VELOCITY, described
 from ...core.wording import two_digit_percent
 from ..arrays import from_array
@@ -25,6 +26,8 @@ from ..kernels import matching as engine
 from .targets import TargetSpectrum
 
 PGV_BOUND, PGD_BOUND = 0.15, 0.5
+WITHIN = Parameter(at_least=0.02, at_most=100.0)
+Bound = Annotated[float, WITHIN]
 TOLERANCE = 0.03
 GOOD = 0.05  # mean misfit above which another attempt is made
 FIRM = (1e-3, 1e-6)  # two regularisations of bounds: one often succeeds where the other fails
@@ -135,7 +138,7 @@ def check_options(pgv_bound: Any, pgd_bound: Any, tolerance: Any) -> None:
     """Raise TypeError or ValueError if bounds or the tolerance are out of range."""
     for name, bound in (("pgv_bound", pgv_bound), ("pgd_bound", pgd_bound)):
         if bound is not None:
-            checks.number(name, bound, at_least=0.02, at_most=100.0)
+            WITHIN.check(name, bound)
     checks.number("tolerance", tolerance, at_least=0.005, at_most=0.5)
 
 

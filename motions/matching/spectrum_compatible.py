@@ -13,16 +13,18 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, exp, log, power
+from ...core.parameters import check
 from ...core.streams import stream
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
 from ..simulated.envelopes import Envelope, RiseStrongDecay
-from ..simulated.generator import LARGEST, LEAST_STEPS, Generator, check_samples, counts
+from ..simulated.generator import LEAST_STEPS, Generator, Seconds, check_samples, counts
 from .adjustment import (
     GOOD,
     PGD_BOUND,
     PGV_BOUND,
     TOLERANCE,
+    Bound,
     Bounds,
     Lines,
     MatchResult,
@@ -55,14 +57,17 @@ class SpectrumCompatible(Generator):
     ----------
     target : TargetSpectrum
         Target, matched at eight periods per octave; the shortest at least 2 dt, the longest at most `duration`.
-    duration, dt : float
-        Length and time step, s.
+    duration : float
+        Length, s.
+    dt : float
+        Time step, s.
     envelope : Envelope, optional
         Intensity of the noise as a function of time; if not given, it rises over a sixth of the duration, stays strong
         to two thirds, then decays to 5 %.
-    pgv_bound, pgd_bound : float or None
-        Greatest relative difference (factor 1 + bound up or down) of PGV and PGD from the values that the target
-        implies; None for no bound.
+    pgv_bound : float or None
+        Greatest relative distance of PGV (factor 1 + bound up or down) from what the spectrum implies; None for none.
+    pgd_bound : float or None
+        Greatest relative distance of PGD from what the spectrum implies.
     tolerance : float
         Mean misfit over the periods at which the adjustment stops, 0.005 to 0.5.
     margin : float
@@ -93,11 +98,11 @@ class SpectrumCompatible(Generator):
     own_amplitude: ClassVar[bool] = False
 
     target: TargetSpectrum
-    duration: float = 20.0
-    dt: float = 0.005
+    duration: Seconds = 20.0
+    dt: Seconds = 0.005
     envelope: Envelope | None = None
-    pgv_bound: float | None = PGV_BOUND
-    pgd_bound: float | None = PGD_BOUND
+    pgv_bound: Bound | None = PGV_BOUND
+    pgd_bound: Bound | None = PGD_BOUND
     tolerance: float = TOLERANCE
     margin: float = 0.0
     periods: tuple[float, ...] | None = None
@@ -105,8 +110,7 @@ class SpectrumCompatible(Generator):
     def __post_init__(self) -> None:
         if not isinstance(self.target, TargetSpectrum):
             raise TypeError(f"target must be a toppling.motions.TargetSpectrum, got {checks.kind(self.target)}")
-        for name in ("duration", "dt"):
-            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST, unit="s")
+        check(self)
         if self.duration < LEAST_STEPS * self.dt:
             raise ValueError(
                 f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * self.dt:g} s, got {self.duration:g}"

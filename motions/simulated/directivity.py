@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core import checks
 from ...core.elementary import Array, cholesky, times
 from .marginals import BoundedBeta, ExponentialOfBeta, LognormalMarginal, Marginal, TwoSidedExponential
-from .scenario import FAULTINGS, TWO_PI, Parameters
+from .scenario import TWO_PI, Parameters
 
 TRUNCATION = 2.0  # standard deviations beyond which scores are drawn again
 MIDDLE = 0.30  # the energy fraction of t_mid in these equations
@@ -123,15 +122,6 @@ class NearFaultEquations:
     depth: float
     along: float
     angle: float
-
-    def __post_init__(self) -> None:
-        checks.number("magnitude", self.magnitude, at_least=5.5, at_most=8.0)
-        checks.number("distance", self.distance, at_least=0.0, at_most=5e4, unit="m")
-        checks.number("vs30", self.vs30, at_least=100.0, at_most=3000.0, unit="m/s")
-        checks.choice("faulting", self.faulting, FAULTINGS)
-        checks.number("depth", self.depth, at_least=0.0, at_most=3e4, unit="m")
-        checks.number("along", self.along, at_least=0.0, at_most=5e5, unit="m")
-        checks.number("angle", self.angle, at_least=0.0, at_most=math.pi / 2.0, unit="rad")
 
     @property
     def pulse_probability(self) -> float:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
 from ...core import checks
 from ...core.elementary import Array, exp
+from ...core.parameters import Parameter, check
 
 
 class Envelope(ABC):
@@ -18,11 +19,6 @@ class Envelope(ABC):
     @abstractmethod
     def __call__(self, time: Array) -> Array:
         """Return the intensity at `time` (s), dimensionless, in the same shape."""
-
-
-def _check_positive(envelope: Any, *names: str) -> None:
-    for name in names:
-        checks.number(name, getattr(envelope, name), above=0.0)
 
 
 GONE = 1000.0
@@ -41,6 +37,15 @@ class Stationary(Envelope):
 class RiseStrongDecay(Envelope):
     """Envelope (t/rise)² to `rise` s, 1 to `strong_end` s, exp[-decay (t - strong_end)] afterwards.
 
+    Parameters
+    ----------
+    rise : float
+        End of the quadratic rise, s.
+    strong_end : float
+        End of the strong phase, s, not before that of the rise.
+    decay : float
+        Rate of decay, 1/s.
+
     References
     ----------
     Jennings, P. C., Housner, G. W. and Tsai, N. C. (1968). Simulated earthquake motions. Caltech.  The defaults are
@@ -48,12 +53,12 @@ class RiseStrongDecay(Envelope):
     Earthquake Engineering and Structural Dynamics 8, 565-587 (their motions last 30 s).
     """
 
-    rise: float = 4.0
-    strong_end: float = 15.0
-    decay: float = 0.0992
+    rise: Annotated[float, Parameter("s", above=0.0)] = 4.0
+    strong_end: Annotated[float, Parameter("s", above=0.0)] = 15.0
+    decay: Annotated[float, Parameter("1/s", above=0.0)] = 0.0992
 
     def __post_init__(self) -> None:
-        _check_positive(self, "rise", "decay")
+        check(self)
         checks.number("strong_end", self.strong_end, at_least=self.rise, unit="s")
 
     def __call__(self, time: Array) -> Array:

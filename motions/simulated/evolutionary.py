@@ -6,21 +6,22 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
 from ..intensity.dataset import measure
 from ..kernels.drifting_filters import drifting_ground
 from .envelopes import Envelope, RiseStrongDecay
 from .filters import filtered, high_pass, propagators
-from .generator import LARGEST, Streams, ensemble, normals
-from .kanai_tajimi import FilteredNoise, HighPassed
+from .generator import LARGEST, Seconds, Streams, ensemble, normals
+from .kanai_tajimi import BASELINES, FilteredNoise, HighPassed
 
 PSD_INSTANTS = 101  # of the drift, over which a density is averaged
 
@@ -32,12 +33,22 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
     Parameters
     ----------
     omega_g : float or sequence of float
-        Circular frequency of the ground, rad/s, > 0: one value (constant), two (a linear drift) or more (a table).
+        Circular frequency of the ground filter, rad/s: one value (constant), two (a linear drift) or more (a table).
     omega_g_times : sequence of float, optional
         Times of these frequencies, s, increasing; the frequency is linear between them and constant outside.  If not
         given, they are spread evenly over the duration.
-    xi_g, s0, duration, dt, envelope, baseline
-        As in `KanaiTajimi`.
+    xi_g : float
+        Damping ratio of the ground filter.
+    s0 : float
+        Two-sided power spectral density of the white noise, m²/s³ per rad/s.
+    duration : float
+        Length of the noise, s.
+    dt : float
+        Time step, s.
+    envelope : Envelope
+        Intensity of the white noise as a function of time.
+    baseline : {"parabolic", "none"}
+        Baseline correction of the finished motion.
 
     Notes
     -----
@@ -58,23 +69,25 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
     3.0
     """
 
-    omega_g: float | Sequence[float] = (8.0 * math.pi, 3.0 * math.pi)
+    omega_g: Annotated[float | Sequence[float], Parameter("rad/s", above=0.0, at_most=LARGEST)] = (
+        8.0 * math.pi,
+        3.0 * math.pi,
+    )
     omega_g_times: Sequence[float] | None = None
-    xi_g: float = 0.6
-    s0: float = 0.01
-    duration: float = 30.0
-    dt: float = 0.005
+    xi_g: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 0.6
+    s0: Annotated[float, Parameter("m²/s³", above=0.0, at_most=LARGEST)] = 0.01
+    duration: Seconds = 30.0
+    dt: Seconds = 0.005
     envelope: Envelope = field(default_factory=RiseStrongDecay)
-    baseline: str = "parabolic"
+    baseline: Annotated[str, Parameter(words=BASELINES)] = "parabolic"
 
     def __post_init__(self) -> None:
         given = self.omega_g if isinstance(self.omega_g, Sequence | np.ndarray) else (self.omega_g,)
         if len(given) == 0:
             raise ValueError("omega_g must hold at least one frequency, got none")
-        values = tuple(checks.number("omega_g", value, above=0.0, at_most=LARGEST, unit="rad/s") for value in given)
+        self._check()
+        values = tuple(map(float, given))
         object.__setattr__(self, "omega_g", values)
-        for name in ("xi_g", "s0"):
-            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
         if self.omega_g_times is not None:
             times = tuple(checks.number("omega_g_times", time, unit="s") for time in self.omega_g_times)
             if len(times) != len(values):
@@ -82,7 +95,6 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
             if any(late <= early for early, late in itertools.pairwise(times)):
                 raise ValueError(f"omega_g_times must increase, got {times}")
             object.__setattr__(self, "omega_g_times", times)
-        self._check()
 
     def frequency(self, time: Array) -> Array:
         """Return the circular frequency of the ground at `time` (s), rad/s, in the same shape."""

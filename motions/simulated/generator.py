@@ -8,13 +8,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import Parameter
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, METRE, described
 from ..arrays import from_array
@@ -26,6 +27,8 @@ Streams = list[np.random.Generator]
 SECOND_COMPONENT = (0, 1)
 """Key, under a seed, of the seed of second components; motions have keys of one number."""
 LARGEST = 1e6
+Seconds = Annotated[float, Parameter("s", above=0.0, at_most=LARGEST)]
+"""Type of a time that is longer than 0."""
 MOST_SAMPLES = 500_000_000  # 4 GB
 LEAST_STEPS = 20  # fewer steps hold no motion, and a parabolic baseline would remove most of it
 CHUNK_SAMPLES = 2_000_000  # 16 MB for each temporary array
@@ -100,9 +103,7 @@ class Generator(ABC):
 
 
 def steps_of(duration: float, dt: float) -> int:
-    """Return the number of steps of a motion; ValueError if it is too short, or if duration or dt (s) are not > 0."""
-    checks.number("dt", dt, above=0.0, at_most=LARGEST)
-    checks.number("duration", duration, above=0.0, at_most=LARGEST)
+    """Return the number of steps of a motion of a duration and a step (s); ValueError if it is too short."""
     if duration < LEAST_STEPS * dt:
         raise ValueError(f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * dt:g} s, got {duration:g}")
     return round(duration / dt)

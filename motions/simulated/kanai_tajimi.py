@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import Parameter, check
 from ..intensity.peaks import velocity
 from ..scaling import parabolic_baseline
 from .envelopes import Envelope, RiseStrongDecay
 from .filters import filtered, high_pass, settling, soil_layer
-from .generator import LARGEST, Generator, Streams, ensemble, normals, steps_of
+from .generator import LARGEST, Generator, Seconds, Streams, ensemble, normals, steps_of
 
 BASELINES = ("parabolic", "none")
-WIDEST = 2.0  # dispersion of a parameter, beyond which most motions are of no ground
+Dispersion = Annotated[float, Parameter(at_least=0.0, at_most=2.0)]
+"""Type of the dispersion of a parameter: beyond 2 most motions are of no ground."""
 FARTHEST = 5.0  # standard deviations above the median for which a parameter must be in its range
 
 
@@ -27,17 +28,17 @@ class FilteredNoise(Generator):
 
     own_amplitude: ClassVar[bool] = False
 
-    duration: float
-    dt: float
+    duration: Seconds
+    dt: Seconds
     envelope: Envelope
     baseline: str
 
     def _check(self) -> None:
         """Raise ValueError or TypeError for fields that every such generator has."""
+        check(self)
         steps_of(self.duration, self.dt)
         if not isinstance(self.envelope, Envelope):
             raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
-        checks.choice("baseline", self.baseline, BASELINES)
 
     @property
     def length(self) -> float:
@@ -69,16 +70,19 @@ class FilteredNoise(Generator):
 
 @dataclass(frozen=True)
 class HighPassed(FilteredNoise):
-    """Filtered noise through a second, high-pass filter, which brings the ground to rest after the noise."""
+    """Filtered noise through a second, high-pass filter, which brings the ground to rest after the noise.
 
-    omega_f: float = 0.25 * math.pi
-    xi_f: float = 0.6
-    baseline: str = "none"
+    Parameters
+    ----------
+    omega_f : float
+        Circular frequency of the high-pass, rad/s.
+    xi_f : float
+        Damping ratio of the high-pass.
+    """
 
-    def __post_init__(self) -> None:
-        super().__post_init__()  # type: ignore[misc]
-        for name in ("omega_f", "xi_f"):
-            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+    omega_f: Annotated[float, Parameter("rad/s", above=0.0, at_most=LARGEST)] = 0.25 * math.pi
+    xi_f: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 0.6
+    baseline: Annotated[str, Parameter(words=BASELINES)] = "none"
 
     @property
     def rest(self) -> float:
@@ -95,20 +99,23 @@ class KanaiTajimi(FilteredNoise):
     Parameters
     ----------
     omega_g : float
-        Circular frequency of the ground, rad/s, > 0.
+        Circular frequency of the ground filter, rad/s; the median where motions differ.
     xi_g : float
-        Damping ratio of the ground, > 0.
+        Damping ratio of the ground filter; the median where motions differ.
     s0 : float
-        Two-sided power spectral density of the white noise, m²/s³ per rad/s, > 0.
-    duration, dt : float
-        Length of the noise and time step, s.
+        Two-sided power spectral density of the white noise, m²/s³ per rad/s.
+    duration : float
+        Length of the noise, s.
+    dt : float
+        Time step, s.
     envelope : Envelope
         Intensity of the white noise as a function of time.
     baseline : {"parabolic", "none"}
         Baseline correction of the finished motion.
-    omega_g_dispersion, xi_g_dispersion : float
-        Standard deviations of the logarithms of omega_g and xi_g from motion to motion, 0 to 2; the values above are
-        the medians then.  With 0, all motions have one spectrum.
+    omega_g_dispersion : float
+        Dispersion of omega_g from motion to motion (0.5 in records); 0 gives all one spectrum.
+    xi_g_dispersion : float
+        Dispersion of xi_g from motion to motion (0.6 in records).
 
     Notes
     -----
@@ -138,28 +145,24 @@ class KanaiTajimi(FilteredNoise):
     (3, 1001)
     """
 
-    omega_g: float = 5.0 * math.pi
-    xi_g: float = 0.6
-    s0: float = 0.01
-    duration: float = 30.0
-    dt: float = 0.005
+    omega_g: Annotated[float, Parameter("rad/s", above=0.0, at_most=LARGEST)] = 5.0 * math.pi
+    xi_g: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 0.6
+    s0: Annotated[float, Parameter("m²/s³", above=0.0, at_most=LARGEST)] = 0.01
+    duration: Seconds = 30.0
+    dt: Seconds = 0.005
     envelope: Envelope = field(default_factory=RiseStrongDecay)
-    baseline: str = "parabolic"
-    omega_g_dispersion: float = field(default=0.0, kw_only=True)
-    xi_g_dispersion: float = field(default=0.0, kw_only=True)
+    baseline: Annotated[str, Parameter(words=BASELINES)] = "parabolic"
+    omega_g_dispersion: Dispersion = field(default=0.0, kw_only=True)
+    xi_g_dispersion: Dispersion = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
-        for name in ("omega_g", "xi_g", "s0"):
-            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
-        for name in ("omega_g_dispersion", "xi_g_dispersion"):
-            checks.number(name, getattr(self, name), at_least=0.0, at_most=WIDEST)
+        self._check()
         for name in ("omega_g", "xi_g"):
             most = LARGEST * math.exp(-FARTHEST * getattr(self, f"{name}_dispersion"))
             if getattr(self, name) > most:
                 raise ValueError(
                     f"{name} must be at most {most:.3g} with this {name}_dispersion, got {getattr(self, name)}"
                 )
-        self._check()
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of `seed`.
@@ -214,16 +217,14 @@ class KanaiTajimi(FilteredNoise):
 class CloughPenzien(HighPassed, KanaiTajimi):
     """Kanai-Tajimi motions through a second, high-pass filter, which keeps velocity and displacement finite.
 
-    Parameters as in `KanaiTajimi`, and
-
-    omega_f, xi_f : float
-        Circular frequency (rad/s) and damping ratio of the high-pass s²/(s² + 2 xi_f omega_f s + omega_f²), > 0.
+    Parameters as in `KanaiTajimi`, and omega_f (rad/s) and xi_f of the high-pass.
 
     Notes
     -----
-    The noise lasts for `duration`.  Ten time constants of the slower filter follow (21 s with the defaults): their gain
-    is 0 at frequency 0, so that their own response brings the ground to rest.  What is left of the velocity, less than
-    1e-3 PGV, and about 0.01 PGV if the noise starts at full intensity (`Stationary`), is taken out evenly there.
+    The high-pass is s²/(s² + 2 xi_f omega_f s + omega_f²).  The noise lasts for `duration`. Ten time constants of the
+    slower filter follow (21 s with the defaults): their gain is 0 at frequency 0, so that their own response brings the
+    ground to rest. What is left of the velocity, less than 1e-3 PGV, and about 0.01 PGV if the noise starts at full
+    intensity (`Stationary`), is taken out evenly there.
     A motion with a parabolic baseline ends moving with the noise, as those of `KanaiTajimi`.
 
     References

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.aliases import Array, Index
+from ...core.parameters import Parameter
 from ...core.streams import stream
 from .directivity import MIDDLE, TRUNCATION, NearFaultEquations, background_parameters, pulse_parameters
-from .generator import Streams, counts, steps_of
+from .generator import Seconds, Streams, counts, steps_of
 from .modulation import modulation
 from .pulses import velocity_pulse
-from .scenario import UNITS, Parameters
-from .site_based import MOST_TRIES, ScenarioGenerator, end_of, fits, site_based_motions
+from .scenario import UNITS, Faulting, Parameters, Velocity
+from .site_based import MOST_TRIES, Corner, ScenarioGenerator, end_of, fits, site_based_motions
 
 WITH_PULSE = ("always", "probability", "never")
 PULSE_UNITS = {
@@ -44,25 +44,25 @@ class NearFault(ScenarioGenerator):
     Parameters
     ----------
     magnitude : float
-        Moment magnitude, 5.5 to 8.
+        Moment magnitude.
     distance : float
-        Closest distance to the rupture, m, 0 to 50 km (data: below 31 km).
+        Closest distance to the rupture, m (data: below 31 km).
     vs30 : float
-        Shear-wave velocity of the uppermost 30 m, m/s, 100 to 3000; values above 1100 count as 1100.
+        Shear-wave velocity of the uppermost 30 m, m/s; values above 1100 count as 1100.
     faulting : {"strike-slip", "reverse"}
         Style of faulting.
     depth : float
-        Depth of the top of the rupture, m, 0 to 30 km; it counts in reverse faulting only, and up to 1 km.
+        Depth of the top of the rupture, m; it counts in reverse faulting only, and up to 1 km.
     along : float
-        Length of rupture towards the site (s of strike-slip, d of other faulting), m, 0 to 500 km.
+        Length of rupture towards the site (s of strike-slip, d of other faulting), m.
     angle : float
-        Angle between rupture and site (theta or phi), rad, 0 to pi/2.
+        Angle between rupture and site (theta or phi), rad.
     with_pulse : {"always", "probability", "never"}
         Motions with a pulse: all, each with the scenario's probability, or none.
     f_c : float, optional
         Corner of the background's high-pass, Hz; 10^(1.4071 - 0.3452 M) if not given.
     dt : float
-        Time step, s, > 0.
+        Time step, s.
     duration : float, optional
         Length, s; by default sufficient for all but rare draws.
 
@@ -81,24 +81,19 @@ class NearFault(ScenarioGenerator):
     (2, 3001)
     """
 
-    magnitude: float = 7.0
-    distance: float = 5e3
-    vs30: float = 500.0
-    faulting: str = "strike-slip"
-    depth: float = 0.0
-    along: float = 2e4
-    angle: float = 0.0
-    with_pulse: str = "always"
-    f_c: float | None = None
-    dt: float = 0.005
-    duration: float | None = None
+    magnitude: Annotated[float, Parameter(at_least=5.5, at_most=8.0)] = 7.0
+    distance: Annotated[float, Parameter("m", at_least=0.0, at_most=5e4)] = 5e3
+    vs30: Velocity = 500.0
+    faulting: Faulting = "strike-slip"
+    depth: Annotated[float, Parameter("m", at_least=0.0, at_most=3e4)] = 0.0
+    along: Annotated[float, Parameter("m", at_least=0.0, at_most=5e5)] = 2e4
+    angle: Annotated[float, Parameter("rad", at_least=0.0, at_most=0.5 * math.pi)] = 0.0
+    with_pulse: Annotated[str, Parameter(words=WITH_PULSE)] = "always"
+    f_c: Corner | None = None
+    dt: Seconds = 0.005
+    duration: Seconds | None = None
     late: ClassVar[float] = TRUNCATION
     along_a_pulse: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        _ = self.equations
-        checks.choice("with_pulse", self.with_pulse, WITH_PULSE)
-        super().__post_init__()
 
     @property
     def equations(self) -> NearFaultEquations:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, exp
+from ...core.parameters import Parameter, check
 from ..arrays import from_array
 from .generator import Generator
 
@@ -23,13 +24,13 @@ class Pulse(Generator):
     Parameters
     ----------
     amplitude : float
-        Peak acceleration, m/s², > 0.
+        Peak acceleration, m/s².
     omega : float
-        Circular frequency, rad/s, > 0.
+        Circular frequency, rad/s.
     dt : float
         Largest time step, s; the step used divides the pulse's length.
     tail : float
-        Time without shaking after the pulse, s, >= 0.
+        Time without shaking after the pulse, s.
 
     Notes
     -----
@@ -40,15 +41,13 @@ class Pulse(Generator):
     cycles: ClassVar[float] = 1.0
     """Length of the pulse over its period."""
 
-    amplitude: float
-    omega: float
-    dt: float = 0.001
-    tail: float = 1.0
+    amplitude: Annotated[float, Parameter("m/s²", above=0.0)]
+    omega: Annotated[float, Parameter("rad/s", above=0.0)]
+    dt: Annotated[float, Parameter("s", above=0.0)] = 0.001
+    tail: Annotated[float, Parameter("s", at_least=0.0)] = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("amplitude", "omega", "dt"):
-            checks.number(name, getattr(self, name), above=0.0)
-        checks.number("tail", self.tail, at_least=0.0)
+        check(self)
 
     @property
     def duration(self) -> float:
@@ -126,12 +125,14 @@ class Ricker(Pulse):
 
 @dataclass(frozen=True)
 class MavroeidisPapageorgiou(Pulse):
-    """Near-fault velocity pulse of Mavroeidis and Papageorgiou, as acceleration.
+    """Near-fault velocity pulse of Mavroeidis and Papageorgiou, as acceleration; omega = 2 pi f is its own frequency.
 
-    Parameters as `Pulse` (omega = 2 pi f is the pulse's own frequency), and
+    Parameters
+    ----------
+    As of `Pulse`, and
 
     gamma : float
-        Number of half cycles under the envelope, 1 to 10: its length is gamma/f.
+        Number of half cycles under the envelope: its length is gamma/f.
     nu : float
         Phase of the oscillation, rad.
     zero_residual : bool
@@ -158,16 +159,9 @@ class MavroeidisPapageorgiou(Pulse):
     0.8
     """
 
-    gamma: float = 2.0
-    nu: float = 0.0
-    zero_residual: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.number("gamma", self.gamma, at_least=1.0, at_most=10.0)
-        checks.number("nu", self.nu, at_least=-100.0, at_most=100.0, unit="rad")
-        if not isinstance(self.zero_residual, bool):
-            raise TypeError(f"zero_residual must be true or false, got {self.zero_residual!r}")
+    gamma: Annotated[float, Parameter(at_least=1.0, at_most=10.0)] = 2.0
+    nu: Annotated[float, Parameter("rad", at_least=-100.0, at_most=100.0)] = 0.0
+    zero_residual: Annotated[bool, Parameter()] = False
 
     @classmethod
     def of_velocity(

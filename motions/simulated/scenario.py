@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...core import checks
 from ...core.elementary import Array, cholesky, times
+from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
 from .marginals import BoundedBeta, GammaLaw, LognormalMarginal, Marginal, TwoSidedExponential
 
 FAULTINGS = ("strike-slip", "reverse")
+Faulting = Annotated[str, Parameter(words=FAULTINGS)]
+Velocity = Annotated[float, Parameter("m/s", at_least=100.0, at_most=3000.0)]
+"""Type of the shear-wave velocity of the uppermost 30 m."""
 TWO_PI = 2.0 * math.pi
 
 
@@ -108,13 +111,6 @@ class SiteBasedEquations:
     vs30: float
     faulting: str = "strike-slip"
     arias_constant: float = PUBLISHED_CONSTANT
-
-    def __post_init__(self) -> None:
-        checks.number("arias_constant", self.arias_constant, at_least=-5.0, at_most=0.0)
-        checks.number("magnitude", self.magnitude, at_least=5.0, at_most=8.5)
-        checks.number("distance", self.distance, at_least=1e3, at_most=2e5, unit="m")
-        checks.number("vs30", self.vs30, at_least=100.0, at_most=3000.0, unit="m/s")
-        checks.choice("faulting", self.faulting, FAULTINGS)
 
     @property
     def expected(self) -> Array:

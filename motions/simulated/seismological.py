@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -12,7 +13,8 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, exp, log, power
-from .generator import Generator, Streams, ensemble, steps_of
+from ...core.parameters import Parameter, check
+from .generator import LARGEST, Generator, Seconds, Streams, ensemble, steps_of
 from .ground_motion_models import Scenario
 
 SITES = ("generic-rock", "flat")
@@ -45,24 +47,28 @@ class Seismological(Generator):
     Parameters
     ----------
     magnitude : float
-        Moment magnitude, 3 to 8.5.
+        Moment magnitude.
     distance : float
-        Effective point-source distance (hypocentral for small earthquakes), m, 1 km to 1000 km.
+        Effective point-source distance (hypocentral for small earthquakes), m.
     stress_drop : float
-        Stress drop, Pa, > 0; 8e6 Pa is 80 bar.
+        Stress drop of the source, Pa; 8e6 Pa is 80 bar.
     kappa : float
-        Attenuation exp(-pi kappa f) near the site, s, >= 0.
-    q0, q_exponent : float
-        Path quality factor q0 f^q_exponent above 1 Hz and q0 below, > 0 and 0 to 1.
-    beta, density : float
-        Shear-wave velocity (m/s) and density (kg/m³) at the source, > 0.
+        Attenuation exp(-pi kappa f) near the site, s.
+    q0 : float
+        Quality factor of the path at 1 Hz and below.
+    q_exponent : float
+        Growth of the quality factor with frequency above 1 Hz: q0 f^q_exponent.
+    beta : float
+        Shear-wave velocity at the source, m/s.
+    density : float
+        Density at the source, kg/m³.
     site : {"generic-rock", "flat"}
         Site amplification: that of Boore's (2016) generic rock with Vs30 = 760 m/s, or 1.
     amplification : sequence of (float, float), optional
         Table that replaces `site`: frequency in Hz (increasing) and factor, both > 0; the logarithms are interpolated,
         and the factors are constant beyond the ends.
     dt : float
-        Time step, s, > 0.
+        Time step, s.
     duration : float, optional
         Length, s; by default the length that the window needs.
 
@@ -92,29 +98,21 @@ class Seismological(Generator):
     (2, 2001)
     """
 
-    magnitude: float = 6.5
-    distance: float = 20e3
-    stress_drop: float = 8e6
-    kappa: float = 0.04
-    q0: float = 180.0
-    q_exponent: float = 0.45
-    beta: float = 3500.0
-    density: float = 2800.0
-    site: str = "generic-rock"
+    magnitude: Annotated[float, Parameter(at_least=3.0, at_most=8.5)] = 6.5
+    distance: Annotated[float, Parameter("m", at_least=1e3, at_most=1e6)] = 20e3
+    stress_drop: Annotated[float, Parameter("Pa", at_least=1e4, at_most=1e9)] = 8e6
+    kappa: Annotated[float, Parameter("s", at_least=0.0, at_most=1.0)] = 0.04
+    q0: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 180.0
+    q_exponent: Annotated[float, Parameter(at_least=0.0, at_most=1.0)] = 0.45
+    beta: Annotated[float, Parameter("m/s", at_least=100.0, at_most=1e4)] = 3500.0
+    density: Annotated[float, Parameter("kg/m³", at_least=100.0, at_most=1e4)] = 2800.0
+    site: Annotated[str, Parameter(words=SITES)] = "generic-rock"
     amplification: Sequence[tuple[float, float]] | None = None
-    dt: float = 0.005
-    duration: float | None = None
+    dt: Seconds = 0.005
+    duration: Seconds | None = None
 
     def __post_init__(self) -> None:
-        checks.number("magnitude", self.magnitude, at_least=3.0, at_most=8.5)
-        checks.number("distance", self.distance, at_least=1e3, at_most=1e6, unit="m")
-        checks.number("stress_drop", self.stress_drop, at_least=1e4, at_most=1e9, unit="Pa")
-        checks.number("kappa", self.kappa, at_least=0.0, at_most=1.0, unit="s")
-        checks.number("q0", self.q0, above=0.0, at_most=1e6)
-        checks.number("q_exponent", self.q_exponent, at_least=0.0, at_most=1.0)
-        checks.number("beta", self.beta, at_least=100.0, at_most=1e4, unit="m/s")
-        checks.number("density", self.density, at_least=100.0, at_most=1e4, unit="kg/m³")
-        checks.choice("site", self.site, SITES)
+        check(self)
         if self.amplification is not None:
             table = checks.finite_array("amplification", self.amplification, ndim=(2,))
             if table.shape[1] != 2 or table.min() <= 0.0 or np.any(np.diff(table[:, 0]) <= 0.0):
@@ -122,7 +120,7 @@ class Seismological(Generator):
             object.__setattr__(self, "amplification", tuple((float(f), float(a)) for f, a in table))
         if self.duration is not None:
             least = 2.0 * self._quiet + STRETCH * self.shaking
-            if checks.number("duration", self.duration, above=0.0, unit="s") < least:
+            if self.duration < least:
                 raise ValueError(
                     f"duration must be at least {least:.1f} s (quiet, the window to 5 % of its peak, quiet), got "
                     f"{self.duration:g}"

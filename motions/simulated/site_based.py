@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import scipy
@@ -16,16 +16,25 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, arccos, arcsin, orthonormal, solve, times
+from ...core.parameters import Parameter, check
 from ...core.streams import stream
 from ...core.units import STANDARD_GRAVITY, described
 from ..arrays import records
 from ..intensity.cumulative import energy_at_samples
 from ..kernels.drifting_filters import drifting_noise
 from .filters import filtered, high_pass, settling
-from .generator import Generator, Streams, counts, ensemble, normals, steps_of
+from .generator import LARGEST, Generator, Seconds, Streams, counts, ensemble, normals, steps_of
 from .ground_motion_models import Scenario
 from .modulation import Modulation, modulation, ratio_limits
-from .scenario import PUBLISHED_CONSTANT, UNITS, Parameters, SiteBasedEquations, corner_frequency
+from .scenario import (
+    PUBLISHED_CONSTANT,
+    UNITS,
+    Faulting,
+    Parameters,
+    SiteBasedEquations,
+    Velocity,
+    corner_frequency,
+)
 
 LEAST_OMEGA = 0.6 * math.pi  # 0.3 Hz
 ALL_ENERGY = 0.995  # fraction of the energy that must have arrived before the high-pass dies out
@@ -44,18 +53,22 @@ class SiteBased(Generator):
     Parameters
     ----------
     arias : float
-        Expected Arias intensity pi/(2 g) integral a² dt before the high-pass, m/s, > 0.
-    d5_95, t_mid : float
-        Time from 5 to 95 % of the Arias intensity, and to 45 % of it, s, > 0; D5-95/t_mid at most 4.92.
-    omega_mid, omega_slope : float
-        Filter frequency at t_mid, rad/s, > 0, and its slope, rad/s².
+        Expected Arias intensity pi/(2 g) integral a² dt before the high-pass, m/s.
+    d5_95 : float
+        Time from 5 to 95 % of the Arias intensity, s, at most 4.92 t_mid.
+    t_mid : float
+        Time to 45 % of the Arias intensity, s.
+    omega_mid : float
+        Filter frequency at t_mid, rad/s.
+    omega_slope : float
+        Slope of the filter frequency, rad/s².
     zeta : float
-        Damping ratio of the filter, 0.005 to 0.99.
+        Damping ratio of the filter.
     f_c : float
-        Corner of the critically damped high-pass, Hz, > 0.  It governs the peak velocity and so the overturning of
-        blocks: the usual 0.1 Hz gives 1.45 times the PGV of 0.3 Hz (M 6.5, 20 km).
+        Corner of the critically damped high-pass, Hz, which governs the peak velocity and so the overturning of blocks:
+        the usual 0.1 Hz gives 1.45 times the PGV of 0.3 Hz (M 6.5, 20 km).
     dt : float
-        Time step, s, > 0.
+        Time step, s.
     duration : float, optional
         Length, s; by default the length that the motion needs.
 
@@ -81,21 +94,19 @@ class SiteBased(Generator):
 
     own_amplitude: ClassVar[bool] = False
 
-    arias: float = 0.5
-    d5_95: float = 12.0
-    t_mid: float = 7.0
-    omega_mid: float = 10.0 * math.pi
+    arias: Annotated[float, Parameter("m/s", above=0.0, at_most=LARGEST)] = 0.5
+    d5_95: Seconds = 12.0
+    t_mid: Seconds = 7.0
+    omega_mid: Annotated[float, Parameter("rad/s", above=0.0, at_most=LARGEST)] = 10.0 * math.pi
     omega_slope: float = -0.2 * math.pi
-    zeta: float = 0.2
-    f_c: float = DEFAULT_CORNER
-    dt: float = 0.005
-    duration: float | None = None
+    zeta: Annotated[float, Parameter(at_least=LEAST_ZETA, at_most=MOST_ZETA)] = 0.2
+    f_c: Annotated[float, Parameter("Hz", above=0.0, at_most=LARGEST)] = DEFAULT_CORNER
+    dt: Seconds = 0.005
+    duration: Seconds | None = None
 
     def __post_init__(self) -> None:
-        for name in ("arias", "d5_95", "t_mid", "omega_mid", "f_c", "dt"):
-            checks.number(name, getattr(self, name), above=0.0, at_most=1e6)
-        checks.number("omega_slope", self.omega_slope, at_least=-1e6, at_most=1e6)
-        checks.number("zeta", self.zeta, at_least=0.005, at_most=0.99)
+        check(self)
+        checks.number("omega_slope", self.omega_slope, at_least=-LARGEST, at_most=LARGEST)
         low, high = ratio_limits(0.45)
         if not low <= self.d5_95 / self.t_mid <= high:
             raise ValueError(
@@ -103,7 +114,7 @@ class SiteBased(Generator):
                 f"{self.d5_95:g}/{self.t_mid:g} = {self.d5_95 / self.t_mid:.3g}"
             )
         least = end_of(self._modulation(), self.f_c)
-        if self.duration is not None and checks.number("duration", self.duration, above=0.0, unit="s") < least:
+        if self.duration is not None and self.duration < least:
             raise ValueError(
                 f"duration must be at least {least:.1f} s (99.5 % of the energy, then the high-pass dies out), got "
                 f"{self.duration:g}"
@@ -158,6 +169,10 @@ class SiteBased(Generator):
         return site_based_motions(streams, own, 0.45, self.f_c, self.dt, steps_of(self.length, self.dt))
 
 
+Corner = Annotated[float, Parameter("Hz", above=0.0, at_most=1e3)]
+"""Type of the corner of a high-pass."""
+
+
 class ScenarioGenerator(Generator):
     """Generator of motions for an earthquake and a site, whose length follows from the times that are drawn."""
 
@@ -165,17 +180,15 @@ class ScenarioGenerator(Generator):
     distance: float
     vs30: float
     faulting: str
-    f_c: float | None
-    dt: float
-    duration: float | None
+    f_c: Corner | None
+    dt: Seconds
+    duration: Seconds | None
     late: ClassVar[float]
     """Number of standard deviations above the median times for which the default length is sufficient."""
 
     def __post_init__(self) -> None:
-        if self.f_c is not None:
-            checks.number("f_c", self.f_c, above=0.0, at_most=1e3, unit="Hz")
+        check(self)
         if self.duration is not None:
-            checks.number("duration", self.duration, above=0.0, unit="s")
             least = self._needed(0.0)
             if not self.duration >= least:
                 raise ValueError(
@@ -230,22 +243,22 @@ class SiteBasedScenario(ScenarioGenerator):
     Parameters
     ----------
     magnitude : float
-        Moment magnitude, 5 to 8.5 (data: 6.1 to 7.7).
+        Moment magnitude (data: 6.1 to 7.7).
     distance : float
-        Closest distance to the rupture, m, 1 km to 200 km (data: 10 to 100 km).
+        Closest distance to the rupture, m (data: 10 to 100 km).
     vs30 : float
-        Shear-wave velocity of the uppermost 30 m, m/s, 100 to 3000 (data: above 600).
+        Shear-wave velocity of the uppermost 30 m, m/s (data: above 600).
     faulting : {"strike-slip", "reverse"}
         Style of faulting.
     f_c : float, optional
         Corner of the high-pass, Hz; 10^(1.4071 - 0.3452 M) if not given.
     dt : float
-        Time step, s, > 0.
+        Time step, s.
     duration : float, optional
         Length, s; by default sufficient for times 2.5 standard deviations above their medians.
     arias_constant : float
-        Constant of the equation of the Arias intensity, -5 to 0, which sets the strength of the motions: -1.844 as
-        published in 2010, or -2.2962 as in later code.
+        Constant of the equation of the Arias intensity, which sets the strength of the motions: -1.844 as published in
+        2010, or -2.2962 as in later code, which is nearer to ground-motion models.
 
     Notes
     -----
@@ -264,20 +277,16 @@ class SiteBasedScenario(ScenarioGenerator):
     (2, 3001)
     """
 
-    magnitude: float = 6.5
-    distance: float = 20e3
-    vs30: float = 760.0
-    faulting: str = "strike-slip"
-    f_c: float | None = None
-    dt: float = 0.005
-    duration: float | None = None
-    arias_constant: float = PUBLISHED_CONSTANT
+    magnitude: Annotated[float, Parameter(at_least=5.0, at_most=8.5)] = 6.5
+    distance: Annotated[float, Parameter("m", at_least=1e3, at_most=2e5)] = 20e3
+    vs30: Velocity = 760.0
+    faulting: Faulting = "strike-slip"
+    f_c: Corner | None = None
+    dt: Seconds = 0.005
+    duration: Seconds | None = None
+    arias_constant: Annotated[float, Parameter(at_least=-5.0, at_most=0.0)] = PUBLISHED_CONSTANT
 
     late: ClassVar[float] = 2.5
-
-    def __post_init__(self) -> None:
-        _ = self.equations
-        super().__post_init__()
 
     @property
     def outside(self) -> str:

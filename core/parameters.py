@@ -1,0 +1,128 @@
+"""Parameters: unit, bounds and words of a value, declared once with its type, and what is derived from that.
+
+A field of a dataclass or an argument of a function is declared by its annotation, ``Annotated[float, Parameter("m",
+above=0.0)]``; its default is the usual one, and its sentence stands in the section Parameters of the docstring.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import typing
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import checks
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Annotation of a value: its SI unit, its bounds in it, or its words; `written`: its unit in study files."""
+
+    unit: str = ""
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    words: tuple[str, ...] = ()
+    written: str = ""
+
+    @property
+    def bounds(self) -> dict[str, float]:
+        """The bounds that there are, by their names."""
+        names = ("above", "at_least", "below", "at_most")
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
+    def check(self, name: str, value: Any, kind: Any = float) -> None:
+        """Raise a ValueError or TypeError unless a value, or each of a sequence, is one of the words or in bounds."""
+        if self.words:
+            checks.choice(name, value, self.words)
+            return
+        if kind is bool:
+            if not isinstance(value, bool):
+                raise TypeError(f"{name} must be true or false, got {value!r:.60}")
+            return
+        if kind is int:
+            checks.count(name, value, at_least=int(self.bounds.get("at_least", 0)))
+        several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+        for number in value if several else (value,):
+            checks.number(name, number, **self.bounds, unit=self.unit)
+
+
+class Declared(NamedTuple):
+    """A parameter of a class or function: its type without annotations, what is declared, its default and sentence."""
+
+    type: Any
+    parameter: Parameter | None
+    default: Any
+    sentence: str
+
+    @property
+    def needed(self) -> bool:
+        """Whether it must be given."""
+        return self.default is MISSING
+
+
+@cache
+def declared(make: Callable[..., Any]) -> dict[str, Declared]:
+    """Return the parameters of a dataclass or a function by their names."""
+    if isinstance(make, type) and is_dataclass(make):
+        hints = typing.get_type_hints(make, include_extras=True)
+        defaults = {
+            field.name: field.default if field.default_factory is MISSING else field.default_factory()
+            for field in fields(make)
+            if field.init
+        }
+    else:
+        plain = getattr(make, "__func__", make)
+        hints = typing.get_type_hints(plain, include_extras=True)
+        arguments = inspect.signature(make).parameters.values()
+        defaults = {one.name: MISSING if one.default is one.empty else one.default for one in arguments}
+    sentences = sentences_of(make)
+    return {
+        name: Declared(*_parts(hints[name]), default, sentences.get(name, "")) for name, default in defaults.items()
+    }
+
+
+def _parts(hint: Any) -> tuple[Any, Parameter | None]:
+    """Return the type of an annotation, without None, and its declaration; None where it has none."""
+    if typing.get_origin(hint) is typing.Annotated:
+        kind, *more = typing.get_args(hint)
+        return kind, next((one for one in more if isinstance(one, Parameter)), None)
+    parts = [part for part in typing.get_args(hint) if part is not type(None)]
+    return _parts(parts[0]) if len(parts) == 1 and type(None) in typing.get_args(hint) else (hint, None)
+
+
+def check(values: Any) -> None:
+    """Raise a ValueError or TypeError for a declared field of a dataclass that is not as declared; None is not checked.
+
+    >>> @dataclass
+    ... class Wave:
+    ...     length: typing.Annotated[float, Parameter("m", above=0.0)]
+    >>> check(Wave(-1.0))
+    Traceback (most recent call last):
+    ...
+    ValueError: length must be finite and > 0 (in m), got -1.0
+    """
+    for name, (kind, parameter, *_) in declared(type(values)).items():
+        value = getattr(values, name)
+        if value is not None and parameter is not None:
+            parameter.check(name, value, kind)
+
+
+_SECTION = re.compile(r"Parameters\n-+\n(.*?)(?:\n\n\S|\Z)", re.S)
+_ENTRY = re.compile(r"^(\w[\w, ]*?) : [^\n]*\n((?:    .*\n?|\n(?=    ))+)", re.M)
+
+
+def sentences_of(make: Any) -> dict[str, str]:
+    """Return what docstrings say of the parameters of a class and its bases, or of a function."""
+    found: dict[str, str] = {}
+    for kind in reversed(make.__mro__) if isinstance(make, type) else (make,):
+        section = _SECTION.search(inspect.cleandoc(kind.__doc__ or ""))
+        for names, text in _ENTRY.findall(f"{section[1]}\n" if section else ""):
+            found |= dict.fromkeys(re.split(r",\s*", names), " ".join(text.split()))
+    return found
