@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import re
 import typing
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -68,7 +68,7 @@ class Declared(NamedTuple):
 
 
 @cache
-def declared(make: Callable[..., Any]) -> dict[str, Declared]:
+def declared(make: Any) -> dict[str, Declared]:
     """Return the parameters of a dataclass or a function by their names."""
     if isinstance(make, type) and is_dataclass(make):
         hints = typing.get_type_hints(make, include_extras=True)
@@ -108,7 +108,7 @@ def check(values: Any) -> None:
     ...
     ValueError: length must be finite and > 0 (in m), got -1.0
     """
-    for name, (kind, parameter, *_) in declared(type(values)).items():
+    for name, (kind, parameter, *_) in declared(values.__class__).items():
         value = getattr(values, name)
         if value is not None and parameter is not None:
             parameter.check(name, value, kind)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING
 from typing import Any
 
@@ -10,11 +10,9 @@ from made_schema import study_schema
 
 from toppling.core.doubts import KINDS
 from toppling.models import LAWS
-from toppling.motions import ENVELOPES, GENERATORS, PULSES
-from toppling.studies.file import blocks, code, motions, supports, uncertainty
+from toppling.studies.file import blocks, buildings, code, supports, uncertainty
 from toppling.studies.file.table import bare
 
-HEAD = "| key | meaning | unit | default | type |\n|---|---|---|---|---|\n"
 NAMED = " Where not given: "
 DOUBTS = {
     "block size": "sides above 20 m or below 0.01 m, widths above 1.5 m, and centres of mass lower than half the width "
@@ -53,53 +51,86 @@ def key_reference() -> str:
     """Return the reference of all keys in Markdown; tables in the order in which a study names them."""
     schema = study_schema()
     parts = []
-    for heading, table in _places(schema, schema, ""):
-        needed = set(table.get("required", ())) | set(table.get("then", {}).get("required", ()))
-        rows = [_row(key, one, key in needed) for key, one in table["properties"].items()]
-        about = table["description"] if heading else "The study itself: keys before the first table."
-        parts.append(f"### {heading or 'Top of the file'}\n\n{about}\n\n{HEAD}{''.join(rows)}")
+    for heading, about, tables in _places(schema, "The study itself: keys before the first table.", [schema], ""):
+        several = len(tables) > 1
+        titles = ["key", "meaning", "unit", "default", "type", *["for"] * several]
+        lines = [_line(titles), _line(["---"] * len(titles))]
+        for cells, words in _rows(tables).items():
+            of = ["all" if len(words) == len(tables) else ", ".join(words)]
+            lines.append(_line([*cells, *of * several]))
+        parts.append("\n".join([f"### {heading or 'Top of the file'}", "", about, "", *lines, ""]))
     return "\n".join(parts)
 
 
-def _places(schema: dict[str, Any], table: dict[str, Any], path: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield a table and the tables in it, each after its heading."""
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _rows(tables: list[dict[str, Any]]) -> dict[tuple[str, ...], list[str]]:
+    """Return the cells of all keys of tables among which a word chooses, each key once, with the words that have it."""
+    found: dict[tuple[str, ...], list[str]] = {}
+    for table in tables:
+        needed = [*table.get("required", ()), *table.get("then", {}).get("required", ())]
+        words = [
+            f"`{about['const']}`" for key, about in table["properties"].items() if "const" in about and key in needed
+        ]
+        word = words[0] if words else f"`{needed[0]}`" if needed else ""
+        for key, about in table["properties"].items():
+            given = {name: value for name, value in about.items() if name != "const" or key not in needed}
+            found.setdefault(_cells(key, given, key in needed), []).append(word)
+    return found
+
+
+def _places(
+    schema: dict[str, Any], said: str, tables: list[dict[str, Any]], path: str
+) -> Iterator[tuple[str, str, list[dict[str, Any]]]]:
+    """Yield the tables of a place, of which a word chooses one, and those in them, after heading and text."""
     brackets = f"`[[{path.removesuffix('[]')}]]`" if path.endswith("[]") else f"`[{path}]`"
-    yield brackets if path else "", table
-    for key, one in table["properties"].items():
-        inner, several = _table_in(one)
-        if inner is None or ("description" in one and one["description"].startswith("Keys of [")):
+    yield brackets if path else "", said, tables
+    seen = set()
+    for table in tables:
+        for key, about in table["properties"].items():
+            names, mark = _tables_in(about)
+            if names and key not in seen:
+                seen.add(key)
+                here = f"{path.removesuffix('[]')}.{key}".lstrip(".")
+                inner = [schema["$defs"][name] for name in names]
+                of_key = about["description"].partition(NAMED)[0]
+                yield from _places(schema, of_key if len(inner) > 1 else inner[0]["description"], inner, here + mark)
+
+
+def _tables_in(about: dict[str, Any]) -> tuple[list[str], str]:
+    """Return the tables that a key may hold, and '[]' for a list of tables or '.NAME' for tables with names."""
+    for part, mark in ((about, ""), (about.get("items"), "[]"), (about.get("additionalProperties"), ".NAME")):
+        if not isinstance(part, dict):
             continue
-        here = f"{path.removesuffix('[]')}.{key}".lstrip(".")
-        yield from _places(schema, schema["$defs"][inner], here + several)
+        either = [one for name in ("anyOf", "oneOf") for one in part.get(name, [])]
+        inner = [one for choice in either for one in choice.get("oneOf", [])]
+        names = [one["$ref"].rpartition("/")[2] for one in (part, *either, *inner) if "$ref" in one]
+        if names:
+            return names, mark
+    return [], ""
 
 
-def _table_in(one: dict[str, Any]) -> tuple[str | None, str]:
-    """Return the table that a key holds, and '[]' for a list of tables or '.NAME' for tables with names."""
-    either = [(part, "") for part in one.get("oneOf", [])]
-    for part, mark in (*either, (one, ""), (one.get("items"), "[]"), (one.get("additionalProperties"), ".NAME")):
-        if isinstance(part, dict) and "$ref" in part:
-            return part["$ref"].rpartition("/")[2], mark
-    return None, ""
-
-
-def _row(key: str, one: dict[str, Any], needed: bool) -> str:
-    meaning, _, default = one["description"].partition(NAMED)
+def _cells(key: str, about: dict[str, Any], needed: bool) -> tuple[str, ...]:
+    meaning, _, default = about["description"].partition(NAMED)
     if needed:
         default = "must be given"
-    elif "default" in one:
-        default = f"`{str(one['default']).lower() if isinstance(one['default'], bool) else _number(one['default'])}`"
-    cells = (f"`{key}`", meaning, one.get("unit", ""), default.removesuffix("."), _type(one))
-    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"
+    elif "default" in about:
+        plain = about["default"]
+        default = f"`{str(plain).lower() if isinstance(plain, bool) else _number(plain)}`"
+    cells = (f"`{key}`", meaning, about.get("unit", ""), default.removesuffix("."), _type(about))
+    return tuple(cell.replace("|", "\\|") for cell in cells)
 
 
 def _type(one: dict[str, Any]) -> str:
     """The type of a value in words."""
-    if "oneOf" in one:
-        return " or ".join(_type(part) for part in one["oneOf"])
     if "const" in one:
         return f"`{one['const']}`"
-    inner, mark = _table_in(one)
-    if inner is not None:
+    if "properties" in one:
+        return "table"
+    names, mark = _tables_in(one)
+    if names and "anyOf" not in one:
         return {"": "table", "[]": "tables", ".NAME": "a table each"}[mark]
     if "enum" in one:
         return ", ".join(f"`{word}`" for word in one["enum"])
@@ -109,6 +140,8 @@ def _type(one: dict[str, Any]) -> str:
         if "prefixItems" in one:
             return f"list of {len(one['prefixItems'])}"
         return f"list of {_type(one['items'])}"
+    if "oneOf" in one:
+        return " or ".join(_type(part) for part in one["oneOf"])
     words = {"string": "text", "boolean": "true or false", "integer": "whole number", "object": "table"}
     kind = words.get(one.get("type", ""), "number")
     return kind + ",".join(
@@ -121,6 +154,8 @@ def _type(one: dict[str, Any]) -> str:
 
 
 def _number(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_number, value))}]"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
@@ -145,11 +180,8 @@ def choices_section() -> str:
     """The section of the page of all keys that says which keys belong to which choice."""
     tables: dict[str, Mapping[str, tuple[set[str], set[str]]]] = {
         "`law` of `[[models]]`": of_classes("ModelTable", LAWS),
-        "`generator` of `[motions]`": of_classes("MotionsTable", GENERATORS),
-        "`pulse` of `[motions]`": of_classes("MotionsTable", PULSES),
-        "`kind` of `[motions.envelope]`": of_classes("EnvelopeTable", ENVELOPES),
-        "`kind` of `[building]`": motions.BUILDINGS,
-        "`kind` of `[building.isolation]`": motions.ISOLATORS,
+        "`kind` of `[building]`": buildings.BUILDINGS,
+        "`kind` of `[building.isolation]`": buildings.ISOLATORS,
         "`kind` of `[support]`": supports.KINDS,
         "`kind` of `[restraints.NAME]`": {
             kind: (keys, set(blocks.RESTRAINT_NEEDS[kind])) for kind, keys in blocks.RESTRAINT_KEYS.items()

@@ -31,12 +31,17 @@ def study_schema() -> dict[str, Any]:
     """Return the JSON schema of a study file: draft 2020-12, every key with its description, unit and default."""
     schema = StudyFile.model_json_schema(by_alias=True)
     definitions = schema.pop("$defs")
+    partial: list[tuple[dict[str, Any], Any]] = []
     for table in all_tables():
         own = schema if table is StudyFile else definitions[table.__name__]
         for name, field in table.model_fields.items():
             key = field.alias or name
-            own["properties"][key] = _property(own["properties"][key], key, field)
+            own["properties"][key] = made = _property(own["properties"][key], key, field)
+            partial += [(made, one.table) for one in field.metadata if isinstance(one, PartialTable)]
         own["description"] = (table.__doc__ or "").strip()
+    for made, tables in partial:
+        made["properties"] = merged([definitions[table.__name__] for table in tables_of(tables)])
+        made["additionalProperties"] = False
     needed = schema.pop("required")
     return {
         "$schema": DIALECT,
@@ -47,6 +52,17 @@ def study_schema() -> dict[str, Any]:
         "then": {"required": needed, "oneOf": [{"required": [name]} for name in ANALYSES]},
         "$defs": definitions,
     }
+
+
+def merged(tables: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the keys of several tables: each with all that it may be in one of them."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for table in tables:
+        for key, about in table["properties"].items():
+            plain = {name: value for name, value in about.items() if name not in ("description", "default")}
+            if plain not in found.setdefault(key, []):
+                found[key].append(plain)
+    return {key: one[0] if len(one) == 1 else {"anyOf": one} for key, one in found.items()}
 
 
 def all_tables(table: type[Table] = StudyFile) -> list[type[Table]]:
@@ -73,9 +89,6 @@ def _property(made: dict[str, Any], key: str, field: FieldInfo) -> dict[str, Any
     own = {name: value for name, value in made.items() if name not in {"title", "anyOf", "default"}}
     types = [one for one in made.get("anyOf", []) if one != {"type": "null"}]
     own |= types[0] if len(types) == 1 else {"anyOf": types} if types else {}
-    other = next((one.table for one in field.metadata if isinstance(one, PartialTable)), None)
-    if other is not None:
-        own = {"$ref": f"#/$defs/{other.__name__}", "description": own["description"]}
     for one in _numbers(own):
         one |= {word: value for name, word in BOUNDS if (value := getattr(about, name)) is not None}
     unit = unit_of(key, field)

@@ -129,8 +129,8 @@ class MavroeidisPapageorgiou(Pulse):
 
     Parameters
     ----------
-    As of `Pulse`, and
-
+    amplitude, omega, dt, tail
+        As of `Pulse`.
     gamma : float
         Number of half cycles under the envelope: its length is gamma/f.
     nu : float

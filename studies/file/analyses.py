@@ -35,7 +35,7 @@ from ..plan.estimates import Fit
 from ..plan.piece_classes import NAMES, with_class
 from ..plan.slides import DISTANCES, Slides
 from .code import CodeTable
-from .motions import MotionsTable
+from .motions import Motions
 from .selecting import OwnTarget, SelectTable
 from .table import KeyInfo, PartialTable, RelativePath, Table, checked, nearest, one_of, shown
 
@@ -307,7 +307,7 @@ class StripeTable(OwnTarget):
     level: Annotated[float, KeyInfo(unit="as `unit` of [stripes] says"), Field(description="Level of the measure.")]
     motions: Annotated[
         dict[str, Any] | None,
-        PartialTable(MotionsTable),
+        PartialTable(Motions),
         KeyInfo("none"),
         Field(description="Keys of [motions] that are others at this level."),
     ] = None

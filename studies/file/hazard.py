@@ -15,7 +15,7 @@ from ...fragility.hazard.pieces import ABOVE_RULES, BELOW_RULES
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, intensity_measure
 from ..plan.risk import Risk
 from .analyses import LEVEL_UNITS, refuse_unordered
-from .motions import MotionsTable
+from .motions import Motions
 from .table import KeyInfo, RelativePath, Table, one_of
 
 ALONG = ("alpha", "R", "width", "height")
@@ -198,7 +198,7 @@ class MotionSetTable(Table):
     """Other motions that may be the right ones."""
 
     name: Named
-    motions: Annotated[MotionsTable, Field(description="What shakes them instead of [motions].")]
+    motions: Annotated[Motions, Field(description="What shakes them instead of [motions].")]
 
 
 class HazardSetTable(Table):

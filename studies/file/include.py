@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
+from pydantic.fields import FieldInfo
+
 from ...core.doubts import warn
 from ...core.limits import ENTRIES, KEYS, STUDY_BYTES, whole_content
 from ..text.error import StudyError
@@ -178,30 +180,49 @@ def _is_file(file: Path) -> bool:
         return False
 
 
-def rebased(content: Mapping[str, Any], table: type[Table], folder: str) -> dict[str, Any]:
-    """Return the content with its relative paths moved into `folder`; values of unexpected types stay as they are."""
+def rebased(content: Mapping[str, Any], table: Any, folder: str) -> dict[str, Any]:
+    """Return the content of a table, or of one of those in an annotation, with relative paths moved into `folder`.
+
+    Values of unexpected types stay as they are.
+    """
     if not folder:
         return dict(content)
-    fields = {one.alias or name: one for name, one in table.model_fields.items()}
+    fields = fields_of(table, content)
     found = dict(content)
     for key, value in content.items():
         if key not in fields:
             continue
         located = next((one for one in fields[key].metadata if isinstance(one, RelativePath)), None)
-        inner = next((one.table for one in fields[key].metadata if isinstance(one, PartialTable)), None)
-        inner = inner or next(tables_of(fields[key].annotation), None)
+        partial = next((one.table for one in fields[key].metadata if isinstance(one, PartialTable)), None)
+        inner = fields[key].annotation if partial is None else partial
         if located is not None:
             before = glob.escape(folder) if located.pattern else folder
             found[key] = [_in(before, one) for one in value] if isinstance(value, list) else _in(before, value)
-        elif inner is not None and isinstance(value, dict):
+        elif isinstance(value, dict):
             found[key] = rebased(value, inner, folder)
-        elif inner is not None and isinstance(value, list):
+        elif isinstance(value, list):
             found[key] = [rebased(one, inner, folder) if isinstance(one, dict) else one for one in value]
     return found
 
 
 def _in(folder: str, value: Any) -> Any:
     return os.path.join(folder, value) if isinstance(value, str) and value else value
+
+
+def fields_of(annotation: Any, content: Any) -> dict[str, FieldInfo]:
+    """Return the fields, by their keys, of the table in an annotation that some content chooses, or of all of them."""
+    table = table_of(annotation, content)
+    tables = list(tables_of(annotation)) if table is None else [table]
+    return {field.alias or name: field for one in tables for name, field in one.model_fields.items()}
+
+
+def table_of(annotation: Any, content: Any) -> type[Table] | None:
+    """Return the class of tables in an annotation that some content chooses, None where there is none."""
+    tables = list(tables_of(annotation))
+    if not tables or tables[0].alternative is None:
+        return tables[0] if tables else None
+    tag = tables[0].alternative[0](content)
+    return next((table for table in tables if table.alternative is not None and table.alternative[1] == tag), None)
 
 
 def tables_of(annotation: Any) -> Iterator[type[Table]]:

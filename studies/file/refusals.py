@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any, get_args
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from .include import tables_of
-from .table import UNIT_SUFFIXES, KeyInfo, Table, meant, shown, suffix_of
+from .include import fields_of, tables_of
+from .table import UNIT_SUFFIXES, KeyInfo, PartialTable, checked, meant, shown, suffix_of
 
-NO_TABLE = ("model_type", "model_attributes_type", "dict_type")
+NO_TABLE = ("model_type", "model_attributes_type", "dict_type", "union_tag_invalid", "union_tag_not_found")
 NO_LIST = ("list_type", "tuple_type")
+NO_CHOICE = ("union_tag_invalid", "union_tag_not_found")
 NO_INTEGER = ("int_type", "int_from_float", "int_parsing", "int_parsing_size")
 NO_NUMBER = ("float_type", "float_parsing", "finite_number")
 OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
@@ -30,14 +33,14 @@ HINTS = {
 
 
 def refusal(
-    errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
+    errors: ValidationError, content: Any, table: Any, above: tuple[int | str, ...] = ()
 ) -> tuple[str, tuple[int | str, ...]]:
     """Return the sentence for the first error of `content`, as `refusals` has it."""
     return refusals(errors, content, table, above)[0]
 
 
 def refusals(
-    errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
+    errors: ValidationError, content: Any, table: Any, above: tuple[int | str, ...] = ()
 ) -> list[tuple[str, tuple[int | str, ...]]]:
     """Return a sentence and the location for each error of `content`, unknown keys first; `above` locates the table."""
     found = errors.errors(include_url=False)
@@ -48,15 +51,17 @@ def refusals(
         location = _stated(error["loc"], content, error["type"])
         key = _written((*above, *location))
         if key not in of_keys:
-            of_keys[key] = _sentence(error, location, key, table), (*above, *location)
+            of_keys[key] = _sentence(error, location, key, table, content), (*above, *location)
     return list(of_keys.values())
 
 
-def _sentence(error: Any, location: tuple[int | str, ...], key: str, table: type[Table]) -> str:
+def _sentence(error: Any, location: tuple[int | str, ...], key: str, table: Any, content: Any) -> str:
     """Return the sentence for one error."""
     kind, value = error["type"], error["input"]
     if kind == "extra_forbidden":
-        return _unknown(key, location, table)
+        return _unknown(key, location, table, content)
+    if kind in NO_CHOICE and isinstance(value, dict):
+        return _no_choice(key, value, _at(table, location, content)[0])
     if kind == "missing":
         return f"key {shown(key, 120)} is missing{HINTS.get(key, '')}"
     if kind in NO_LIST and isinstance(value, dict):
@@ -66,13 +71,30 @@ def _sentence(error: Any, location: tuple[int | str, ...], key: str, table: type
     if kind == "value_error":
         message = str(error["msg"]).removeprefix("Value error, ")
         return f"{key}: {message}" if key else message
-    return f"{key}: {_allowed(kind, location, table, error)}, got {_as_written(value)}"
+    return f"{key}: {_allowed(kind, location, _field(table, location, content), error)}, got {_as_written(value)}"
 
 
-def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> str:
+def _no_choice(key: str, content: dict[str, Any], annotation: Any) -> str:
+    """The sentence for a table whose word is none of those that choose its other keys."""
+    chosen = next(tables_of(annotation)).alternative
+    assert chosen is not None
+    name, words = chosen[0].word_of(content)
+    where = f"{key}.{name}".lstrip(".")
+    if name not in content:
+        return f"key {shown(where, 120)} is missing"
+    if not isinstance(content[name], str):
+        return f"{where}: must be text in quotes, got {_as_written(content[name])}"
+    try:
+        checked(content[name], words)
+    except ValueError as error:
+        return f"{where}: {error}"
+    raise AssertionError(where)
+
+
+def _unknown(key: str, location: tuple[int | str, ...], table: Any, content: Any) -> str:
     """The sentence for an unknown key: its place, the key that may be meant, or the keys that are allowed."""
     name = str(location[-1])
-    fields = _fields(table)
+    fields = fields_of(table, content)
     if len(location) > 1 and name in fields:
         if next(tables_of(fields[name].annotation), None) is not None:
             return f"unknown key {shown(key, 120)}: {name} is a table of the file itself, write {_header(name, fields)}"
@@ -81,14 +103,19 @@ def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> s
             f"unknown key {shown(key, 120)}: {name} is a key of the whole file, and every line below [{inside}] "
             "belongs to that table; move it above the first [table]"
         )
-    known = _known_keys(table, location[:-1])
+    inside, value = _at(table, location[:-1], content)
+    known = list(fields_of(inside, value))
     if name in DEPTHS and "width_m" in known:
         return (
             f"unknown key {shown(key, 120)}: width_m is the size in the direction in which the block tips, which of a "
             "bookcase is its depth from front to back; its length along the wall is not needed"
         )
+    others = {one.alternative[1]: one for one in tables_of(inside) if one.alternative is not None}
+    words = [tag for tag, one in others.items() if name in one.model_fields]
+    if words:
+        return f"unknown key {shown(key, 120)}: {name} belongs to {_choices(words, others)}"
     near = meant(name, known)
-    homes = [_header(top, fields) for top in fields if top not in location and name in _known_keys(table, (top,))]
+    homes = [_header(top, fields) for top in fields if top not in location and _holds(fields[top], name)]
     hint = f", allowed are {', '.join(known)}"
     if near:
         hint = f"; {near}"
@@ -97,13 +124,29 @@ def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> s
     return f"unknown key {shown(key, 120)}{hint}"
 
 
+def _holds(field: FieldInfo, name: str) -> bool:
+    """Whether a table, or one of those among which a word chooses, has a key."""
+    return any(name in table.model_fields for table in tables_of(field.annotation))
+
+
+def _choices(tags: list[str], every: Iterable[str]) -> str:
+    """The words that choose tables, by their keys; a key alone with all of its words."""
+    by_key: dict[str, list[str]] = {}
+    for key, _, word in (tag.partition("=") for tag in tags):
+        by_key.setdefault(key, []).append(repr(word))
+    all_words = Counter(tag.partition("=")[0] for tag in every)
+    return " or ".join(
+        key if len(words) == all_words[key] else f"{key} = {', '.join(words)}" for key, words in by_key.items()
+    )
+
+
 def _header(name: str, fields: dict[str, FieldInfo]) -> str:
     return f"[[{name}]]" if "list" in str(fields[name].annotation) else f"[{name}]"
 
 
-def _allowed(kind: str, location: tuple[int | str, ...], table: type[Table], error: Any) -> str:
+def _allowed(kind: str, location: tuple[int | str, ...], of_key: tuple[FieldInfo | None, str], error: Any) -> str:
     """The requirement on a value by the table: its kind, bounds and unit."""
-    field, name = _field(table, location)
+    field, name = of_key
     bounds = "" if field is None else _bounds(field)
     unit = "" if field is None else UNIT_SUFFIXES.get(suffix_of(name), "")
     of = f"{f' {bounds}' if bounds else ''}{f' (in {unit})' if unit else ''}"
@@ -141,24 +184,45 @@ def _bounds(field: FieldInfo) -> str:
     """The bounds of a number in the table: '> 0 and <= 1'."""
     signs = ((">", "gt", "above"), (">=", "ge", "at_least"), ("<", "lt", "below"), ("<=", "le", "at_most"))
     found = []
-    for one in field.metadata:
+    for limit in (*field.metadata, *_limits(field.annotation)):
         for sign, constraint, words in signs:
-            bound = getattr(one, words if isinstance(one, KeyInfo) else constraint, None)
+            bound = getattr(limit, words if isinstance(limit, KeyInfo) else constraint, None)
             if bound is not None:
                 found.append(f"{sign} {bound:,.0f}" if 10.0 <= bound < MOST_WRITTEN else f"{sign} {bound:g}")
-    return " and ".join(found)
+    return " and ".join(dict.fromkeys(found))
 
 
-def _field(table: type[Table], location: tuple[int | str, ...]) -> tuple[FieldInfo | None, str]:
+def _limits(annotation: Any) -> Iterator[Any]:
+    """Yield what annotates the numbers of a type: those that may be left out, of lists, or one of several types."""
+    for part in get_args(annotation):
+        if isinstance(part, FieldInfo):
+            yield from part.metadata
+        elif next(tables_of(part), None) is None:
+            yield from _limits(part)
+
+
+def _field(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[FieldInfo | None, str]:
     """Return the field of the key at `location` (None where the table has none), and the name of the key."""
-    field: FieldInfo | None = None
-    name = ""
+    names = [i for i, part in enumerate(location) if isinstance(part, str)]
+    if not names:
+        return None, ""
+    annotation, value = _at(table, location[: names[-1]], content)
+    name = str(location[names[-1]])
+    return fields_of(annotation, value).get(name), name
+
+
+def _at(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[Any, Any]:
+    """Return the annotation and the content at a location of a table."""
+    annotation = table
     for part in location:
-        if isinstance(part, str):
-            field, name = _fields(table).get(part), part
-            if field is not None:
-                table = next(tables_of(field.annotation), table)
-    return field, name
+        field = fields_of(annotation, content).get(part) if isinstance(part, str) else None
+        if field is not None:
+            partial = next((one.table for one in field.metadata if isinstance(one, PartialTable)), None)
+            annotation = field.annotation if partial is None else partial
+        inside = isinstance(content, dict) and part in content
+        whole = isinstance(content, list) and isinstance(part, int) and part < len(content)
+        content = content[part] if inside or whole else None
+    return annotation, content
 
 
 def _as_written(value: Any) -> str:
@@ -198,17 +262,3 @@ def _stated(location: tuple[int | str, ...], content: Any, kind: str) -> tuple[i
 def _written(location: tuple[int | str, ...]) -> str:
     """Return a location as text, counted from 1: blocks[2].width_m."""
     return "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
-
-
-def _known_keys(table: type[Table], location: tuple[int | str, ...]) -> list[str]:
-    """Return the keys allowed at `location` in a table."""
-    for part in location:
-        fields = _fields(table)
-        if isinstance(part, str) and part in fields:
-            table = next(tables_of(fields[part].annotation), table)
-    return list(_fields(table))
-
-
-def _fields(table: type[Table]) -> dict[str, FieldInfo]:
-    """Return the fields of a table by their keys."""
-    return {field.alias or name: field for name, field in table.model_fields.items()}

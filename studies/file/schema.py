@@ -54,10 +54,11 @@ from .analyses import (
     UntilTable,
 )
 from .blocks import BlockTable, RestraintTable
+from .buildings import BuildingTable
 from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
 from .include import line_of, read_content
 from .models import ModelTable
-from .motions import PAIR, BuildingTable, MotionsTable
+from .motions import PAIR, Motions, MotionsTable, motions_table
 from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
@@ -135,7 +136,7 @@ class StudyFile(Table):
     models: Annotated[
         list[ModelTable], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
     ]
-    motions: Annotated[MotionsTable, Field(description="What shakes them.")]
+    motions: Annotated[Motions, Field(description="What shakes them.")]
     building: Annotated[
         BuildingTable | None,
         KeyInfo("none: they stand on the ground"),
@@ -299,7 +300,7 @@ class StudyFile(Table):
         self._check_until()
         if self.friction is not None:
             self._check_friction(self.friction)
-        if self.motions.component == PAIR and self.kind == "sensitivity":
+        if self.motions.pair and self.kind == "sensitivity":
             raise ValueError("motions.component 'pair' is for an inventory or a study of blocks, not for [sensitivity]")
         self._check_own_friction()
         self._check_branches()
@@ -320,11 +321,11 @@ class StudyFile(Table):
             supports = [support.name for support in self.supports]
             if len(set(supports)) < len(supports):
                 raise ValueError(f"supports need different names, got {', '.join(supports)}")
-        if self._stand and self.motions.floors_file is not None:
+        if self._stand and self.motions.given("floors_file") is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
-        if self._stand and self.motions.floors_index is not None:
+        if self._stand and self.motions.given("floors_index") is not None:
             raise ValueError("a building needs ground motions, got motions.floors_index, which are of floors already")
-        if self.performance is None and self.motions.elastic is not None:
+        if self.performance is None and self.motions.given("elastic") is not None:
             raise ValueError("motions.elastic is for the floor histories of a performance study")
         return self
 
@@ -360,7 +361,7 @@ class StudyFile(Table):
                 "[sensitivity]"
             )
         for key in ("floors_file", "floors_index"):
-            if getattr(self.motions, key) is not None:
+            if self.motions.given(key) is not None:
                 raise ValueError(f"a support needs ground motions, got motions.{key}, which are of floors already")
         if self.analysis.im_at != "ground":
             raise ValueError("a support needs im_at = 'ground': levels are of the ground motion below it")
@@ -411,7 +412,7 @@ class StudyFile(Table):
                 stands = name in ("restraints", "buildings")
                 why = "blocks stand free on one floor" if stands else "all curves are found together"
                 raise ValueError(f"levels = 'pooled' has no {name}: {why}")
-        if self.motions.component == PAIR:
+        if self.motions.pair:
             raise ValueError(
                 f"motions.component {PAIR!r} is not for levels = 'pooled', whose curves are of one component"
             )
@@ -613,10 +614,10 @@ class StudyFile(Table):
         for i, stripe in enumerate(stripes.at, start=1):
             together = {**common, **(stripe.motions or {})}
             try:
-                found.append(MotionsTable.model_validate(together))
+                found.append(motions_table(together))
             except ValidationError as error:
                 where = ("stripes", "at", i - 1, "motions")
-                raise ValueError(refusal(error, together, MotionsTable, where)[0]) from None
+                raise ValueError(refusal(error, together, Motions, where)[0]) from None
         return found
 
     def _shaking(self, motions: MotionsTable, folder: Path, level: float = math.nan) -> MotionSet:
@@ -718,9 +719,14 @@ class StudyFile(Table):
     def _looked_at(self, folder: Path) -> LookedAt:
         """Return the motions of an analysis in turn; a generator makes the first ones now, the others during runs."""
         motions, asked = self.motions, self.until or UntilTable()
-        plain = not self._stand and self.support is None and not motions.match_gmm and motions.component is None
+        plain = (
+            not self._stand
+            and self.support is None
+            and not motions.given("match_gmm")
+            and motions.given("component") is None
+        )
         generator = motions.made_by(folder) if plain else None
-        number = motions.number or 1
+        number = motions.given("number") or 1
         if generator is not None:
             motions = motions.model_copy(update={"number": min(number, LOOKED_AT)})
         shaken = self._shaking(motions, folder)
@@ -728,7 +734,7 @@ class StudyFile(Table):
             return LookedAt(shaken, None, sum(array.sizes["motion"] for array in shaken.motions), asked.seed)
         if asked.seed:
             raise ValueError("until.seed is of motions that are read: give motions.seed, which levels follow, too")
-        return LookedAt(shaken, generator, number, motions.seed or 0)
+        return LookedAt(shaken, generator, number, motions.given("seed") or 0)
 
     def _sequential(self, ida: IdaTable, looked: LookedAt, both: bool) -> Sequential:
         """Return the design of adaptive levels, without the hazard that a rate needs."""

@@ -21,7 +21,7 @@ from ...motions.simulated.ground_motion_models import MODELS
 from ...motions.simulated.scenario import FAULTINGS
 from ..plan.reading import doubts_of_making
 from ..plan.size import refuse_samples
-from .motions import MotionsTable
+from .motions import Motions, MotionsTable
 from .table import KeyInfo, RelativePath, Table, one_of
 
 LEAVE_OUT, KEEP = "leave-out", "keep"
@@ -118,7 +118,7 @@ class SelectTable(Table):
         ),
     ] = None
     also: Annotated[
-        list[MotionsTable] | None,
+        list[Motions] | None,
         KeyInfo("none"),
         Field(
             min_length=1,

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
@@ -208,13 +208,15 @@ class Table(BaseModel):
     """A table of a study file: keys that it does not know are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    alternative: ClassVar[tuple[Any, str] | None] = None
+    """Of a table that is one of several: what chooses it, and by which tag."""
 
 
 @dataclass(frozen=True)
 class PartialTable:
     """Annotation of a table whose keys are those of another, all optional, checked when the two are merged."""
 
-    table: type[Table]
+    table: Any
 
 
 # The unit that each ending of a key stands for, longest first.

@@ -228,7 +228,7 @@ class FragilityStudy(BlockStudy, Study):
         study.design.check(study.blocks)
         study = replace(study, targets=_targets(content, study))
         if study.risk is not None:
-            study.risk.check(study.design, content.motions.floors_file is not None)
+            study.risk.check(study.design, content.motions.given("floors_file") is not None)
         for name, design in study.further.items():
             try:
                 design.check(study.blocks)

@@ -25,8 +25,9 @@ from ..buildings.shaking import Shaking
 from ..buildings.variables import variable
 from ..facts.say import notes_said
 from ..file.analyses import LEVEL_UNITS, LevelsTable, PerformanceTable
+from ..file.buildings import BuildingTable
 from ..file.floor_index import read_floor_index
-from ..file.motions import SHAKES, BuildingTable, MotionsTable
+from ..file.motions import SHAKES, IndexedFloorMotions, MotionsTable
 from ..inventory.contents import Inventory
 from ..plan.reading import Reading
 from ..plan.size import refuse_samples
@@ -72,18 +73,18 @@ def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: 
 def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> None:
     """Raise a ValueError where floor histories would be scaled without saying that the building is elastic."""
     scales = f"{levels} scale" if levels else "performance.modelling_dispersion at a given level scales"
-    if (levels or about) and table.floors_file is not None and not table.elastic:
+    if (levels or about) and table.given("floors_file") is not None and not table.given("elastic"):
         raise ValueError(
             f"{scales} the histories of motions.floors_file, which holds for an elastic building alone: say "
             "motions.elastic = true, or give a motions.floors_index with histories of each level"
         )
-    if table.elastic and not levels and not (about and table.floors_file is not None):
+    if table.given("elastic") and not levels and not (about and table.given("floors_file") is not None):
         raise ValueError("motions.elastic is of histories that are scaled to performance.levels, which are not given")
 
 
 def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -> FloorHistories | None:
     """Read the floor histories with levels of their own, in the unit of their index; None where there is no index."""
-    if table.floors_index is None:
+    if not isinstance(table, IndexedFloorMotions):
         return None
     path = folder / table.floors_index
     axes = "" if table.component is None else SHAKES[table.axes or "both"]

@@ -172,7 +172,7 @@ class PerformanceStudy(Study):
         stands = {one.name: Stand(one.name, one.made()) for one in content.supports or []}
         if asked.kits and content.hazard is None and asked.modelling_dispersion > 0.0:
             raise ValueError("performance.kits with modelling_dispersion need a [hazard]: savings at a level hold none")
-        on_floors = content.motions.floors_file is not None or content.motions.floors_index is not None
+        on_floors = any(content.motions.given(key) is not None for key in ("floors_file", "floors_index"))
         if not on_floors:  # (errors in the inventory are raised before motions are made)
             known = ["0"] if building is None else [str(floor) for floor in building.floors]
             inventory = read_inventory(folder / asked.inventory, known, known_kits, sliding, stands)
@@ -766,7 +766,7 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
     _refuse_modelling(study.modelling, placed, shaking, study.hazard is not None)
     reading = of_levels.reading if of_levels else reading_of(motions, table.made_by(folder), study._elastic)
     reading = reading._replace(doubts=(*reading.doubts, *strikes(placed, shaking)))
-    return ShakenBy(motions, reading, placed, bool(table.elastic))
+    return ShakenBy(motions, reading, placed, bool(table.given("elastic")))
 
 
 def _of_levels(
@@ -779,7 +779,7 @@ def _of_levels(
         check_levels(what, asked, content.hazard is not None)
     if not what or isinstance(motions, FloorHistories):
         return None
-    if content.motions.floors_file is not None:
+    if content.motions.given("floors_file") is not None:
         raise ValueError(f"{what} needs ground motions, or floor histories of each level (motions.floors_index)")
     unit = "" if asked.levels is None else asked.levels.unit
     return level_floors(content.building, inventory, motions, content.motions.made_by(folder), im, levels, unit)

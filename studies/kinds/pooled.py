@@ -74,7 +74,7 @@ class PooledStudy(BlockStudy, Study):
         assert isinstance(design, Pooled)  # (the table makes it this kind of study)
         risk = None if content.hazard is None else content.hazard.risk(content.analysis.im, folder)
         if risk is not None:
-            risk.check(design, content.motions.floors_file is not None)
+            risk.check(design, content.motions.given("floors_file") is not None)
             design = replace(design, hazard=risk.hazard)
         study = cls(content.title, plain(content), (first,), models, design, risk, region=region)
         design.check(study.blocks)

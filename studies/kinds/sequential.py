@@ -94,7 +94,7 @@ class SequentialStudy(FragilityStudy):
         if len(design.floors) > 1:
             raise ValueError("adaptive levels need the motions of one floor, got several")
         if risk is not None:
-            risk.check(design, content.motions.floors_file is not None)
+            risk.check(design, content.motions.given("floors_file") is not None)
         study.check_sizes()
         return study
 

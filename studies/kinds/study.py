@@ -47,7 +47,7 @@ from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, s
 from ..facts.notes import INPUT_NOTES
 from ..facts.say import notes_said
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
-from ..file.motions import strength_notes
+from ..file.buildings import strength_notes
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import all_errors
 from ..plan.designs import Design, Incremental

@@ -149,7 +149,7 @@ class UncertaintyStudy(BlockStudy, Study):
             refuse_endless_runs(of_indices, (record for array in study.arrays for record in records(array)))
         design.check(study.blocks)
         if study.risk is not None:
-            study.risk.check(design, content.motions.floors_file is not None)
+            study.risk.check(design, content.motions.given("floors_file") is not None)
         return study
 
     @property

@@ -21,9 +21,9 @@ from ...motions.intensity.dataset import positive_measure
 from ...motions.matching.adjustment import REACHED
 from ..file.blocks import BlockTable
 from ..file.models import ModelTable
-from ..file.motions import PROCESSING, MotionsTable
+from ..file.motions import PROCESSING, Motions, motions_table
 from ..file.refusals import refusal
-from ..file.table import Table, checked, nearest, quantity
+from ..file.table import checked, nearest, quantity
 from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
@@ -132,7 +132,7 @@ def motion_of(
             keys |= {"generator": name, "number": 1, "seed": seed or 0}
         first = index if name in shaking.GENERATORS else 0
         at -= first
-        found = built(name, lambda: MotionsTable.model_validate(keys).build(Path(), first), keys)
+        found = built(name, lambda: motions_table(keys).build(Path(), first), keys)
     plain = records(found)
     if at >= len(plain):
         last = f"0 to {len(plain) - 1}" if len(plain) > 1 else "0 only"
@@ -157,7 +157,7 @@ def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
     if not keys:
         return read_motions([name]).motions
     content = {"records": name, **keys}
-    return built(name, lambda: MotionsTable.model_validate(content).build(Path()), content)
+    return built(name, lambda: motions_table(content).build(), content)
 
 
 def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> float:
@@ -174,7 +174,7 @@ def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> flo
     return scale
 
 
-def built(what: str, make: Callable[[], Built], content: Any = None, table: type[Table] = MotionsTable) -> Built:
+def built(what: str, make: Callable[[], Built], content: Any = None, table: Any = Motions) -> Built:
     """Return what `make` returns; its error becomes one sentence about `what`, or about keys of `content`."""
     try:
         return make()

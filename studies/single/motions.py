@@ -30,6 +30,7 @@ from ...motions.readers.directions import BY_ITSELF, horizontal_motions
 from ...motions.readers.patterns import expand
 from ...motions.simulated.ground_motion_models import over_models
 from ..file.floor_index import read_floor_index
+from ..file.motions import IndexedFloorMotions
 from ..file.schema import read_study_file
 from ..plan.reading import Reading
 from ..plots import axes
@@ -79,9 +80,9 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         path = Path(studies[0])
         with noted():  # (a study names the doubts in its files)
             content = read_study_file(path)
-        if content.performance is not None and content.motions.floors_index is not None:
-            table = content.motions
-            found = read_floor_index(path.parent / content.motions.floors_index, table.dt_s, table.unit).arrays
+        table = content.motions
+        if content.performance is not None and isinstance(table, IndexedFloorMotions):
+            found = read_floor_index(path.parent / table.floors_index, table.dt_s, table.unit).arrays
             doubts = [one for one in Reading.of(found).doubts if one.kind not in (content.accept or [])]
             return Shown(found, doubts, {})
         sets = content.shaking(path.parent)
@@ -93,7 +94,7 @@ def read_motions(inputs: Sequence[str]) -> Shown:
             return Shown(found, doubts, {}, (*reading.scenario, *reading.storeys))
         made = content.motions.made_by(path.parent)
         at = None if made is None else made.scenario
-        if at is None or content.motions.number == 1 or reading.storeys:
+        if at is None or content.motions.given("number") == 1 or reading.storeys:
             return Shown(found, doubts, {}, reading.storeys)
         on_floors = any("floor" in array.dims for array in found)
         ground = content.motions.build(path.parent) if on_floors else found

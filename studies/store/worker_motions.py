@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...fragility.runs.cluster import Cluster, Remake
 from ...motions.arrays import Record, records
-from ..file.motions import MotionsTable
+from ..file.motions import motions_table
 from ..file.schema import StudyFile
 from ..text.words import scales
 from .differences import makes_motions
@@ -47,7 +47,7 @@ def motions_again(configuration: str, both: bool = False) -> list[Record]:
     study = StudyFile.model_validate(content)
     sets = study.shaking(Path())
     for one in others:
-        sets += study.other(MotionsTable.model_validate(one["motions"])).shaking(Path())
+        sets += study.other(motions_table(one["motions"])).shaking(Path())
     sets = [one.both_ways if both else one for one in sets]
     arrays = [array for one in sets for array in (*one.motions, *one.ground)]
     return [record for array in arrays for record in records(array)]

@@ -600,7 +600,7 @@ class TestUses:
     @pytest.mark.parametrize(
         ("keys", "said"),
         [
-            ('generator = "kanai-tajimi"', "generator 'kanai-tajimi' has no key 'match_gmm'"),
+            ('generator = "kanai-tajimi"', "unknown key 'motions.match_gmm'"),
             ('generator = "seismological"\ndistance_m = 500000', "match_gmm: the ground-motion model does not cover"),
             ('generator = "seismological"\nsite = "flat"', "match_gmm needs motions of a scenario"),
         ],

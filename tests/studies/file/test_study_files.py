@@ -362,9 +362,9 @@ class TestStripes:
     @pytest.mark.parametrize(
         ("motions", "more", "message"),
         [
-            ("{ xi_g = -1.0 }", "", "stripes.at[2].motions: xi_g must be finite and > 0"),
+            ("{ xi_g = -1.0 }", "", "stripes.at[2].motions.xi_g: must be > 0"),
             ("{ dt_s = 8.0 }", "", "stripes.at[2].motions: duration must be at least 20 dt = 160 s"),
-            ("{ seed = 3 }", "xi_g = -1.0\n", "motions: xi_g must be finite and > 0"),
+            ("{ seed = 3 }", "xi_g = -1.0\n", "motions.xi_g: must be > 0"),
             (
                 "{ seed = 3 }",
                 "[building]\nkind = 'flexural-shear'\nperiod_s = 1\nfloors = [9]\n",

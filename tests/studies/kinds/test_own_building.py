@@ -435,8 +435,8 @@ class TestStudies:
             ({"asked": "at_level = 0.7"}, "performance.at_level must be one of the levels, got 0.7 g"),
             ({"index": PLAIN, "asked": 'im = "pga"'}, "performance.im needs performance.levels"),
             ({"motions": 'floors_index = "none.csv"'}, "none.csv: no such file"),
-            ({"motions": 'floors_index = "index.csv"\nbaseline_order = 1'}, "has no key 'baseline_order'"),
-            ({"motions": 'floors_index = "index.csv"\nnumber = 3'}, "has no key 'number'"),
+            ({"motions": 'floors_index = "index.csv"\nbaseline_order = 1'}, "unknown key 'motions.baseline_order'"),
+            ({"motions": 'floors_index = "index.csv"\nnumber = 3'}, "unknown key 'motions.number'"),
             (
                 {"more": '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\n'},
                 "a building needs ground motions, got motions.floors_index, which are of floors already",

@@ -178,7 +178,7 @@ class TestFloors:
             (NOISE, TOWER, 'im_at = "roof"', "ida.im_at: must be one of floor, ground, got 'roof'"),
             ('floors_file = "x.csv"', TOWER, "", "a building needs ground motions, got motions.floors_file"),
             ('floors_file = "x.csv"', "", "", "floors_file: no file matches 'x.csv'"),
-            ('floors_file = "x.csv"\ndt_s = 1', "", "", "motions from a floors_file has no key 'dt_s'"),
+            ('floors_file = "x.csv"\ndt_s = 1', "", "", "unknown key 'motions.dt_s'"),
             (NOISE, TOWER.replace("[0, 2, 4]", "[5]"), "", r"building: floors must be different numbers from 0"),
             (NOISE, TOWER.replace("period_s = 0.8\n", ""), "", "building: kind 'flexural-shear' needs period_s"),
             (NOISE, TOWER.replace("0.8", "-1"), "", "building: period must be"),

@@ -1,0 +1,156 @@
+"""Tables of study files that follow from the classes and functions that they describe, and choices among them.
+
+What is declared with a parameter (`core.parameters`) gives its key: the name with its unit, the type, the bounds, the
+sentence and the default. A choice, such as that of a generator, has one table for each of its words, so that a key of
+another word is refused where the file is read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from operator import or_
+from typing import Annotated, Any, ClassVar, Literal, get_args
+
+from pydantic import Discriminator, Field, Tag, create_model
+from pydantic.fields import FieldInfo
+
+from ...core.parameters import Declared, Parameter, declared
+from .table import UNIT_SUFFIXES, KeyInfo, Table, one_of
+
+WRITTEN = {"mm": 1e-3, "°": math.pi / 180.0, "N/mm": 1e3}
+"""SI value of each unit of study files that is not SI."""
+_SUFFIXES = {unit: suffix for suffix, unit in UNIT_SUFFIXES.items()}
+_CONSTRAINTS = {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
+
+
+def key_of(name: str, parameter: Parameter | None) -> str:
+    """Return the key of a parameter: its name with the unit of study files."""
+    unit = "" if parameter is None else parameter.written or parameter.unit
+    return f"{name}{_SUFFIXES.get(unit, '')}"
+
+
+class Derived(Table):
+    """A table whose keys are the parameters of what it makes."""
+
+    makes: ClassVar[Callable[..., Any]]
+    factors: ClassVar[dict[str, tuple[str, float]]]
+    """Parameter and SI value of one unit of each key."""
+
+    def options(self) -> dict[str, Any]:
+        """Return the parameters that are given, in SI; ValueError as of tables in the table."""
+        given = {name: (getattr(self, key), factor) for key, (name, factor) in self.factors.items()}
+        return {
+            name: value.build() if isinstance(value, Derived) else _times(value, factor)
+            for name, (value, factor) in given.items()
+            if value is not None
+        }
+
+    def build(self) -> Any:
+        """Make what the table describes; ValueError where values do not go together."""
+        return type(self).makes(**self.options())
+
+
+def _times(value: Any, factor: float) -> Any:
+    if factor == 1.0 or isinstance(value, bool | str):
+        return value
+    return [factor * number for number in value] if isinstance(value, list) else factor * value
+
+
+def derived(
+    make: Any,
+    base: type[Table] = Derived,
+    *,
+    word: tuple[str, str] | None = None,
+    types: Mapping[str, Any] | None = None,
+    defaults: Mapping[str, Any] | None = None,
+) -> Any:
+    """Return the table of a class or function, as a subclass of `base`.
+
+    word: the key and the word that choose it; types: annotations of parameters that no `Parameter` declares, or None
+    for those that are no keys; defaults: in place of those of the parameters, in words or SI.
+    """
+    own = dict(types or {})
+    fields: dict[str, Any] = {}
+    factors: dict[str, tuple[str, float]] = {}
+    for parameter, declaration in declared(make).items():
+        if own.get(parameter, declaration.parameter) is None:
+            continue
+        about = declaration._replace(default=(defaults or {}).get(parameter, declaration.default))
+        key = key_of(parameter, about.parameter)
+        if key not in base.model_fields:
+            fields[key] = _field(about, own.get(parameter))
+        unit = "" if about.parameter is None else about.parameter.written
+        factors[key] = parameter, WRITTEN.get(unit, 1.0)
+    if word is not None:
+        text = base.model_fields[word[0]].description
+        fields = {word[0]: (Annotated[Literal[word[1]], Field(description=text)], ...), **fields}
+    label = f"{make.__name__[0].upper()}{make.__name__[1:]}{base.__name__}"
+    made = create_model(label, __base__=base, __module__=__name__, **fields)
+    made.makes, made.factors = staticmethod(make), factors  # type: ignore[attr-defined]
+    made.__doc__ = base.__doc__
+    return made
+
+
+def _field(about: Declared, given: Any) -> tuple[Any, Any]:
+    """Return the annotation and the default of a key."""
+    parameter = about.parameter or Parameter()
+    factor = WRITTEN.get(parameter.written, 1.0)
+    told = any(isinstance(part, FieldInfo) and part.description for part in get_args(given)[1:])
+    more = [] if told else [Field(description=about.sentence)]
+    if given is None:
+        bounds: dict[str, Any] = {
+            _CONSTRAINTS[bound]: _plain(value / factor) for bound, value in parameter.bounds.items()
+        }
+        of_number = Field(**bounds)
+        given = {
+            "float": Annotated[float, of_number],
+            "int": Annotated[int, of_number],
+            "bool": bool,
+            "str": Annotated[str, one_of(parameter.words)] if parameter.words else str,
+        }.get(getattr(about.type, "__name__", ""))
+        if given is None:  # a number or several
+            given = reduce(or_, [Annotated[float, of_number], list[Annotated[float, of_number]]])
+    if about.needed:
+        return Annotated[given, *more, KeyInfo(unit=parameter.unit)], ...
+    default = about.default
+    if isinstance(default, float) and factor != 1.0:
+        default = _plain(default / factor)
+    if isinstance(default, tuple):
+        default = list(default)
+    plain = isinstance(default, float | int | str | list)
+    return Annotated[given | None, *more, KeyInfo(default if plain else None, unit=parameter.unit)], None
+
+
+def _plain(value: float) -> float:
+    """Return a number of a file's unit without what the conversion from SI adds behind its digits."""
+    return float(f"{value:.12g}")
+
+
+class By:
+    """What chooses one of several tables: the word of a key."""
+
+    def __init__(self, key: str, words: Sequence[str] = ()) -> None:
+        self.key, self.words, self.__name__ = key, words, key  # (pydantic wants the name of a function)
+
+    def __call__(self, value: Any) -> str:
+        """Return the tag of the table for a table's content, or for the table itself."""
+        word = value.get(self.key) if isinstance(value, dict) else getattr(value, self.key, None)
+        return f"{self.key}={word}"
+
+    def word_of(self, content: Mapping[str, Any]) -> tuple[str, Sequence[str]]:
+        """Return the key whose word chooses among tables such as this one, and all such words."""
+        return self.key, self.words
+
+
+def choice(key: str, tables: Mapping[str, type[Table]]) -> Any:
+    """Return the annotation of one of several tables, by the word of their key."""
+    return chosen_by(By(key, tuple(tables)), {f"{key}={word}": table for word, table in tables.items()})
+
+
+def chosen_by(by: By, tables: Mapping[str, type[Table]]) -> Any:
+    """Return the annotation of one of several tables, by their tags."""
+    for tag, table in tables.items():
+        table.alternative = by, tag
+    return Annotated[reduce(or_, [Annotated[table, Tag(tag)] for tag, table in tables.items()]), Discriminator(by)]
