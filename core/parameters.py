@@ -97,8 +97,8 @@ def _parts(hint: Any) -> tuple[Any, Parameter | None]:
     return _parts(parts[0]) if len(parts) == 1 and type(None) in typing.get_args(hint) else (hint, None)
 
 
-def check(values: Any) -> None:
-    """Raise a ValueError or TypeError for a declared field of a dataclass that is not as declared; None is not checked.
+def check(values: Any, but: Sequence[str] = ()) -> None:
+    """Raise a ValueError or TypeError for a field of a dataclass that is not as declared, but None and those of `but`.
 
     >>> @dataclass
     ... class Wave:
@@ -110,7 +110,7 @@ def check(values: Any) -> None:
     """
     for name, (kind, parameter, *_) in declared(values.__class__).items():
         value = getattr(values, name)
-        if value is not None and parameter is not None:
+        if value is not None and parameter is not None and name not in but:
             parameter.check(name, value, kind)
 
 
@@ -119,9 +119,11 @@ _ENTRY = re.compile(r"^(\w[\w, ]*?) : [^\n]*\n((?:    .*\n?|\n(?=    ))+)", re.M
 
 
 def sentences_of(make: Any) -> dict[str, str]:
-    """Return what docstrings say of the parameters of a class and its bases, or of a function."""
+    """Return what docstrings say of the parameters of a class and its bases, or of a function or a class method."""
     found: dict[str, str] = {}
-    for kind in reversed(make.__mro__) if isinstance(make, type) else (make,):
+    of = getattr(make, "__self__", None)
+    kinds = make.__mro__ if isinstance(make, type) else (make, *of.__mro__) if isinstance(of, type) else (make,)
+    for kind in reversed(kinds):
         section = _SECTION.search(inspect.cleandoc(kind.__doc__ or ""))
         for names, text in _ENTRY.findall(f"{section[1]}\n" if section else ""):
             found |= dict.fromkeys(re.split(r",\s*", names), " ".join(text.split()))

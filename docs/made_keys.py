@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import MISSING
 from typing import Any
 
 from made_schema import study_schema
 
 from toppling.core.doubts import KINDS
-from toppling.models import LAWS
-from toppling.studies.file import blocks, buildings, code, supports, uncertainty
-from toppling.studies.file.table import bare
+from toppling.studies.file import buildings, code, supports, uncertainty
 
 NAMED = " Where not given: "
 DOUBTS = {
@@ -159,17 +156,6 @@ def _number(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def of_classes(table: str, classes: Mapping[str, Any]) -> dict[str, tuple[set[str], set[str]]]:
-    """Return, by name, the keys of a table that an instance of each class takes, and those that it must be given."""
-    keys = study_schema()["$defs"][table]["properties"]
-    found = {}
-    for name, one in classes.items():
-        fields = {key: one.__dataclass_fields__[bare(key)] for key in keys if bare(key) in one.__dataclass_fields__}
-        plain = {key for key, field in fields.items() if field.default is field.default_factory is MISSING}
-        found[name] = set(fields) - {"law"}, {key for key in plain if "default" not in keys[key]}
-    return found
-
-
 def doubts_section() -> str:
     """The section of the kinds of doubts that a study can accept."""
     rows = "".join(f"| `{kind}` | {DOUBTS[kind]} |\n" for kind in KINDS)
@@ -179,13 +165,9 @@ def doubts_section() -> str:
 def choices_section() -> str:
     """The section of the page of all keys that says which keys belong to which choice."""
     tables: dict[str, Mapping[str, tuple[set[str], set[str]]]] = {
-        "`law` of `[[models]]`": of_classes("ModelTable", LAWS),
         "`kind` of `[building]`": buildings.BUILDINGS,
         "`kind` of `[building.isolation]`": buildings.ISOLATORS,
         "`kind` of `[support]`": supports.KINDS,
-        "`kind` of `[restraints.NAME]`": {
-            kind: (keys, set(blocks.RESTRAINT_NEEDS[kind])) for kind, keys in blocks.RESTRAINT_KEYS.items()
-        },
         "`standard` of `[performance.code]`": code.STANDARDS,
         "`distribution` of `[uncertainty.inputs.NAME]`": {
             name: ({*given, *more}, set(given)) for name, (_, given, more) in uncertainty.DISTRIBUTIONS.items()

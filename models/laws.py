@@ -11,9 +11,10 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from ..core import checks
+from ..core.parameters import Parameter, check
 from ..core.units import STANDARD_GRAVITY
 from .assembly import Zone, assemble
 from .block import Block
@@ -60,32 +61,48 @@ class Model(ABC):
         """Short name and options as people read them, different for different options."""
 
 
+Restitution = Annotated[float, Parameter(above=0.0, at_most=1.0)]
+Factor = Annotated[float, Parameter(above=0.0)]
+Delta = Annotated[float, Parameter(at_least=MIN_DELTA, below=1.0)]
+Damping = Annotated[float, Parameter(at_least=0.0, at_most=MAX_DAMPING)]
+Lever = Annotated[str, Parameter(words=LEVERS)]
+Rest = Annotated[str, Parameter(words=RESTS)]
+
+
 class Law(Model):
     """Damping law: the way in which a rocking block dissipates energy.
 
     The engine only calls `oscillator(block)`.  A new law that uses an existing rule of the engine is one dataclass.
+
+    Parameters
+    ----------
+    e : float, optional
+        Coefficient of restitution; the block's own e_R = 1 - (2/λ) sin²α times `restitution_factor` if not given.
+    restitution_factor : float
+        Factor on e_R where e is not given.
+    delta : float
+        Half width of the elastic zone over alpha; 0.05 is the paper's recommendation.
+    zeta : float
+        Damping ratio, 0.05 for 5 %.
+    coefficient : float
+        Coefficient of the law of Vassiliou et al.
+    lever : {"h", "R"}
+        Lever arm of the shaking: the mass centre's height, or R.
+    rest : {"elastic", "rigid", "soft"}
+        Kind of rest; `soft` is elastic on a support of measured softness.
+    geometry : {"exact", "linear", "bilinear"}
+        Housner's geometry.
     """
 
     def __post_init__(self) -> None:
         """Validate the options that laws share, once, when the law is made."""
+        check(self)
         values = self.options
-        if values.get("e") is not None:
-            checks.number("e", values["e"], above=0.0, at_most=1.0)
-        if "restitution_factor" in values:
-            checks.number("restitution_factor", values["restitution_factor"], above=0.0)
-            if values["restitution_factor"] != 1.0 and values.get("e") is not None:
-                raise ValueError(
-                    f"restitution_factor is a factor on e_R: give it or e, got e={values['e']:g} and "
-                    f"restitution_factor={values['restitution_factor']:g}"
-                )
-        if "delta" in values:
-            checks.number("delta", values["delta"], at_least=MIN_DELTA, below=1.0)
-        for name in ("zeta", "coefficient"):
-            if name in values:
-                checks.number(name, values[name], at_least=0.0, at_most=MAX_DAMPING)
-        for name, allowed in (("lever", LEVERS), ("rest", RESTS), ("geometry", GEOMETRIES)):
-            if name in values:
-                checks.choice(name, values[name], allowed)
+        if values.get("e") is not None and values.get("restitution_factor", 1.0) != 1.0:
+            raise ValueError(
+                f"restitution_factor is a factor on e_R: give it or e, got e={values['e']:g} and "
+                f"restitution_factor={values['restitution_factor']:g}"
+            )
         if values.get("rest") == "soft" and values["delta"] > MOST_DELTA:
             raise ValueError(f"delta must be at most {MOST_DELTA:g} with rest='soft', got {values['delta']:g}")
 
@@ -126,7 +143,7 @@ class Law(Model):
 class _ImpactLaw(Law):
     """Law with a coefficient of restitution; its fields are `e` and `restitution_factor`."""
 
-    e: float | None
+    e: Restitution | None
     restitution_factor: float
 
     def restitution(self, block: Block) -> float:
@@ -206,9 +223,9 @@ class DiscreteDamping(_HeldZoneLaw):
     Parameters
     ----------
     e : float, optional
-        Coefficient of restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` if not given.
+        Coefficient of restitution; the block's own e_R = 1 - (2/λ) sin²α times `restitution_factor` if not given.
     delta : float
-        Half width of the elastic zone over alpha, 0 < delta < 1; 0.05 is the paper's recommendation.
+        Half width of the elastic zone over alpha; 0.05 is the paper's recommendation.
     lever : {"h", "R"}
         Lever arm of the shaking: the mass centre's height (threshold g tan alpha) or R (the paper's lumped mass,
         threshold g sin alpha).
@@ -227,11 +244,11 @@ class DiscreteDamping(_HeldZoneLaw):
 
     law: ClassVar[str] = "discrete"
     rule: ClassVar[int] = engine.RULE_ENTRY_SPEED
-    e: float | None = None
-    delta: float = 0.05
-    lever: str = "h"
-    rest: str = "elastic"
-    restitution_factor: float = field(default=1.0, kw_only=True)
+    e: Restitution | None = None
+    delta: Delta = 0.05
+    lever: Lever = "h"
+    rest: Rest = "elastic"
+    restitution_factor: Factor = field(default=1.0, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -250,21 +267,21 @@ class EnergyConsistent(_HeldZoneLaw):
 
     law: ClassVar[str] = "energy-consistent"
     rule: ClassVar[int] = engine.RULE_ENERGY
-    e: float | None = None
-    delta: float = 0.05
-    lever: str = "h"
-    rest: str = "rigid"
-    restitution_factor: float = field(default=1.0, kw_only=True)
+    e: Restitution | None = None
+    delta: Delta = 0.05
+    lever: Lever = "h"
+    rest: Rest = "rigid"
+    restitution_factor: Factor = field(default=1.0, kw_only=True)
 
 
 @dataclass(frozen=True)
 class _RestitutionViscous(_ImpactLaw):
     """Initial-stiffness proportional damping f_d = 2 zeta(e) sqrt(I_O k0) theta' at every rotation (paper, Eq. 11)."""
 
-    e: float | None = None
-    delta: float = 0.05
-    lever: str = "h"
-    restitution_factor: float = field(default=1.0, kw_only=True)
+    e: Restitution | None = None
+    delta: Delta = 0.05
+    lever: Lever = "h"
+    restitution_factor: Factor = field(default=1.0, kw_only=True)
 
     @staticmethod
     @abstractmethod
@@ -328,9 +345,9 @@ class Vassiliou(Law):
     """
 
     law: ClassVar[str] = "vassiliou"
-    delta: float = 0.05
-    coefficient: float = 0.02
-    lever: str = "h"
+    delta: Delta = 0.05
+    coefficient: Damping = 0.02
+    lever: Lever = "h"
 
     def oscillator(self, block: Block) -> Oscillator:
         _refuse_bed(block, self, "its damping is that of rocking on a rigid floor")
@@ -358,9 +375,9 @@ class ViscousDamping(Law):
     """
 
     law: ClassVar[str] = "viscous"
-    zeta: float
-    delta: float = 0.05
-    lever: str = "h"
+    zeta: Damping
+    delta: Delta = 0.05
+    lever: Lever = "h"
 
     @classmethod
     def fema356(cls, e: float, delta: float = 0.05, lever: str = "h") -> ViscousDamping:
@@ -378,7 +395,7 @@ class HousnerImpact(_ImpactLaw):
     Parameters
     ----------
     e : float, optional
-        Coefficient of restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` if not given.
+        Coefficient of restitution; the block's own e_R times `restitution_factor` if not given.
     geometry : {"exact", "linear", "bilinear"}
         ``exact``: theta'' = -p² (sin(alpha sgn theta - theta) + (u''/g) cos(alpha sgn theta - theta)), threshold
         g tan alpha; ``linear``: theta'' = p² (theta - alpha sgn theta - u''/g), threshold g alpha; ``bilinear``: the
@@ -393,10 +410,10 @@ class HousnerImpact(_ImpactLaw):
     """
 
     law: ClassVar[str] = "housner"
-    e: float | None = None
-    geometry: str = "exact"
-    lever: str = "h"
-    restitution_factor: float = field(default=1.0, kw_only=True)
+    e: Restitution | None = None
+    geometry: Annotated[str, Parameter(words=GEOMETRIES)] = "exact"
+    lever: Lever = "h"
+    restitution_factor: Factor = field(default=1.0, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
-from ...core import checks
+from ...core.parameters import Parameter, check
 from ...core.wording import with_article
 
 KINDS = ("strap", "bracket", "cable", "pole", "tendon", "adhesive")
 TEST_STRENGTH = 267.0
 """Force that an anti-tip kit must hold in the test of ASTM F3096-23, N (60 lbf): a lower bound, and no median."""
+
+
+Strength = Annotated[float, Parameter("N", above=0.0)]
+Stiffness = Annotated[float, Parameter("N/m", above=0.0, written="N/mm")]
+Arm = Annotated[float, Parameter("m", above=0.0)]
+Slack = Annotated[float, Parameter("m", at_least=0.0, written="mm")]
+Preload = Annotated[float, Parameter("N", at_least=0.0)]
+Count = Annotated[int, Parameter(at_least=1, at_most=100)]
+SLOPE = Parameter("rad", above=-0.5 * math.pi, below=0.5 * math.pi, written="°")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,20 +32,23 @@ class Restraint:
     kind : str
         One of strap, bracket, cable, pole, tendon, adhesive.
     strength : float
-        Force at which one of them breaks, N, > 0; infinity: never.
+        Force at which one of them breaks, N: the least of device, wall fixing and furniture fixing; infinity: never.
+        The 267 N of ASTM F3096 are a lower bound, from a test.
     stiffness : float
-        Force over elongation of one of them, N/m, > 0; infinity for an adhesive.
-    front, back : float or None
-        Moment arm about the front and the rear lower corner, m: the elongation is the arm times the rotation towards
-        that side; None: it does not act on that side.  The class methods set them: an adhesive acts on both sides.
+        Force over elongation of one of them, N/m; infinity for an adhesive.  The defaults are judgement.
+    front : float or None
+        Moment arm about the front lower corner, m: the elongation is the arm times the rotation towards that side;
+        None: it does not act on that side.
+    back : float or None
+        Moment arm about the rear lower corner, m.
     slack : float
-        Elongation before it is taut, m, >= 0.
+        Elongation before it is taut, m.
     preload : float
-        Force of one of them at rest, N, >= 0, below the strength.
+        Force of one of them at rest, N, below the strength.
     count : int
-        How many of them act side by side, with equal slack, >= 1.
+        How many of them act side by side, with equal slack.
     height : float, optional
-        Where a cable is fixed to the block, m, at most the block's height: the arm of a sloping one is less.
+        Where a strap, bracket or cable is fixed to the block, m, at most the block's height.
 
     Notes
     -----
@@ -44,27 +56,18 @@ class Restraint:
     the strength, on both sides at once.  Blocks that have one need their `mass`.
     """
 
-    kind: str
-    strength: float
-    stiffness: float
-    front: float | None = None
-    back: float | None = None
-    slack: float = 0.0
-    preload: float = 0.0
-    count: int = 1
+    kind: Annotated[str, Parameter(words=KINDS)]
+    strength: Strength
+    stiffness: Stiffness
+    front: Arm | None = None
+    back: Arm | None = None
+    slack: Slack = 0.0
+    preload: Preload = 0.0
+    count: Count = 1
     height: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        checks.choice("kind", self.kind, KINDS)
-        for name in ("strength", "stiffness"):
-            if getattr(self, name) != math.inf:
-                checks.number(name, getattr(self, name), above=0.0, unit="N" if name == "strength" else "N/m")
-        for name in ("front", "back"):
-            if getattr(self, name) is not None:
-                checks.number(name, getattr(self, name), above=0.0, unit="m")
-        checks.number("slack", self.slack, at_least=0.0, unit="m")
-        checks.number("preload", self.preload, at_least=0.0, unit="N")
-        checks.count("count", self.count, at_least=1)
+        check(self, but=[name for name in ("strength", "stiffness") if getattr(self, name) == math.inf])
         if self.preload >= self.strength:
             raise ValueError(f"preload must be below the strength of {self.strength:g} N, got {self.preload:g}")
         if self.slack > 0.0 and self.preload > 0.0:
@@ -79,12 +82,12 @@ class Restraint:
     @classmethod
     def strap(
         cls,
-        height: float,
-        strength: float = TEST_STRENGTH,
-        stiffness: float = 20e3,
-        slack: float = 0.0,
-        preload: float = 0.0,
-        count: int = 1,
+        height: Arm,
+        strength: Strength = TEST_STRENGTH,
+        stiffness: Stiffness = 20e3,
+        slack: Slack = 0.0,
+        preload: Preload = 0.0,
+        count: Count = 1,
     ) -> Restraint:
         """Return a horizontal strap to the wall at a height (m), which acts on rotations to the front only.
 
@@ -94,7 +97,7 @@ class Restraint:
 
     @classmethod
     def bracket(
-        cls, height: float, strength: float, stiffness: float = 500e3, slack: float = 0.0, count: int = 1
+        cls, height: Arm, strength: Strength, stiffness: Stiffness = 500e3, slack: Slack = 0.0, count: Count = 1
     ) -> Restraint:
         """Return an angle bracket to the wall at a height (m), which acts on rotations to both sides.
 
@@ -105,21 +108,28 @@ class Restraint:
     @classmethod
     def cable(
         cls,
-        height: float,
-        strength: float,
-        stiffness: float = 100e3,
-        slack: float = 0.0,
-        preload: float = 0.0,
-        count: int = 1,
-        angle: float = 0.0,
-        width: float = 0.0,
+        height: Arm,
+        strength: Strength,
+        stiffness: Stiffness = 100e3,
+        slack: Slack = 0.0,
+        preload: Preload = 0.0,
+        count: Count = 1,
+        angle: Annotated[float, SLOPE] = 0.0,
+        width: Arm = 0.0,
     ) -> Restraint:
-        """Return a cable to the wall from the rear edge at a height (m), at an angle (rad, upwards from horizontal).
+        """Return a cable to the wall from the rear edge, which acts on rotations to the front only.
 
-        It acts on rotations to the front only.  Its arm about the front corner is height cos(angle) - width sin(angle),
-        with the block's width (m).
+        Its arm about the front corner is height cos(angle) - width sin(angle).
+
+        Parameters
+        ----------
+        angle : float
+            Slope of the cable, upwards from horizontal, rad.
+        width : float
+            The block's width, m; of use where the cable slopes.
         """
-        slope = checks.number("angle", angle, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
+        SLOPE.check("angle", angle)
+        slope = float(angle)
         arm = height * math.cos(slope) - width * math.sin(slope)
         if arm <= 0.0:
             raise ValueError(f"a cable at {height:g} m and an angle of {slope:g} rad pulls past the front corner")
@@ -127,27 +137,42 @@ class Restraint:
 
     @classmethod
     def pole(
-        cls, preload: float, strength: float, stiffness: float, front: float, back: float, count: int = 1
+        cls, preload: Preload, strength: Strength, stiffness: Stiffness, front: Arm, back: Arm, count: Count = 1
     ) -> Restraint:
-        """Return a pole between block and ceiling, at distances (m) from the front and the rear lower corner.
+        """Return a pole between block and ceiling, which acts on rotations to both sides.
 
-        It acts on rotations to both sides.
+        Parameters
+        ----------
+        front : float
+            Distance from the front lower edge, m.
+        back : float
+            Distance from the rear lower edge, m.
         """
         return cls("pole", strength, stiffness, front, back, 0.0, preload, count)
 
     @classmethod
-    def tendon(cls, stiffness: float, strength: float = math.inf, preload: float = 0.0, *, width: float) -> Restraint:
-        """Return a vertical tendon in the middle of a block of a width (m), anchored in the floor.
+    def tendon(
+        cls, stiffness: Stiffness, strength: Strength = math.inf, preload: Preload = 0.0, *, width: Arm
+    ) -> Restraint:
+        """Return a vertical tendon in the middle of a block, anchored in the floor; it acts on both sides.
 
-        It acts on rotations to both sides.
+        Parameters
+        ----------
+        width : float
+            The block's width, m.
         """
         return cls("tendon", strength, stiffness, 0.5 * width, 0.5 * width, 0.0, preload)
 
     @classmethod
-    def adhesive(cls, strength: float, front: float, back: float | None = None) -> Restraint:
-        """Return an adhesive (putty, pads) that holds rigidly until it peels, at distances (m) from both corners.
+    def adhesive(cls, strength: Strength, front: Arm, back: Arm | None = None) -> Restraint:
+        """Return an adhesive (putty, pads) that holds rigidly until it peels, on both sides.
 
-        It acts on rotations to both sides; `back` is `front` where it is not given.
+        Parameters
+        ----------
+        front : float
+            Distance from the front lower edge, m.
+        back : float, optional
+            Distance from the rear lower edge, m; `front` where it is not given.
         """
         return cls("adhesive", strength, math.inf, front, front if back is None else back)
 

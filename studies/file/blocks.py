@@ -7,19 +7,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, Self
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, Self
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, field_validator, model_validator
 
 from ...core.doubts import warn
 from ...core.facts import Fact
-from ...core.wording import listed_name, with_article
+from ...core.parameters import declared
+from ...core.wording import listed_name
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.edge import CENTRE, FALLS_WHEN
 from ...models.scenes.restraint import KINDS
 from .csv_table import CsvLine, CsvTable, TableKind
+from .derived import Derived, choice, default_of, derived
 from .refusals import refusal
 from .table import KeyInfo, Table, one_of, shown
 
@@ -46,73 +48,18 @@ NAMED = {
 """Columns by the names that a `Block` has for their values."""
 
 
-STIFFNESSES = {"strap": 20.0, "bracket": 500.0, "cable": 100.0}
-"""Stiffness (N/mm) where a table gives none: a judgement, no source was found."""
-AT_A_HEIGHT = ("strap", "bracket", "cable")
-RESTRAINT_KEYS = {
-    "strap": {"height_m", "strength_n", "stiffness_n_per_mm", "slack_mm", "preload_n", "count"},
-    "bracket": {"height_m", "strength_n", "stiffness_n_per_mm", "slack_mm", "count"},
-    "cable": {"height_m", "strength_n", "stiffness_n_per_mm", "slack_mm", "preload_n", "count", "angle_deg", "width_m"},
-    "pole": {"front_m", "back_m", "strength_n", "stiffness_n_per_mm", "preload_n", "count"},
-    "tendon": {"width_m", "strength_n", "stiffness_n_per_mm", "preload_n"},
-    "adhesive": {"front_m", "back_m", "strength_n"},
-}
-RESTRAINT_NEEDS = {
-    "strap": ("height_m",),
-    "bracket": ("height_m",),
-    "cable": ("height_m",),
-    "pole": ("front_m", "back_m", "stiffness_n_per_mm", "preload_n"),
-    "tendon": ("width_m", "stiffness_n_per_mm"),
-    "adhesive": ("front_m",),
-}
+MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
+"""What makes each kind of restraint."""
 
 
-class RestraintTable(Table):
+class RestraintTable(Derived):
     """A restraint: what it is, where it acts, and when it breaks."""
 
-    kind: Annotated[str, one_of(KINDS), Field(description="What it is; straps and cables act to the front only.")]
-    strength_n: Annotated[
-        float,
-        KeyInfo(above=0.0),
-        Field(
-            description="Force at which it breaks, N: the least of device, wall fixing and furniture fixing. The "
-            "267 N of ASTM F3096 are a lower bound, from a test."
-        ),
-    ]
-    height_m: Annotated[
-        float | None,
-        KeyInfo("needed by straps, brackets, cables", above=0.0),
-        Field(description="Height of a strap, bracket or cable, m."),
-    ] = None
-    stiffness_n_per_mm: Annotated[
-        float | None,
-        KeyInfo("strap 20, bracket 500, cable 100", above=0.0),
-        Field(description="Force over elongation; the defaults are judgement."),
-    ] = None
-    slack_mm: Annotated[float, Field(ge=0.0, description="Elongation before it is taut, mm.")] = 0.0
-    preload_n: Annotated[
-        float | None, KeyInfo(0.0, at_least=0.0), Field(ge=0.0, description="Force at rest, N (poles need it).")
-    ] = None
-    count: Annotated[int, Field(ge=1, le=100, description="How many act side by side.")] = 1
-    front_m: Annotated[
-        float | None,
-        KeyInfo("needed by poles, adhesives", above=0.0),
-        Field(description="Distance to the front lower edge, m."),
-    ] = None
-    back_m: Annotated[
-        float | None, KeyInfo("adhesives: `front_m`", above=0.0), Field(description="To the rear lower edge, m.")
-    ] = None
-    angle_deg: Annotated[
-        float | None, KeyInfo(0.0, above=-90.0, below=90.0), Field(description="Of a cable, upwards from horizontal.")
-    ] = None
-    width_m: Annotated[
-        float | None,
-        KeyInfo("needed by tendons, sloping cables", above=0.0),
-        Field(description="Its block's width, m."),
-    ] = None
+    kind: Annotated[str, Field(description="What it is; straps and cables act to the front only.")]
+    strength_n: Annotated[float, Field(gt=0.0, description=declared(Restraint)["strength"].sentence)]
     cost: Annotated[
         float | None,
-        KeyInfo("not known", unit="the inventory's currency", at_least=0.0, at_most=1e15),
+        KeyInfo("not known", unit="the inventory's currency"),
         Field(ge=0.0, le=1e15, description="Cost of fixing one piece of an inventory with it."),
     ] = None
     target: Annotated[
@@ -129,25 +76,16 @@ class RestraintTable(Table):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        given = {name for name in self.model_fields_set if getattr(self, name) is not None}
-        for name in sorted(given - {"kind", "cost", "target"} - RESTRAINT_KEYS[self.kind]):
-            raise ValueError(
-                f"{with_article(self.kind)} has no {name}, its keys are {', '.join(sorted(RESTRAINT_KEYS[self.kind]))}"
-            )
-        for name in RESTRAINT_NEEDS[self.kind]:
-            if name not in given:
-                raise ValueError(f"{with_article(self.kind)} needs {name}")
-        if self.angle_deg and self.width_m is None:
+        if self.given("angle_deg") and self.given("width_m") is None:
             raise ValueError("a cable with an angle needs width_m")
         return self
 
-    def build(self) -> Restraint:
-        """Make the restraint; ValueError where its values are out of range."""
-        given = self.model_dump(include=RESTRAINT_KEYS[self.kind], exclude_none=True)
-        si = {"stiffness_n_per_mm": 1e3, "slack_mm": 1e-3, "angle_deg": math.pi / 180.0}
-        options = {key.partition("_")[0]: si[key] * value if key in si else value for key, value in given.items()}
-        found: Restraint = getattr(Restraint, self.kind)(**options)
-        return found
+
+RESTRAINTS = {kind: derived(make, RestraintTable, word=("kind", kind)) for kind, make in MAKERS.items()}
+if TYPE_CHECKING:
+    Restraints = RestraintTable
+else:
+    Restraints = choice("kind", RESTRAINTS)
 
 
 def stiffness_notes(study: Mapping[str, Any]) -> list[Fact]:
@@ -156,10 +94,11 @@ def stiffness_notes(study: Mapping[str, Any]) -> list[Fact]:
     for block in study.get("blocks") or ():
         if isinstance(block.get("restraint"), dict):
             tables[f"the restraint of {block.get('name') or block.get('catalogue') or 'a block'}"] = block["restraint"]
+    usual = {kind: table.model_fields.get("stiffness_n_per_mm") for kind, table in RESTRAINTS.items()}
     assumed = {
-        listed_name(name): STIFFNESSES[one["kind"]]
-        for name, one in tables.items()
-        if one.get("stiffness_n_per_mm") is None and one["kind"] in STIFFNESSES
+        listed_name(name): default_of(field)
+        for name, table in tables.items()
+        if table.get("stiffness_n_per_mm") is None and (field := usual[table["kind"]]) is not None
     }
     stiffnesses = {"stiffnesses": [*assumed.values()]}
     return [Fact("restraint.stiffness_assumed", names=tuple(assumed), more=stiffnesses)] if assumed else []
@@ -258,7 +197,7 @@ class BlockTable(Table):
         ),
     ] = None
     restraint: Annotated[
-        str | RestraintTable | None,
+        str | Restraints | None,
         KeyInfo("none"),
         Field(description="Name of a table of `restraints`, or such a table."),
     ] = None
@@ -324,9 +263,9 @@ class BlockTable(Table):
         if not isinstance(value, dict):
             return value
         try:
-            return RestraintTable.model_validate(value)
+            return TypeAdapter(Restraints).validate_python(value)
         except ValidationError as error:
-            raise ValueError(refusal(error, value, RestraintTable, ())[0]) from None
+            raise ValueError(refusal(error, value, Restraints)[0]) from None
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -411,7 +350,8 @@ class BlockTable(Table):
         if self.restraint is None:
             return None
         if isinstance(self.restraint, RestraintTable):
-            return self.restraint.build()
+            made: Restraint = self.restraint.build()
+            return made
         if self.restraint not in restraints:
             known = ", ".join(map(repr, restraints)) or "none"
             raise ValueError(f"restraint must name one of restraints ({known}), got {shown(self.restraint)}")

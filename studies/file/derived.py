@@ -93,6 +93,11 @@ def derived(
     return made
 
 
+def default_of(field: FieldInfo) -> Any:
+    """Return the value of a key, in its unit, where it is not given."""
+    return next(info.default for info in field.metadata if isinstance(info, KeyInfo))
+
+
 def _field(about: Declared, given: Any) -> tuple[Any, Any]:
     """Return the annotation and the default of a key."""
     parameter = about.parameter or Parameter()

@@ -76,10 +76,6 @@ class MotionsTable(Derived):
     source: ClassVar[str]
     """The key that says what shakes."""
 
-    def given(self, key: str) -> Any:
-        """Return the value of a key; None where it is not given, or belongs to other motions."""
-        return getattr(self, key, None)
-
     @property
     def pair(self) -> bool:
         """Whether both components shake."""

@@ -53,11 +53,11 @@ from .analyses import (
     StripesTable,
     UntilTable,
 )
-from .blocks import BlockTable, RestraintTable
+from .blocks import BlockTable, Restraints, RestraintTable
 from .buildings import BuildingTable
 from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
 from .include import line_of, read_content
-from .models import ModelTable
+from .models import Models
 from .motions import PAIR, Motions, MotionsTable, motions_table
 from .refusals import refusal, refusals
 from .report import ReportTable
@@ -125,7 +125,7 @@ class StudyFile(Table):
         ),
     ] = None
     restraints: Annotated[
-        dict[Annotated[str, Field(min_length=1, max_length=100)], RestraintTable] | None,
+        dict[Annotated[str, Field(min_length=1, max_length=100)], Restraints] | None,
         KeyInfo("none"),
         Field(
             min_length=1,
@@ -134,7 +134,7 @@ class StudyFile(Table):
         ),
     ] = None
     models: Annotated[
-        list[ModelTable], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
+        list[Models], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
     ]
     motions: Annotated[Motions, Field(description="What shakes them.")]
     building: Annotated[

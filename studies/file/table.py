@@ -211,6 +211,10 @@ class Table(BaseModel):
     alternative: ClassVar[tuple[Any, str] | None] = None
     """Of a table that is one of several: what chooses it, and by which tag."""
 
+    def given(self, key: str) -> Any:
+        """Return the value of a key; None where it is not given, or belongs to another of several tables."""
+        return getattr(self, key, None)
+
 
 @dataclass(frozen=True)
 class PartialTable:

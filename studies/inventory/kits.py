@@ -7,14 +7,19 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from ...core import checks
+from ...core.parameters import declared
 from ...models import Block, Restraint
-from ..file.blocks import AT_A_HEIGHT, RestraintTable
+from ..file.blocks import MAKERS, RestraintTable
 from .contents import MAX_VALUE, Contents
 
 SAME_WIDTH = 1e-6
 """Relative difference of widths up to which a kit that is made for one width fits another."""
 POLE_WIDTH = 0.02
 """That between a piece's width and the distances of a pole from its two edges."""
+
+
+AT_A_HEIGHT = [kind for kind, make in MAKERS.items() if "height" in declared(make)]
+"""Kinds whose moment arm is the height of their anchor."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class Kit:
     @classmethod
     def of(cls, name: str, table: RestraintTable) -> Self:
         """Return the kit of a study file's table; ValueError where its values are out of range."""
-        return cls(name, table.build(), table.cost, table.height_m, table.width_m)
+        return cls(name, table.build(), table.cost, table.given("height_m"), table.given("width_m"))
 
     def misfit(self, block: Block, height: float | None = None) -> str:
         """Return why a block cannot have the kit, '' where it can; height: of anchors on the block, m, if not own."""

@@ -90,7 +90,7 @@ class SensitivityStudy(BlockStudy, Study):
         varied = {"delta": ("delta",), "e": ("e", "restitution_factor")}[study.sweep.parameter]
         for i, table in enumerate(content.models, start=1):
             for name in varied:
-                if getattr(table, name) is not None:
+                if table.given(name) is not None:
                     raise ValueError(f"models[{i}]: {name} is what sensitivity.values are of, it cannot be given")
         if not any(_has(model, study.sweep.parameter) for model in study.models):
             raise ValueError(f"models must hold one with {study.sweep.parameter}, which is varied, got none")

@@ -12,6 +12,7 @@ import xarray as xr
 from pydantic import ValidationError
 
 from ... import motions as shaking
+from ...core.parameters import Parameter, declared
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
 from ...core.wording import counted
 from ...models import Block, Law
@@ -19,8 +20,9 @@ from ...models.scenes.restraint import KINDS
 from ...motions.arrays import from_array, records
 from ...motions.intensity.dataset import positive_measure
 from ...motions.matching.adjustment import REACHED
-from ..file.blocks import BlockTable
-from ..file.models import ModelTable
+from ..file.blocks import MAKERS, BlockTable
+from ..file.derived import WRITTEN, key_of
+from ..file.models import Models, model_table
 from ..file.motions import PROCESSING, Motions, motions_table
 from ..file.refusals import refusal
 from ..file.table import checked, nearest, quantity
@@ -43,6 +45,16 @@ class _Word(NamedTuple):
     at_least: float | None = None
 
 
+CF = {"m": METRE, "N": NEWTON, "N/m": STIFFNESS, "rad": RADIAN, "kg": KILOGRAM, "s": SECOND}
+"""Units of parameters in the notation of labelled arrays."""
+
+
+def _unit_and_least(parameter: Parameter) -> tuple[float, float | None]:
+    """Return the SI value of the key's unit, and the least value: None for one above 0."""
+    least = None if parameter.above == 0.0 else -math.inf if parameter.at_least is None else parameter.at_least
+    return WRITTEN.get(parameter.written, 1.0), least
+
+
 OPTIONS = {
     "--mass": _Word("mass_kg", KILOGRAM),
     "--cm-offset": _Word("cm_offset_mm", METRE, 1e-3, -math.inf),
@@ -54,15 +66,10 @@ OPTIONS = {
 }
 """Options of lengths, angles and masses, with their keys of ``[[blocks]]``."""
 PARTS = {
-    "height": _Word("height_m", METRE),
-    "strength": _Word("strength_n", NEWTON),
-    "stiffness": _Word("stiffness_n_per_mm", STIFFNESS, 1e3),
-    "slack": _Word("slack_mm", METRE, 1e-3, 0.0),
-    "preload": _Word("preload_n", NEWTON, 1.0, 0.0),
-    "front": _Word("front_m", METRE),
-    "back": _Word("back_m", METRE),
-    "angle": _Word("angle_deg", RADIAN, math.pi / 180.0, -math.inf),
-    "width": _Word("width_m", METRE),
+    name: _Word(key_of(name, about.parameter), CF[about.parameter.unit], *_unit_and_least(about.parameter))
+    for make in MAKERS.values()
+    for name, about in declared(make).items()
+    if about.parameter is not None and about.parameter.unit
 }
 """Parts of ``--restraint``, with their keys of ``[restraints.NAME]``; ``count`` is a number without a unit."""
 
@@ -103,7 +110,7 @@ def law_of(law: str, options: Mapping[str, Any]) -> Law:
     """Return a damping law by its short name; StudyError where an option is not the law's own or out of range."""
     given = {name: value for name, value in options.items() if value is not None}
     content = {"law": law, **given}
-    return built(f"--law {law}", lambda: ModelTable.model_validate(content).build(), content, ModelTable)
+    return built(f"--law {law}", lambda: model_table(content).build(), content, Models)
 
 
 def motion_of(

@@ -7,7 +7,7 @@ import pytest
 
 import toppling as tp
 from toppling.motions.arrays import digest
-from toppling.studies.file.blocks import RESTRAINT_KEYS, RestraintTable, read_blocks
+from toppling.studies.file.blocks import RESTRAINTS, read_blocks
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.text.error import StudyError
 
@@ -56,8 +56,8 @@ class TestBlocks:
         ("wall_gap_mm = 0\nwall_restitution = 1.5\n", "wall_restitution"),
         ("cm_offset_mm = 150\n", "cm_offset must be"),
         ("lean_deg = 10\n", "lean must leave the block standing"),
-        ('restraint = { kind = "adhesive", strength_n = 9, front_m = 0.3, slack_mm = 2 }\n', "has no slack_mm"),
-        ('restraint = { kind = "strap", strength_n = 9 }\n', "a strap needs height_m"),
+        ('restraint = { kind = "adhesive", strength_n = 9, front_m = 0.3, slack_mm = 2 }\n', "unknown key 'slack_mm'"),
+        ('restraint = { kind = "strap", strength_n = 9 }\n', "key 'height_m' is missing"),
         ('restraint = { kind = "rope", strength_n = 9 }\n', "must be one of strap"),
     ])  # fmt: skip
     def test_refusals_are_one_sentence(self, tmp_path, more, message):
@@ -123,15 +123,14 @@ class TestPlaced:
 
 
 class TestRestraintTable:
-    @pytest.mark.parametrize("kind", RESTRAINT_KEYS)
+    @pytest.mark.parametrize("kind", RESTRAINTS)
     def test_every_kind(self, kind):
         values = {
             "height_m": 1.5, "strength_n": 300.0, "stiffness_n_per_mm": 30.0, "preload_n": 100.0, "count": 2,
             "front_m": 0.25, "back_m": 0.2, "width_m": 0.4, "angle_deg": 10.0,
         }  # fmt: skip
-        restraint = RestraintTable(
-            kind=kind, **{key: one for key, one in values.items() if key in RESTRAINT_KEYS[kind]}
-        ).build()
+        table = RESTRAINTS[kind]
+        restraint = table(kind=kind, **{key: one for key, one in values.items() if key in table.model_fields}).build()
         assert restraint.kind == kind
         assert restraint.strength == 300.0
         assert restraint.rigid == (kind == "adhesive")

@@ -58,14 +58,17 @@ class TestKeys:
     @pytest.mark.parametrize(
         ("law", "message"),
         [
-            ('law = "housner"\nsettlement_mm = 2\n', "belongs to the laws discrete and energy-consistent"),
-            ('law = "viscous"\nzeta = 0.1\nsettlement_mm = 2\n', "belongs to the laws discrete and energy-consistent"),
+            ('law = "housner"\nsettlement_mm = 2\n', "unknown key .models.1..settlement_mm."),
+            (
+                'law = "viscous"\nzeta = 0.1\nsettlement_mm = 2\n',
+                "unknown key .models.1..settlement_mm.",
+            ),
             ('law = "discrete"\nsettlement_mm = 2\ndelta = 0.1\n', "got delta as well"),
             ('law = "discrete"\nsettlement_mm = 2\nrest = "rigid"\n', "got rest as well"),
             ('law = "discrete"\nbody_frequency_hz = 2\n', "body_frequency_hz needs rocking_frequency_hz"),
             ('law = "discrete"\nsettlement_mm = 2\nrocking_frequency_hz = 3\n', "given by settlement_mm or by freq"),
             ('law = "discrete"\nsettlement_mm = 25\n', "'cabinet': settlement must be"),
-            ('law = "discrete"\nsettlement_mm = -1\n', "'cabinet': settlement must be"),
+            ('law = "discrete"\nsettlement_mm = -1\n', "settlement_mm: must be > 0"),
             ('law = "discrete"\nrocking_frequency_hz = 0.5\n', r"means delta = .* above 0.3: too soft"),
             ('law = "discrete"\ndelta = 0.4\nrest = "soft"\n', "delta must be at most 0.3 with rest='soft', got 0.4"),
         ],

@@ -1,6 +1,5 @@
 """The schema of study files: one source for what is read, what editors are told, and the reference of keys."""
 
-import dataclasses
 import inspect
 import json
 import tomllib
@@ -12,9 +11,10 @@ from study_schema import made_keys, made_schema
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.core.parameters import declared
 from toppling.models import LAWS
 from toppling.studies.command.cli import main
-from toppling.studies.file.motions import AXES
+from toppling.studies.file.derived import Derived
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.file.table import KeyInfo, bare
 
@@ -78,41 +78,33 @@ class TestSchema:
                 assert "Where not given" not in said["description"], f"{name}.{key}"
 
     def test_words_are_enums(self):
-        law = SCHEMA["$defs"]["ModelTable"]["properties"]["law"]
-        assert law["enum"] == list(LAWS)
+        laws = [one["$ref"].rpartition("/")[2] for one in SCHEMA["properties"]["models"]["items"]["oneOf"]]
+        assert [SCHEMA["$defs"][name]["properties"]["law"]["const"] for name in laws] == list(LAWS)
         motions = [one["$ref"].rpartition("/")[2] for one in SCHEMA["properties"]["motions"]["oneOf"]]
         words = [SCHEMA["$defs"][name]["properties"].get("generator", {}).get("const") for name in motions]
         assert [word for word in words if word] == list(mo.GENERATORS)
 
-    @pytest.mark.parametrize(
-        ("table", "classes"),
-        [
-            ("ModelTable", list(LAWS.values())),
-        ],
-    )
-    def test_defaults_are_those_of_what_is_built(self, table, classes):
-        """A default in the schema is the class's own, in every class that has the key."""
+    def test_defaults_are_those_of_what_is_built(self):
+        """A default in the schema is that of the class or function, in the unit of the key."""
         found = 0
         for name, key, _, said in keys():
-            if name != table or "default" not in said or key in {"seed", "match_gmm", "amplitude_m_s2"}:
+            table = TABLES[name]
+            if not issubclass(table, Derived) or key not in getattr(table, "factors", {}):
                 continue
-            functions = {"order": mo.bandpass, "azimuth": mo.both_axes, "correlation": mo.Generator.sample_pairs}
-            if key in functions:
-                assert said["default"] == inspect.signature(functions[key]).parameters[key].default
-                continue
-            if key == "axes":
-                assert AXES[said["default"]] is mo.both_axes
-                continue
-            own = [
-                one.default
-                for cls in classes
-                for one in dataclasses.fields(cls)
-                if one.name == bare(key) and one.default is not None
-            ]
-            assert own, key
-            assert set(own) == {said["default"]}, key
-            found += 1
-        assert found >= 3
+            parameter, factor = table.factors[key]
+            default = declared(table.makes)[parameter].default
+            if isinstance(default, int | float | str | tuple) and key not in table.__base__.model_fields:
+                own = list(default) if isinstance(default, tuple) else default
+                assert said["default"] == (own if factor == 1.0 else pytest.approx(own / factor, rel=1e-12)), key
+                found += 1
+        assert found >= 100
+
+    def test_defaults_of_functions(self):
+        functions = {"order": mo.bandpass, "azimuth": mo.both_axes, "correlation": mo.Generator.sample_pairs}
+        found = [(key, said["default"]) for _, key, _, said in keys() if key in functions and "default" in said]
+        assert {key for key, _ in found} == set(functions)
+        for key, default in found:
+            assert default == inspect.signature(functions[key]).parameters[key].default
 
     def test_bounds_that_are_only_said_hold(self, tmp_path):
         """Beyond each bound that the schema states, what is built of the key refuses the value too."""
@@ -148,7 +140,7 @@ class TestSchema:
         [
             ("$.blocks", {"blocks": {}}),
             ("$.blocks[0].width_m", {"blocks": [{"width_m": -1.0, "height_m": 1.0}]}),
-            ("$.models[0].law", {"models": [{"law": "discreet"}]}),
+            ("$.models[0]", {"models": [{"law": "discreet"}]}),
             ("$.ida.im", {"ida": {"im": "PGB", "levels": {"values": [1.0], "unit": "g"}}}),
             ("$.ida.levels", {"ida": {"levels": [1, 2]}}),
             ("$.motions", {"motions": {"generator": "site-based", "number": "many"}}),
@@ -159,10 +151,6 @@ class TestSchema:
     )
     def test_refuses_what_is_refused(self, where, content):
         assert any(one.startswith(f"{where}:") for one in broken({"include": ["x"], **content}))
-
-
-def law(name, key):
-    return lambda value: LAWS[name](**{key: value})
 
 
 def block(key):
@@ -195,11 +183,6 @@ def building(key):
 
 BUILT = {
     **{("BlockTable", key): block(key) for key in TABLES["BlockTable"].model_fields},
-    ("ModelTable", "e"): law("discrete", "e"),
-    ("ModelTable", "restitution_factor"): law("discrete", "restitution_factor"),
-    ("ModelTable", "delta"): law("discrete", "delta"),
-    ("ModelTable", "zeta"): law("viscous", "zeta"),
-    ("ModelTable", "coefficient"): law("vassiliou", "coefficient"),
     **{("BuildingTable", key): building(key) for key in TABLES["BuildingTable"].model_fields},
 }
 """How a value of a key is made something of, for bounds that the table itself does not check."""

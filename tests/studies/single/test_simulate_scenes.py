@@ -136,7 +136,7 @@ class TestCommand:
             (["--restraint", "strap,height=1m,height=2m"], "--restraint height: is given twice"),
             (["--restraint", "strap,height=1.75m"], "strength_n"),
             (["--restraint", "strap,height=1.75m,strength=60lbf"], "--restraint strength 60lbf: unit must be one of"),
-            (["--restraint", "adhesive,front=0.3m,strength=9N,slack=1mm"], "an adhesive has no slack_mm"),
+            (["--restraint", "adhesive,front=0.3m,strength=9N,slack=1mm"], "unknown key 'slack_mm'"),
             (["--restraint", KIT + ",count=two"], "--restraint count: must be a whole number, got 'two'"),
             (["--restraint", KIT, "--geometry", "linear"], "a block with a restraint needs its mass (kg)"),
             (["--restraint", KIT, "--mass", "100kg"], "a restraint needs linearised geometry"),
