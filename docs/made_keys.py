@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from made_schema import study_schema
 
 from toppling.core.doubts import KINDS
-from toppling.studies.file import buildings, code, supports, uncertainty
 
 NAMED = " Where not given: "
 DOUBTS = {
@@ -160,22 +159,3 @@ def doubts_section() -> str:
     """The section of the kinds of doubts that a study can accept."""
     rows = "".join(f"| `{kind}` | {DOUBTS[kind]} |\n" for kind in KINDS)
     return f"\n## Kinds of doubts\n\nWhat `accept` names.\n\n| kind | what is odd |\n|---|---|\n{rows}"
-
-
-def choices_section() -> str:
-    """The section of the page of all keys that says which keys belong to which choice."""
-    tables: dict[str, Mapping[str, tuple[set[str], set[str]]]] = {
-        "`kind` of `[building]`": buildings.BUILDINGS,
-        "`kind` of `[building.isolation]`": buildings.ISOLATORS,
-        "`kind` of `[support]`": supports.KINDS,
-        "`standard` of `[performance.code]`": code.STANDARDS,
-        "`distribution` of `[uncertainty.inputs.NAME]`": {
-            name: ({*given, *more}, set(given)) for name, (_, given, more) in uncertainty.DISTRIBUTIONS.items()
-        },
-    }
-    parts = ["\n## Keys of one choice\n\nKeys in bold must be given.\n\n| choice | name | its keys |\n|---|---|---|\n"]
-    for choice, names in tables.items():
-        for name, (own, needed) in names.items():
-            keys = ", ".join(f"**`{key}`**" if key in needed else f"`{key}`" for key in sorted(own))
-            parts.append(f"| {choice} | `{name}` | {keys} |\n")
-    return "".join(parts)

@@ -83,7 +83,7 @@ def study_file_page() -> str:
     )
     made = importlib.import_module("made_keys")
     keys = made.key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
-    return head + keys + made.choices_section() + made.doubts_section()
+    return head + keys + made.doubts_section()
 
 
 def modules_page() -> str:

@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Annotated, Any, overload
 
 import numpy as np
 import xarray as xr
@@ -17,6 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn
+from ...core.parameters import Parameter
 from ...core.units import ACCELERATION, VELOCITY, described, provenance
 from ..arrays import (
     BOTH_AXES,
@@ -35,13 +36,22 @@ from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import Isolation
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
-from .yielding import HARDENING, YieldingBuilding, chosen_floors, yielding_building
+from .yielding import HARDENING, MOST_DISPERSION, YieldingBuilding, chosen_floors, yielding_building
 
 NO_STRENGTH = "hardening, p_delta and strength_dispersion are of storeys that yield: give a yield_coefficient"
-MIN_PERIOD, MAX_PERIOD = 1e-3, 100.0
-MAX_ALPHA0 = 1e4
+PERIOD = Parameter("s", at_least=1e-3, at_most=100.0)
+ALPHA0 = Parameter(at_least=0.0, at_most=1e4)
 MAX_STOREYS = 500
 MOST_PARTS = 1000
+Damping = Annotated[float | Sequence[float], Parameter(at_least=0.0, below=1.0)]
+StoreyHeight = Annotated[float | Sequence[float], Parameter("m", above=0.0)]
+Modes = Annotated[int, Parameter(at_least=1)]
+Masses = Annotated[Any, Parameter("kg", above=0.0)]
+Stiffnesses = Annotated[Any, Parameter("N/m", above=0.0)]
+YieldCoefficient = Annotated[float | Sequence[float], Parameter(above=0.0)]
+Hardening = Annotated[float, Parameter(at_least=0.0, below=1.0)]
+Dispersion = Annotated[float, Parameter(at_least=0.0, at_most=MOST_DISPERSION)]
+Seed = Annotated[int, Parameter(at_least=0)]
 MOST_SAMPLES = 500_000_000  # 4 GB
 
 
@@ -87,30 +97,30 @@ class Building:
     @classmethod
     def flexural_shear(
         cls,
-        period: float,
-        damping: float | Sequence[float] = 0.05,
-        alpha0: float = 5.0,
-        storeys: int = 5,
-        storey_height: float | Sequence[float] = 3.0,
-        modes: int = 6,
+        period: Annotated[float, PERIOD],
+        damping: Damping = 0.05,
+        alpha0: Annotated[float, ALPHA0] = 5.0,
+        storeys: Annotated[int, Parameter(at_least=1, at_most=MAX_STOREYS)] = 5,
+        storey_height: StoreyHeight = 3.0,
+        modes: Modes = 6,
     ) -> Building:
         """Return a uniform cantilever with flexural and shear deformation.
 
         Parameters
         ----------
         period : float
-            Fundamental period, s, 1e-3 to 100.
+            Fundamental period, s.
         damping : float or sequence of float
-            Damping ratio of all modes, or one a mode; 0 to below 1.
+            Damping ratio of all modes, or of each.
         alpha0 : float
-            Flexural-shear parameter, 0 (a bending beam) to 1e4 (a shear beam); roughly below 2 for walls, above 5 for
+            Flexural-shear parameter: a bending beam has 0, a shear beam 10 000; roughly below 2 for walls, above 5 for
             moment frames, and between 2 and 5 for both together.
         storeys : int
-            Number of storeys, 1 to 500; its floors are 0 (ground) to storeys (roof).
+            Number of storeys; its floors are 0 (ground) to storeys (roof).
         storey_height : float or sequence of float
-            Height of every storey, or of each, m.
+            Height of all storeys, or of each, m.
         modes : int
-            Number of modes, 1 to 100; the others move with the ground.
+            Number of modes; the others move with the ground.
 
         Notes
         -----
@@ -127,8 +137,9 @@ class Building:
         >>> [round(float(one), 3) for one in building.periods[:3]], round(float(building.shares[0, -1]), 3)
         ([1.0, 0.283, 0.132], 1.394)
         """
-        first = checks.number("period", period, at_least=MIN_PERIOD, at_most=MAX_PERIOD, unit="s")
-        shape = checks.number("alpha0", alpha0, at_least=0.0, at_most=MAX_ALPHA0)
+        PERIOD.check("period", period)
+        ALPHA0.check("alpha0", alpha0)
+        first, shape = float(period), float(alpha0)
         number = _up_to("storeys", storeys, MAX_STOREYS)
         count = _up_to("modes", modes, MOST_BEAM_MODES)
         heights = storey_heights(storey_height, number)
@@ -177,28 +188,30 @@ class Building:
     @classmethod
     def from_storeys(
         cls,
-        masses: Any,
-        stiffnesses: Any,
-        damping: float | Sequence[float] = 0.05,
-        storey_height: float | Sequence[float] = 3.0,
-        modes: int | None = None,
+        masses: Masses,
+        stiffnesses: Stiffnesses,
+        damping: Damping = 0.05,
+        storey_height: StoreyHeight = 3.0,
+        modes: Modes | None = None,
         *,
-        yield_coefficient: float | Sequence[float] | None = None,
-        hardening: float = HARDENING,
+        yield_coefficient: YieldCoefficient | None = None,
+        hardening: Hardening = HARDENING,
         p_delta: Any = None,
-        strength_dispersion: float = 0.0,
-        seed: int = 0,
+        strength_dispersion: Dispersion = 0.0,
+        seed: Seed = 0,
     ) -> Building | YieldingBuilding:
         """Return a shear building: storeys as masses on springs, from the lowest storey upwards.
 
         Parameters
         ----------
-        masses, stiffnesses : array_like, shape (storey,)
-            Mass of every floor, kg, and stiffness of the storey below it, N/m; > 0.
+        masses : array_like, shape (storey,)
+            Mass of each floor from the lowest up, kg.
+        stiffnesses : array_like, shape (storey,)
+            Stiffness of the storey below each floor, N/m.
         damping : float or sequence of float
-            Damping ratio of all modes, or one a mode; 0 to below 1.
+            Damping ratio of all modes, or of each.
         storey_height : float or sequence of float
-            Height of every storey, or of each, m.
+            Height of all storeys, or of each, m.
         modes : int, optional
             Number of modes; all if not given.  A building that yields has all of them.
         yield_coefficient : float or sequence of float, optional
@@ -206,14 +219,13 @@ class Building:
             lateral forces of codes, which grow with w h^k (k = 1 up to a period of 0.5 s, 2 from 2.5 s on; ASCE/SEI
             7-22, 12.8.3).  Or of each storey over the weight of the building.  The building is elastic if not given.
         hardening : float
-            Stiffness after yielding over the initial one, 0 to below 1 (judgement: 0.03).
+            Stiffness of storeys after yielding over that before (judgement: 0.03).
         p_delta : bool, float or sequence of float, optional
             Stability coefficient theta = P/(k h) of the storeys, or True for that of the weight above them; none if not
             given.  With theta above `hardening` a storey softens after yielding.
         strength_dispersion : float
-            Standard deviation of the logarithm of the building's real strength about the one given, 0 to 1 (judgement:
-            0.3; none by default): each motion meets a building of its own, whose strengths are multiplied by one
-            lognormal factor of median 1.
+            Dispersion of the building's real strength about the one given (judgement: 0.3 for real buildings): each
+            motion meets a building of its own, whose strengths are multiplied by one lognormal factor of median 1.
         seed : int
             Seed of the factors, which depend on it and on the names of the motions alone.
 
@@ -260,17 +272,17 @@ class Building:
     def isolated(
         cls,
         isolator: Isolator | Support,
-        base_mass: float,
-        masses: Any,
-        stiffnesses: Any,
-        damping: float = 0.05,
-        storey_height: float | Sequence[float] = 3.0,
+        base_mass: Annotated[float, Parameter("kg", above=0.0)],
+        masses: Masses,
+        stiffnesses: Stiffnesses,
+        damping: Annotated[float, Parameter(at_least=0.0, below=1.0)] = 0.05,
+        storey_height: StoreyHeight = 3.0,
         *,
-        yield_coefficient: float | Sequence[float] | None = None,
-        hardening: float = HARDENING,
+        yield_coefficient: YieldCoefficient | None = None,
+        hardening: Hardening = HARDENING,
         p_delta: Any = None,
-        strength_dispersion: float = 0.0,
-        seed: int = 0,
+        strength_dispersion: Dispersion = 0.0,
+        seed: Seed = 0,
     ) -> YieldingBuilding:
         """Return a shear building on isolators: a slab on an isolation storey, and the storeys above it.
 
@@ -280,7 +292,7 @@ class Building:
             `Isolator.linear(period, damping)` or `Isolator.bilinear(period, strength, yield_displacement)`, of the
             whole weight.
         base_mass : float
-            Mass of the slab above the isolators, kg, > 0.
+            Mass of the slab above the isolators, kg.
         masses, stiffnesses, storey_height
             As of `from_storeys`; floor 0 is the slab.
         damping : float
@@ -578,9 +590,10 @@ def _chain(masses: Any, stiffnesses: Any) -> tuple[Array, Array, Array, Array]:
             raise ValueError(f"{name} must be > 0, got {values.min():g}")
     omega, shares = storey_modes(m, k)
     # limits within which the squares of the frequencies do not vanish in rounding
-    if not (omega[0] > 0.0 and 2.0 * math.pi / omega[0] <= MAX_PERIOD and 2.0 * math.pi / omega[-1] >= MIN_PERIOD):
+    shortest, longest = PERIOD.bounds["at_least"], PERIOD.bounds["at_most"]
+    if not (omega[0] > 0.0 and 2.0 * math.pi / omega[0] <= longest and 2.0 * math.pi / omega[-1] >= shortest):
         raise ValueError(
-            f"masses and stiffnesses must give periods between {MIN_PERIOD:g} and {MAX_PERIOD:g} s, got "
+            f"masses and stiffnesses must give periods between {shortest:g} and {longest:g} s, got "
             f"{2.0 * math.pi / omega[-1]:g} to {2.0 * math.pi / max(omega[0], 1e-300):g} s"
         )
     return m, k, omega, shares

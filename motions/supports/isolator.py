@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import overload
+from typing import Annotated, overload
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import noted, warn
+from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
 from ..kernels.pendulum import pendulum_response
@@ -19,12 +20,16 @@ from ..kernels.stops import stopped_response
 from ..kernels.yielding import storey_response
 from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only
-from .stops import RESTITUTION, Stops
-from .support import Support
+from .stops import RESTITUTION, Clearance, Frequency, Restitution, Stops
+from .support import Damping, MassRatio, Support
 
 FINE = 1e-3
 """Greatest time between samples of motions on a friction pendulum, whose acceleration jumps, s."""
-LEAST_PERIOD, MOST_PERIOD = 0.01, 100.0
+PERIOD, SHARE = Parameter("s", at_least=0.01, at_most=100.0), Parameter(above=0.0, below=1.0)
+# (below it a pendulum slides without yielding before)
+YIELD = Parameter("m", at_least=1e-6, written="mm")
+Period = Annotated[float, PERIOD]
+Share = Annotated[float, SHARE]
 LINEAR, BILINEAR, PENDULUM = "linear", "bilinear", "pendulum"
 
 
@@ -32,13 +37,22 @@ class IsolatorStrikes(UserWarning):
     """Warning of motions under which an isolated platform moves further than its clearance."""
 
 
-LEAST_YIELD = 1e-6
-"""Least displacement at which a bilinear isolator yields, m: below it a `pendulum` slides without yielding before."""
-
-
 @dataclass(frozen=True)
 class Isolator:
     """Isolator of a platform; made by `linear`, `bilinear` or `pendulum`.
+
+    Parameters
+    ----------
+    clearance : float
+        Displacement at which the platform strikes a stop, m; none if not given.
+    stop_frequency : float, optional
+        Natural frequency of platform and load on a stop, sqrt(k_s/m)/(2 pi), Hz: its stiffness, at least that of the
+        isolator.  Contacts last 2 ms at least.  Whether a strike makes a block uplift depends on it: try several.  If
+        not given strikes are not modelled, and motions that reach the clearance are warned of.
+    stop_restitution : float
+        Velocity of the platform after a strike over that before (judgement: 0.6).
+    mass_ratio : float
+        Mass of what stands on it over that and the platform's; above 0.1 refused.
 
     Attributes
     ----------
@@ -89,14 +103,14 @@ class Isolator:
     @classmethod
     def linear(
         cls,
-        period: float,
-        damping: float,
-        mass_ratio: float = 0.0,
+        period: Period,
+        damping: Damping,
+        mass_ratio: MassRatio = 0.0,
         one_way: bool = False,
         *,
-        clearance: float | None = None,
-        stop_frequency: float | None = None,
-        stop_restitution: float = RESTITUTION,
+        clearance: Clearance | None = None,
+        stop_frequency: Frequency | None = None,
+        stop_restitution: Restitution = RESTITUTION,
     ) -> Support | Isolator:
         """Return a linear isolator: without a clearance the elastic support of that period, s, and damping ratio.
 
@@ -105,11 +119,11 @@ class Isolator:
         period : float
             Period, s.
         damping : float
-            Damping ratio, 0 to below 1.
+            Damping ratio.
         mass_ratio, one_way
             As of `Support`.
         clearance, stop_frequency, stop_restitution
-            As of `bilinear`.  With stops it does not scale: whether it reaches them depends on the strength of the
+            As of the class.  With stops it does not scale: whether it reaches them depends on the strength of the
             motion.
 
         Examples
@@ -117,9 +131,9 @@ class Isolator:
         >>> Isolator.linear(2.5, 0.1)
         Support(frequency=0.4, damping=0.1, mass_ratio=0.0, one_way=False)
         """
-        known = checks.number("period", period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
+        PERIOD.check("period", period)
         with noted():  # (it is no bench)
-            plain = Support(1.0 / known, damping, mass_ratio, one_way)
+            plain = Support(1.0 / period, damping, mass_ratio, one_way)
         if clearance is None and stop_frequency is None and stop_restitution == RESTITUTION:
             warn(unusual({"period of an isolator": period, "damping of an isolator": damping}))
             return plain
@@ -129,14 +143,14 @@ class Isolator:
     @classmethod
     def bilinear(
         cls,
-        period: float,
-        strength: float,
-        yield_displacement: float = 0.01,
+        period: Period,
+        strength: Share,
+        yield_displacement: Annotated[float, YIELD] = 0.01,
         *,
-        clearance: float = math.inf,
-        stop_frequency: float | None = None,
-        stop_restitution: float = RESTITUTION,
-        mass_ratio: float = 0.0,
+        clearance: Clearance = math.inf,
+        stop_frequency: Frequency | None = None,
+        stop_restitution: Restitution = RESTITUTION,
+        mass_ratio: MassRatio = 0.0,
         one_way: bool = False,
     ) -> Isolator:
         """Return a bilinear isolator, such as lead rubber.
@@ -144,37 +158,29 @@ class Isolator:
         Parameters
         ----------
         period : float
-            2 pi sqrt(m/k2) of the stiffness k2 after yielding, s.
+            Period 2 pi sqrt(m/k2) of the stiffness k2 after yielding, s.
         strength : float
-            Force at zero displacement, Q, over the weight, > 0.
+            Force at zero displacement, Q, over the weight.
         yield_displacement : float
-            Displacement at which it yields, m, > 0 (judgement: 5 to 15 mm).
-        clearance : float
-            Displacement at which the platform strikes a stop, m, > 0; none if not given.
-        stop_frequency : float, optional
-            Stiffness of a stop as the natural frequency of platform and load on it, sqrt(k_s/m)/(2 pi), Hz: at least
-            that of the isolator, at most 250 undamped.  If not given strikes are not modelled, and motions that reach
-            the clearance are warned of.
-        stop_restitution : float
-            Velocity after a strike over that before, 0.15 to 1 (judgement: 0.6).
-        mass_ratio, one_way
-            As of `Support`; isolated buildings have 0.
+            Displacement at which it yields, m (judgement: 5 to 15 mm).
+        clearance, stop_frequency, stop_restitution, mass_ratio, one_way
+            As of the class; isolated buildings have no mass ratio.
         """
         # (each step of a slide that is as good as rigid-plastic takes as long as a thousand others)
-        checks.number("yield_displacement", yield_displacement, at_least=LEAST_YIELD, unit="m")
+        YIELD.check("yield_displacement", yield_displacement)
         stops = Stops(clearance, stop_frequency, stop_restitution)
         return cls(BILINEAR, period, strength, yield_displacement, 0.0, stops, mass_ratio, one_way)
 
     @classmethod
     def pendulum(
         cls,
-        radius: float,
-        friction: float,
+        radius: Annotated[float, Parameter("m", above=0.0)],
+        friction: Share,
         *,
-        clearance: float = math.inf,
-        stop_frequency: float | None = None,
-        stop_restitution: float = RESTITUTION,
-        mass_ratio: float = 0.0,
+        clearance: Clearance = math.inf,
+        stop_frequency: Frequency | None = None,
+        stop_restitution: Restitution = RESTITUTION,
+        mass_ratio: MassRatio = 0.0,
         one_way: bool = False,
     ) -> Isolator:
         """Return a friction pendulum.
@@ -182,11 +188,11 @@ class Isolator:
         Parameters
         ----------
         radius : float
-            Radius of the dish, m, > 0: the period is 2 pi sqrt(R/g).
+            Radius of the dish, m: the period is 2 pi sqrt(R/g).
         friction : float
-            Coefficient of friction, > 0, the same at all speeds.
+            Coefficient of friction, the same at all speeds.
         clearance, stop_frequency, stop_restitution, mass_ratio, one_way
-            As of `bilinear`.
+            As of the class.
 
         Notes
         -----
@@ -197,10 +203,9 @@ class Isolator:
         return cls(PENDULUM, period, friction, 0.0, 0.0, stops, mass_ratio, one_way)
 
     def __post_init__(self) -> None:
-        checks.number("period", self.period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
+        PERIOD.check("period", self.period)
         if self.kind != LINEAR:
-            name = "friction" if self.kind == PENDULUM else "strength"
-            checks.number(name, self.strength, above=0.0, below=1.0)
+            SHARE.check("friction" if self.kind == PENDULUM else "strength", self.strength)
         own, on_stop = 1.0 / self.period, self.stops.frequency
         if on_stop is not None and on_stop < own:
             raise ValueError(

@@ -5,20 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.doubts import Doubt
+from ...core.parameters import Parameter
 from ...core.wording import counted, short_digits
 
 RESTITUTION = 0.6
 """Share of its velocity with which a platform leaves a stop (judgement)."""
-LEAST_RESTITUTION = 0.15
-"""Least restitution of a stop that still swings: critical damping leaves exp(-2) = 0.135."""
-LEAST_FREQUENCY = 0.01
-"""Least frequency on a stop, Hz: that of the slowest isolator, than which no stop is softer."""
+DECLARED = {
+    # (that of the slowest isolator, than which no stop is softer)
+    "frequency": Parameter("Hz", at_least=0.01),
+    # (a stop that still swings: critical damping leaves exp(-2) = 0.135)
+    "restitution": Parameter(at_least=0.15, at_most=1.0),
+}
+Frequency = Annotated[float, DECLARED["frequency"]]
+Restitution = Annotated[float, DECLARED["restitution"]]
+Clearance = Annotated[float, Parameter("m", above=0.0, written="mm")]
 SAMPLES = 20
 """Least samples of the motion on top while the platform is in contact with a stop."""
 HALVINGS = 52
@@ -39,18 +45,19 @@ class Stops:
     """
 
     clearance: float = math.inf
-    frequency: float | None = None
-    restitution: float = RESTITUTION
+    frequency: Frequency | None = None
+    restitution: Restitution = RESTITUTION
 
     def __post_init__(self) -> None:
         if not self.clearance > 0.0:
             raise ValueError(f"clearance must be > 0 (in m), got {self.clearance!r}")
-        checks.number("stop_restitution", self.restitution, at_least=LEAST_RESTITUTION, at_most=1.0)
+        for name in ("frequency", "restitution"):
+            if getattr(self, name) is not None:
+                DECLARED[name].check(f"stop_{name}", getattr(self, name))
         if self.frequency is None:
             if self.restitution != RESTITUTION:
                 raise ValueError("stop_restitution needs a stop_frequency: strikes are not modelled without one")
             return
-        checks.number("stop_frequency", self.frequency, at_least=LEAST_FREQUENCY, unit="Hz")
         if math.isinf(self.clearance):
             raise ValueError("stop_frequency needs a clearance, the displacement at which the platform strikes a stop")
         if self.contact < SAMPLES * FINEST:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn
+from ...core.parameters import Parameter, check
 from ..kernels.oscillators import oscillator_history
 from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only
 
-LEAST_FREQUENCY, MOST_FREQUENCY = 0.01, 1000.0
+Damping = Annotated[float, Parameter(at_least=0.0, below=1.0)]
+MassRatio = Annotated[float, Parameter(at_least=0.0, below=1.0)]
 
 
 @dataclass(frozen=True)
@@ -25,14 +27,14 @@ class Support:
     Parameters
     ----------
     frequency : float
-        Natural frequency, Hz, 0.01 to 1000.
+        Natural frequency, Hz.
     damping : float
-        Damping ratio, 0 to below 1.
+        Damping ratio.
     mass_ratio : float
-        Mass of what stands on it over that and its own, 0 to below 1.  The block's reaction on the support is left out,
-        which holds where the block is light: above 0.1 (judgement) it is refused.
+        Mass of what stands on it over that and its own.  The block's reaction on the support is left out, which holds
+        where the block is light: above 0.1 (judgement) it is refused.
     one_way : bool
-        True to leave the reaction out all the same.
+        Whether the reaction of heavier blocks is left out all the same.
 
     Notes
     -----
@@ -48,14 +50,13 @@ class Support:
     {'motion': 2, 'time': 2624}
     """
 
-    frequency: float
-    damping: float = 0.05
-    mass_ratio: float = 0.0
-    one_way: bool = False
+    frequency: Annotated[float, Parameter("Hz", at_least=0.01, at_most=1000.0)]
+    damping: Damping = 0.05
+    mass_ratio: MassRatio = 0.0
+    one_way: Annotated[bool, Parameter()] = False
 
     def __post_init__(self) -> None:
-        checks.number("frequency", self.frequency, at_least=LEAST_FREQUENCY, at_most=MOST_FREQUENCY, unit="Hz")
-        checks.number("damping", self.damping, at_least=0.0, below=1.0)
+        check(self)
         one_way_only(self.mass_ratio, self.one_way)
         warn(unusual({"frequency of a bench": self.frequency, "damping of a bench": self.damping}))
 

@@ -34,7 +34,7 @@ from ...motions.polarity import BOTH, POLARITIES
 from ..plan.estimates import Fit
 from ..plan.piece_classes import NAMES, with_class
 from ..plan.slides import DISTANCES, Slides
-from .code import CodeTable
+from .code import Codes
 from .motions import Motions
 from .selecting import OwnTarget, SelectTable
 from .table import KeyInfo, PartialTable, RelativePath, Table, checked, nearest, one_of, shown
@@ -595,7 +595,7 @@ class PerformanceTable(Table):
         ),
     ] = 1.0
     code: Annotated[
-        CodeTable | None, KeyInfo("code requirements are not checked"), Field(description="A building code.")
+        Codes | None, KeyInfo("code requirements are not checked"), Field(description="A building code.")
     ] = None
     budget: Annotated[
         float | None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
@@ -10,13 +10,8 @@ from ...motions import Building
 from ..codes.asce7 import CATEGORIES, Asce7, Factors
 from ..codes.check import CLASSES, Code
 from ..codes.eurocode8 import Eurocode8
-from .table import KeyInfo, Table, one_of, refuse_foreign
-
-STANDARDS: dict[str, tuple[set[str], set[str]]] = {
-    "asce7-22": ({"sds_g", "design_category", "factors", "r_mu"}, {"sds_g", "design_category"}),
-    "ec8": ({"ag_g", "soil_factor", "component_period_s", "q_a"}, {"ag_g", "soil_factor", "component_period_s"}),
-}
-"""Codes, each with its own keys and the keys that must be given."""
+from .derived import choice
+from .table import KeyInfo, Table, one_of
 
 
 class FactorsTable(Table):
@@ -36,11 +31,21 @@ class FactorsTable(Table):
 class CodeTable(Table):
     """A building code: which pieces it requires to be anchored, for which force, and whether anchors are enough."""
 
-    standard: Annotated[
-        str, one_of(STANDARDS), Field(description="The code: ASCE/SEI 7-22, chapter 13, or EN 1998-1, 4.3.5.")
-    ]
-    sds_g: Annotated[float | None, Field(gt=0.0, le=4.0, description="S_DS, in g.")] = None
-    design_category: Annotated[str | None, one_of(CATEGORIES), Field(description="Seismic design category.")] = None
+    standard: Annotated[str, Field(description="The code: ASCE/SEI 7-22, chapter 13, or EN 1998-1, 4.3.5.")]
+    importance: Annotated[
+        float, Field(ge=1.0, le=1.5, description="I_p or γ_a of pieces that state none in `code_importance`.")
+    ] = 1.0
+
+    def build(self, building: Building | None) -> Code:
+        """Make the code for a building; ValueError where values do not belong to it."""
+        raise NotImplementedError
+
+
+class Asce7Table(CodeTable):
+    """ASCE/SEI 7-22, chapter 13, at a site."""
+
+    sds_g: Annotated[float, Field(gt=0.0, le=4.0, description="S_DS, in g.")]
+    design_category: Annotated[str, one_of(CATEGORIES), Field(description="Seismic design category.")]
     factors: Annotated[
         dict[str, FactorsTable] | None,
         KeyInfo("none: no forces"),
@@ -49,36 +54,37 @@ class CodeTable(Table):
             "13.5-1 and 13.6-1, which are not reproduced."
         ),
     ] = None
-    r_mu: Annotated[float | None, KeyInfo(1.3), Field(ge=1.3, le=10.0, description="R_μ of the building.")] = None
-    ag_g: Annotated[float | None, Field(gt=0.0, le=1.5, description="a_g = γ_I a_gR, in g.")] = None
-    soil_factor: Annotated[float | None, Field(ge=0.5, le=5.0, description="Soil factor S.")] = None
-    component_period_s: Annotated[
-        float | None,
-        Field(ge=0.0, le=5.0, description="Period T_a of the anchored pieces, s; 0: rigid and rigidly held."),
-    ] = None
-    q_a: Annotated[
-        float | None, KeyInfo("2 for storage, else 1"), Field(ge=1.0, le=2.0, description="Behaviour factor q_a.")
-    ] = None
-    importance: Annotated[
-        float, Field(ge=1.0, le=1.5, description="I_p or γ_a of pieces that state none in `code_importance`.")
-    ] = 1.0
+    r_mu: Annotated[float, Field(ge=1.3, le=10.0, description="R_μ of the building.")] = 1.3
 
     def build(self, building: Building | None) -> Code:
-        """Make the code for a building; ValueError where a key is missing or belongs to another code."""
-        own, needed = STANDARDS[self.standard]
-        refuse_foreign(self, own | {"standard", "importance"}, f"standard {self.standard!r}", needed)
-        period = None if building is None else float(building.periods[0])
-        if self.standard == "ec8":
-            assert self.ag_g is not None  # checked above
-            assert self.soil_factor is not None
-            assert self.component_period_s is not None
-            return Eurocode8(self.ag_g, self.soil_factor, self.component_period_s, period, self.importance, self.q_a)
         if self.importance not in (1.0, 1.5):
             raise ValueError(f"importance must be 1.0 or 1.5 by 'asce7-22' (13.1.3), got {self.importance:g}")
         for name in self.factors or {}:
             if name not in CLASSES[:3]:
                 raise ValueError(f"factors must be of {', '.join(CLASSES[:3])}, got {name!r}")
-        factors = {name: one.build() for name, one in (self.factors or {}).items()}
-        assert self.sds_g is not None
-        assert self.design_category is not None
-        return Asce7(self.sds_g, self.design_category, factors, self.importance, self.r_mu or 1.3, period)
+        factors = {name: table.build() for name, table in (self.factors or {}).items()}
+        period = None if building is None else float(building.periods[0])
+        return Asce7(self.sds_g, self.design_category, factors, self.importance, self.r_mu, period)
+
+
+class Eurocode8Table(CodeTable):
+    """EN 1998-1, 4.3.5, at a site."""
+
+    ag_g: Annotated[float, Field(gt=0.0, le=1.5, description="a_g = γ_I a_gR, in g.")]
+    soil_factor: Annotated[float, Field(ge=0.5, le=5.0, description="Soil factor S.")]
+    component_period_s: Annotated[
+        float, Field(ge=0.0, le=5.0, description="Period T_a of the anchored pieces, s; 0: rigid and rigidly held.")
+    ]
+    q_a: Annotated[
+        float | None, KeyInfo("2 for storage, else 1"), Field(ge=1.0, le=2.0, description="Behaviour factor q_a.")
+    ] = None
+
+    def build(self, building: Building | None) -> Code:
+        period = None if building is None else float(building.periods[0])
+        return Eurocode8(self.ag_g, self.soil_factor, self.component_period_s, period, self.importance, self.q_a)
+
+
+if TYPE_CHECKING:
+    Codes = CodeTable
+else:
+    Codes = choice("standard", {"asce7-22": Asce7Table, "ec8": Eurocode8Table})

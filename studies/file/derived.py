@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin
 
 from pydantic import Discriminator, Field, Tag, create_model
 from pydantic.fields import FieldInfo
@@ -84,13 +84,26 @@ def derived(
         unit = "" if about.parameter is None else about.parameter.written
         factors[key] = parameter, WRITTEN.get(unit, 1.0)
     if word is not None:
-        text = base.model_fields[word[0]].description
-        fields = {word[0]: (Annotated[Literal[word[1]], Field(description=text)], ...), **fields}
+        fields = {**_word_field(base, *word), **fields}
     label = f"{make.__name__[0].upper()}{make.__name__[1:]}{base.__name__}"
     made = create_model(label, __base__=base, __module__=__name__, **fields)
     made.makes, made.factors = staticmethod(make), factors  # type: ignore[attr-defined]
     made.__doc__ = base.__doc__
     return made
+
+
+def _worded(table: type[Table], key: str, word: str) -> type[Table]:
+    """Return a table that has the one word of the key that chooses it."""
+    field = table.model_fields[key]
+    if get_origin(field.annotation) is Literal:
+        return table
+    made = create_model(table.__name__, __base__=table, __module__=__name__, **_word_field(table, key, word))
+    made.__doc__ = table.__doc__
+    return made
+
+
+def _word_field(table: type[Table], key: str, word: str) -> dict[str, Any]:
+    return {key: (Annotated[Literal[word], Field(description=table.model_fields[key].description)], ...)}
 
 
 def default_of(field: FieldInfo) -> Any:
@@ -151,7 +164,7 @@ class By:
 
 def choice(key: str, tables: Mapping[str, type[Table]]) -> Any:
     """Return the annotation of one of several tables, by the word of their key."""
-    return chosen_by(By(key, tuple(tables)), {f"{key}={word}": table for word, table in tables.items()})
+    return chosen_by(By(key, tuple(tables)), {f"{key}={word}": _worded(one, key, word) for word, one in tables.items()})
 
 
 def chosen_by(by: By, tables: Mapping[str, type[Table]]) -> Any:

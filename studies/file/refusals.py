@@ -113,7 +113,7 @@ def _unknown(key: str, location: tuple[int | str, ...], table: Any, content: Any
     others = {one.alternative[1]: one for one in tables_of(inside) if one.alternative is not None}
     words = [tag for tag, one in others.items() if name in one.model_fields]
     if words:
-        return f"unknown key {shown(key, 120)}: {name} belongs to {_choices(words, others)}"
+        return f"unknown key {shown(key, 120)}: {name} belongs to {_choices(words, others, location)}"
     near = meant(name, known)
     homes = [_header(top, fields) for top in fields if top not in location and _holds(fields[top], name)]
     hint = f", allowed are {', '.join(known)}"
@@ -129,15 +129,15 @@ def _holds(field: FieldInfo, name: str) -> bool:
     return any(name in table.model_fields for table in tables_of(field.annotation))
 
 
-def _choices(tags: list[str], every: Iterable[str]) -> str:
+def _choices(tags: list[str], every: Iterable[str], location: tuple[int | str, ...]) -> str:
     """The words that choose tables, by their keys; a key alone with all of its words."""
     by_key: dict[str, list[str]] = {}
     for key, _, word in (tag.partition("=") for tag in tags):
-        by_key.setdefault(key, []).append(repr(word))
+        by_key.setdefault(key, []).append(f'"{word}"')
     all_words = Counter(tag.partition("=")[0] for tag in every)
-    return " or ".join(
-        key if len(words) == all_words[key] else f"{key} = {', '.join(words)}" for key, words in by_key.items()
-    )
+    table = "".join(f"{part}." for part in location[:-1] if isinstance(part, str))
+    texts = {key: "" if len(words) == all_words[key] else f" = {', '.join(words)}" for key, words in by_key.items()}
+    return " or ".join(f"{table}{key}{text}" for key, text in texts.items())
 
 
 def _header(name: str, fields: dict[str, FieldInfo]) -> str:

@@ -54,7 +54,8 @@ from .analyses import (
     UntilTable,
 )
 from .blocks import BlockTable, Restraints, RestraintTable
-from .buildings import BuildingTable
+from .buildings import Buildings, BuildingTable, StoreysTable
+from .code import Asce7Table
 from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
 from .include import line_of, read_content
 from .models import Models
@@ -62,7 +63,7 @@ from .motions import PAIR, Motions, MotionsTable, motions_table
 from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
-from .supports import NamedSupportTable, SupportTable
+from .supports import NamedSupports, Supports
 from .table import KeyInfo, RelativePath, Table, all_errors, bare, one_of
 from .uncertainty import SensitivityTable, UncertaintyTable
 
@@ -138,22 +139,22 @@ class StudyFile(Table):
     ]
     motions: Annotated[Motions, Field(description="What shakes them.")]
     building: Annotated[
-        BuildingTable | None,
+        Buildings | None,
         KeyInfo("none: they stand on the ground"),
         Field(description="What stands between the motions and them."),
     ] = None
     buildings: Annotated[
-        list[BuildingTable] | None,
+        list[Buildings] | None,
         KeyInfo("none"),
         Field(min_length=1, max_length=100, description="Several, side by side, each with a name."),
     ] = None
     support: Annotated[
-        SupportTable | None,
+        Supports | None,
         KeyInfo("none: they stand on the floor"),
         Field(description="A bench or an isolator between the floor and them."),
     ] = None
     supports: Annotated[
-        list[NamedSupportTable] | None,
+        list[NamedSupports] | None,
         KeyInfo("none"),
         Field(min_length=1, max_length=100, description="Benches and platforms that lines of an inventory name."),
     ] = None
@@ -233,7 +234,7 @@ class StudyFile(Table):
         """Take S_DS of a building's default strength from the code that the study checks."""
         code = None if self.performance is None else self.performance.code
         building = self.building
-        if building is None or building.system is None or code is None or code.sds_g is None:
+        if not isinstance(building, StoreysTable) or building.system is None or not isinstance(code, Asce7Table):
             return self
         if building.sds_g not in (None, code.sds_g):
             raise ValueError(

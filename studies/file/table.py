@@ -257,25 +257,3 @@ def suffix_of(key: str) -> str:
 def bare(key: str) -> str:
     """Return a key without its unit."""
     return key.removesuffix(suffix_of(key))
-
-
-def refuse_foreign(table: BaseModel, allowed: set[str], what: str, needed: Iterable[str] = ()) -> None:
-    """Raise a ValueError if a key does not belong to what the table describes, or a needed one is missing."""
-    for name in sorted(table.model_fields_set):
-        if getattr(table, name) is not None and name not in allowed:
-            raise ValueError(f"{what} has no key {name!r}, allowed are {', '.join(sorted(allowed))}")
-    if missing := sorted(name for name in needed if getattr(table, name) is None):
-        raise ValueError(f"{what} needs {' and '.join(missing)}")
-
-
-def construct(cls: Any, table: BaseModel, apart: set[str], what: str) -> Any:
-    """Make an instance of a dataclass from the table's keys without their units; `apart` are keys with another use."""
-    own = {key for key in type(table).model_fields if bare(key) in cls.__dataclass_fields__}
-    refuse_foreign(table, own | apart, what)
-    options = {bare(key): getattr(table, key) for key in own if getattr(table, key) is not None}
-    if isinstance(options.get("envelope"), Table):
-        options["envelope"] = options["envelope"].build()
-    try:
-        return cls(**options)
-    except TypeError as error:
-        raise ValueError(f"{what}: {error}") from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -13,19 +13,9 @@ from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInpu
 from ...fragility.uncertainty.distributions import Distribution
 from ...fragility.uncertainty.realisation import KNOWN
 from ...models.laws import MIN_DELTA
-from .table import KeyInfo, Table, bare, checked, one_of, refuse_foreign
+from .derived import choice
+from .table import KeyInfo, Table, bare, checked
 
-# Each distribution, the keys that must be given and the keys that may be; lower and upper truncate the first two.
-DISTRIBUTIONS: dict[str, tuple[type[Distribution], tuple[str, ...], tuple[str, ...]]] = {
-    "normal": (Normal, ("mean", "std"), ("lower", "upper")),
-    "lognormal": (Lognormal, ("median", "dispersion"), ("lower", "upper")),
-    "uniform": (Uniform, ("lower", "upper"), ()),
-    "beta": (Beta, ("a", "b"), ("lower", "upper")),
-    "least": (Least, ("medians", "dispersions"), ()),
-    "choice": (Categorical, ("values",), ("weights",)),
-}
-OF_THE_INPUT = ("mean", "std", "median", "lower", "upper", "medians")
-"""Keys of a distribution that are in the unit of the input."""
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
 FACTORS = {STIFFNESS: 1000.0}
 """SI value of the unit in which the names of inputs are, where it is not 1."""
@@ -39,64 +29,119 @@ Sobol = Annotated[
 ]
 
 
+OF_INPUT = KeyInfo(unit="of the input")
+Lower = Annotated[float | None, OF_INPUT, Field(description="Lower end of the support.")]
+Upper = Annotated[float | None, OF_INPUT, Field(description="Upper end of the support.")]
+
+
 class InputTable(Table):
     """One uncertain input: its distribution."""
 
-    distribution: Annotated[
-        str, one_of(DISTRIBUTIONS), Field(description="Its kind; the keys that follow belong to one each.")
-    ]
-    mean: Annotated[
-        float | None,
-        KeyInfo(unit="of the input"),
-        Field(description="Mean of the normal distribution, before truncation."),
-    ] = None
-    std: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Its standard deviation.")] = None
-    median: Annotated[
-        float | None, KeyInfo(unit="of the input"), Field(description="Median of the lognormal distribution.")
-    ] = None
-    dispersion: Annotated[float | None, Field(description="Its logarithmic standard deviation.")] = None
-    a: Annotated[float | None, Field(description="First shape of the beta distribution.")] = None
-    b: Annotated[float | None, Field(description="Second shape of the beta distribution.")] = None
-    lower: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Lower end of the support.")] = None
-    upper: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Upper end of the support.")] = None
-    medians: Annotated[
-        list[Annotated[float, Field(gt=0.0)]] | None,
-        KeyInfo(unit="of the input", above=0.0),
-        Field(min_length=1, max_length=20, description="Medians of lognormal parts, of which the input is the least."),
-    ] = None
-    dispersions: Annotated[
-        list[Annotated[float, Field(gt=0.0)]] | None,
-        KeyInfo(above=0.0),
-        Field(description="Their dispersions, one each."),
-    ] = None
-    values: Annotated[list[str] | None, Field(description="What is chosen from: laws.")] = None
-    weights: Annotated[list[float] | None, KeyInfo("equal", at_least=0.0), Field(description="Their weights.")] = None
+    distribution: Annotated[str, Field(description="Its kind.")]
+    makes: ClassVar[type[Distribution]]
 
     def build(self, factor: float = 1.0) -> Distribution:
-        """Make the distribution of the input in SI, `factor` times that of the file; ValueError for a wrong key."""
-        kind, needed, more = DISTRIBUTIONS[self.distribution]
-        refuse_foreign(self, {"distribution", *needed, *more}, f"distribution {self.distribution!r}", needed)
+        """Make the distribution of the input in SI, `factor` times that of the file; ValueError for a wrong value."""
+        return type(self).makes(**self._scaled(factor))
+
+    def _scaled(self, factor: float) -> dict[str, Any]:
+        """Return what is given of the distribution, in SI."""
         given = self.model_dump(exclude={"distribution"}, exclude_none=True)
-        if kind is Beta and factor != 1.0:
-            given = {"lower": 0.0, "upper": 1.0, **given}
-        given = {key: _times(one, factor) if key in OF_THE_INPUT else one for key, one in given.items()}
-        if self.medians is not None and self.dispersions is not None:
-            if len(self.medians) != len(self.dispersions):
-                raise ValueError(
-                    f"medians and dispersions must be equally many, got {len(self.medians)} and {len(self.dispersions)}"
-                )
-            return Least([Lognormal(*one) for one in zip(given["medians"], self.dispersions, strict=True)])
-        if self.values is not None:  # (the names that the class has for them)
-            weights = self.weights or [1.0] * len(self.values)
-            if len(weights) != len(self.values) or min(weights) < 0.0 or sum(weights) == 0.0:
-                raise ValueError(f"weights must be {len(self.values)} numbers >= 0, not all 0, got {weights}")
-            given = {"choices": tuple(self.values), "probabilities": tuple(one / sum(weights) for one in weights)}
-        return kind(**given)
+        in_unit = [key for key, field in type(self).model_fields.items() if OF_INPUT in field.metadata]
+        return {key: _times(value, factor) if key in in_unit else value for key, value in given.items()}
+
+
+class NormalTable(InputTable):
+    """A normal distribution, cut at its ends."""
+
+    makes = Normal
+    mean: Annotated[float, OF_INPUT, Field(description="Mean, before truncation.")]
+    std: Annotated[float, OF_INPUT, Field(description="Standard deviation, before truncation.")]
+    lower: Lower = None
+    upper: Upper = None
+
+
+class LognormalTable(InputTable):
+    """A lognormal distribution, cut at its ends."""
+
+    makes = Lognormal
+    median: Annotated[float, OF_INPUT, Field(description="Median, before truncation.")]
+    dispersion: Annotated[float, Field(description="Logarithmic standard deviation.")]
+    lower: Lower = None
+    upper: Upper = None
+
+
+class UniformTable(InputTable):
+    """A uniform distribution."""
+
+    makes = Uniform
+    lower: Annotated[float, OF_INPUT, Field(description="Lower end of the support.")]
+    upper: Annotated[float, OF_INPUT, Field(description="Upper end of the support.")]
+
+
+class BetaTable(InputTable):
+    """A beta distribution between its ends."""
+
+    makes = Beta
+    a: Annotated[float, Field(description="First shape.")]
+    b: Annotated[float, Field(description="Second shape.")]
+    lower: Annotated[float, OF_INPUT, Field(description="Lower end of the support.")] = 0.0
+    upper: Annotated[float, OF_INPUT, Field(description="Upper end of the support.")] = 1.0
+
+
+class LeastTable(InputTable):
+    """The least of several lognormal values."""
+
+    medians: Annotated[
+        list[Annotated[float, Field(gt=0.0)]],
+        OF_INPUT,
+        Field(min_length=1, max_length=20, description="Medians of lognormal parts, of which the input is the least."),
+    ]
+    dispersions: Annotated[
+        list[Annotated[float, Field(gt=0.0)]], Field(description="Dispersions of the parts, one each.")
+    ]
+
+    def build(self, factor: float = 1.0) -> Distribution:
+        if len(self.medians) != len(self.dispersions):
+            raise ValueError(
+                f"medians and dispersions must be equally many, got {len(self.medians)} and {len(self.dispersions)}"
+            )
+        medians = self._scaled(factor)["medians"]
+        return Least([Lognormal(*part) for part in zip(medians, self.dispersions, strict=True)])
+
+
+class ChoiceTable(InputTable):
+    """A choice among laws."""
+
+    values: Annotated[list[str], Field(description="What is chosen from: laws.")]
+    weights: Annotated[
+        list[Annotated[float, Field(ge=0.0)]] | None, KeyInfo("equal"), Field(description="Weights of the laws.")
+    ] = None
+
+    def build(self, factor: float = 1.0) -> Distribution:
+        weights = self.weights or [1.0] * len(self.values)
+        if len(weights) != len(self.values) or sum(weights) == 0.0:
+            raise ValueError(f"weights must be {len(self.values)} numbers >= 0, not all 0, got {weights}")
+        return Categorical(tuple(self.values), tuple(weight / sum(weights) for weight in weights))
 
 
 def _times(value: Any, factor: float) -> Any:
     """Return a number, or each number of a list, times a factor."""
-    return [one * factor for one in value] if isinstance(value, list) else value * factor
+    return [number * factor for number in value] if isinstance(value, list) else value * factor
+
+
+DISTRIBUTIONS = {
+    "normal": NormalTable,
+    "lognormal": LognormalTable,
+    "uniform": UniformTable,
+    "beta": BetaTable,
+    "least": LeastTable,
+    "choice": ChoiceTable,
+}
+if TYPE_CHECKING:
+    Inputs = InputTable
+else:
+    Inputs = choice("distribution", DISTRIBUTIONS)
 
 
 class CorrelationTable(Table):
@@ -115,7 +160,7 @@ class UncertaintyTable(Table):
     """What is uncertain, and which indices are wanted."""
 
     inputs: Annotated[
-        dict[str, InputTable],
+        dict[str, Inputs],
         Field(
             min_length=1,
             description=f"Uncertain inputs by name: {', '.join(INPUTS)}; those of a restraint are of each block's.",
@@ -182,7 +227,7 @@ class SensitivityTable(Table):
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
     inputs: Annotated[
-        dict[str, InputTable] | None,
+        dict[str, Inputs] | None,
         KeyInfo("none"),
         Field(min_length=1, description="Inputs of the tornado and of Sobol' indices, the parameter among them."),
     ] = None

@@ -221,7 +221,7 @@ def level_floors(
             labels = [str(label) for one in moved for label in one["motion"].values]
             ductility.append(np.concatenate([one["ductility"].values for one in moved]))
             collapsed.append(np.concatenate([one["collapsed"].values for one in moved]))
-            if table.isolation is not None:
+            if table.given("isolation") is not None:
                 isolator.append(np.concatenate([one["isolator_displacement"].values for one in moved]))
             if "strength_factor" in moved[0].coords:  # (the same at every level)
                 strength = np.concatenate([one["strength_factor"].values for one in moved])

@@ -286,7 +286,7 @@ class TestApi:
         monkeypatch.syspath_prepend(DOCS)
         page = self.pages.study_file_page()
         assert "`width_m`" in page
-        assert "`pendulum` | `clearance_mm`, **`friction`**," in page
+        assert "| m | must be given | number > 0 | `pendulum` |" in page
         assert "| `drift` | " in page
 
 

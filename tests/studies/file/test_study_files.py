@@ -370,8 +370,8 @@ class TestStripes:
                 "[building]\nkind = 'flexural-shear'\nperiod_s = 1\nfloors = [9]\n",
                 "building: floors must",
             ),
-            ("{ seed = 3 }", "[building]\nkind = 'flexural-shear'\nperiod_s = -1\n", "building: period must be"),
-            ("{ seed = 3 }", "[support]\nkind = 'bench'\nfrequency_hz = 0\n", "support: frequency must be"),
+            ("{ seed = 3 }", "[building]\nkind = 'flexural-shear'\nperiod_s = -1\n", "building.period_s: must be"),
+            ("{ seed = 3 }", "[support]\nkind = 'bench'\nfrequency_hz = 0\n", "support.frequency_hz: must be"),
         ],
     )
     def test_an_error_names_the_table_that_it_comes_from(self, tmp_path, motions, more, message):

@@ -199,7 +199,7 @@ def test_in_python_a_platform_that_yields_is_not_scaled():
         ([("a", 0, "bench")], (PERFORMANCE,), "must be empty: the study has no \\[\\[supports\\]\\]"),
         ([FLOOR], (table("bench", "bench"), PERFORMANCE), "supports need different names"),
         ([FLOOR, ("a", 0, "bench")], (table("bench", "soft"), PERFORMANCE), "supports 'soft' carries nothing: name it"),
-        ([FLOOR], (table("bench") + "radius_m = 1\n", PERFORMANCE), "supports 'bench': kind 'bench' has no key"),
+        ([FLOOR], (table("bench") + "radius_m = 1\n", PERFORMANCE), "unknown key .supports.1..radius_m."),
         ([FLOOR], (table("bench") + "mass_ratio = 0.3\n", PERFORMANCE), "supports 'bench': mass_ratio must be at most"),
         ([FLOOR], ('[[supports]]\nkind = "bench"\nfrequency_hz = 4\n', PERFORMANCE), "name"),
         (

@@ -218,8 +218,11 @@ def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
         ([(STATED, "sds_g = 1.0\n")], "sds_g needs system"),
         ([(STATED, STATED + "strength_dispersion = 2\n")], "strength_dispersion"),
         ([("[stripes]", ISOLATED.replace("bilinear", "pendulum") + "[stripes]")], "pendulum"),
-        ([("[stripes]", ISOLATED.replace("strength = 0.05\n", "") + "[stripes]")], "'bilinear' needs strength"),
-        ([("[stripes]", ISOLATED + "damping = 0.1\n[stripes]")], "has no key 'damping'"),
+        (
+            [("[stripes]", ISOLATED.replace("strength = 0.05\n", "") + "[stripes]")],
+            "building.isolation.strength",
+        ),
+        ([("[stripes]", ISOLATED + "damping = 0.1\n[stripes]")], "unknown key 'building.isolation.damping'"),
         ([("floors =", "modes = 1\nfloors ="), ("[stripes]", f"{ISOLATED}[stripes]")], "of an isolated building"),
         ([('im_at = "ground"\n', f"{''}"), ("[stripes]", f"{ISOLATED}[stripes]")], "an isolated building needs"),
         ([(STATED, 'system = "tent"\n')], "tent"),
@@ -228,7 +231,7 @@ def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
         ([("p_delta = true", "hardening = 1.0")], "hardening"),
         ([("p_delta = true", "damping = [0.05, 0.05]")], "damping of a building that yields must be one number"),
         ([("p_delta = true", "modes = 1")], "modes must be left out where storeys yield"),
-        ([('kind = "storeys"', 'kind = "flexural-shear"\nperiod_s = 0.5')], "flexural-shear"),
+        ([('kind = "storeys"', 'kind = "flexural-shear"\nperiod_s = 0.5')], "masses_kg belongs to building.kind"),
     ],
 )
 def test_what_does_not_go_together_has_one_sentence(tmp_path, changes, text):

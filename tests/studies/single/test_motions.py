@@ -180,9 +180,9 @@ class TestFloors:
             ('floors_file = "x.csv"', "", "", "floors_file: no file matches 'x.csv'"),
             ('floors_file = "x.csv"\ndt_s = 1', "", "", "unknown key 'motions.dt_s'"),
             (NOISE, TOWER.replace("[0, 2, 4]", "[5]"), "", r"building: floors must be different numbers from 0"),
-            (NOISE, TOWER.replace("period_s = 0.8\n", ""), "", "building: kind 'flexural-shear' needs period_s"),
-            (NOISE, TOWER.replace("0.8", "-1"), "", "building: period must be"),
-            (NOISE, FRAME + "\nalpha0 = 3", "", "building: kind 'storeys' has no key 'alpha0'"),
+            (NOISE, TOWER.replace("period_s = 0.8\n", ""), "", "key 'building.period_s' is missing"),
+            (NOISE, TOWER.replace("0.8", "-1"), "", "building.period_s: must be"),
+            (NOISE, FRAME + "\nalpha0 = 3", "", 'alpha0 belongs to building.kind = "flexural-shear"'),
             (NOISE, FRAME.replace("[1e5, 1e5]", "[1e5]"), "", "building: masses and stiffnesses must be one a storey"),
             (
                 NOISE,
