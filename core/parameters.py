@@ -11,12 +11,13 @@ import re
 import typing
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import checks
+from .aliases import Array, Flags
 
 
 @dataclass(frozen=True)
@@ -31,11 +32,26 @@ class Parameter:
     words: tuple[str, ...] = ()
     written: str = ""
 
-    @property
+    @cached_property
     def bounds(self) -> dict[str, float]:
         """The bounds that there are, by their names."""
         names = ("above", "at_least", "below", "at_most")
         return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
+    @property
+    def text(self) -> str:
+        """The bounds in words, as ``> 0 and <= 1 (in m)``."""
+        signs = {"above": ">", "at_least": ">=", "below": "<", "at_most": "<="}
+        bounds = " and ".join(f"{signs[name]} {value:g}" for name, value in self.bounds.items())
+        return f"{bounds} (in {self.unit})" if self.unit else bounds
+
+    def holds(self, values: Array) -> Flags:
+        """Return, for each of many values, whether it is finite and within the bounds."""
+        compare = {"above": np.greater, "at_least": np.greater_equal, "below": np.less, "at_most": np.less_equal}
+        flags: Flags = np.isfinite(values)
+        for name, bound in self.bounds.items():
+            flags &= compare[name](values, bound)
+        return flags
 
     def check(self, name: str, value: Any, kind: Any = float) -> None:
         """Raise a ValueError or TypeError unless a value, or each of a sequence, is one of the words or in bounds."""
@@ -48,7 +64,7 @@ class Parameter:
             return
         if kind is int:
             checks.count(name, value, at_least=int(self.bounds.get("at_least", 0)))
-        several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+        several = kind is not float and isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
         for number in value if several else (value,):
             checks.number(name, number, **self.bounds, unit=self.unit)
 
@@ -60,6 +76,8 @@ class Declared(NamedTuple):
     parameter: Parameter | None
     default: Any
     sentence: str
+    optional: bool = False
+    """Whether it may be None."""
 
     @property
     def needed(self) -> bool:
@@ -84,7 +102,10 @@ def declared(make: Any) -> dict[str, Declared]:
         defaults = {one.name: MISSING if one.default is one.empty else one.default for one in arguments}
     sentences = sentences_of(make)
     return {
-        name: Declared(*_parts(hints[name]), default, sentences.get(name, "")) for name, default in defaults.items()
+        name: Declared(
+            *_parts(hints[name]), default, sentences.get(name, ""), type(None) in typing.get_args(hints[name])
+        )
+        for name, default in defaults.items()
     }
 
 
@@ -98,7 +119,7 @@ def _parts(hint: Any) -> tuple[Any, Parameter | None]:
 
 
 def check(values: Any, but: Sequence[str] = ()) -> None:
-    """Raise a ValueError or TypeError for a field of a dataclass that is not as declared, but None and those of `but`.
+    """Raise a ValueError or TypeError for a field of a dataclass, without those of `but`, that is not as declared.
 
     >>> @dataclass
     ... class Wave:
@@ -108,10 +129,17 @@ def check(values: Any, but: Sequence[str] = ()) -> None:
     ...
     ValueError: length must be finite and > 0 (in m), got -1.0
     """
-    for name, (kind, parameter, *_) in declared(values.__class__).items():
+    for name, kind, parameter, optional in _checked(values.__class__):
         value = getattr(values, name)
-        if value is not None and parameter is not None and name not in but:
+        if (value is not None or not optional) and name not in but:
             parameter.check(name, value, kind)
+
+
+@cache
+def _checked(kind: Any) -> tuple[tuple[str, Any, Parameter, bool], ...]:
+    """Return the declared fields of a dataclass with their types, and whether they may be None."""
+    found = ((name, about.type, about.parameter, about.optional) for name, about in declared(kind).items())
+    return tuple((name, of, parameter, optional) for name, of, parameter, optional in found if parameter is not None)
 
 
 _SECTION = re.compile(r"Parameters\n-+\n(.*?)(?:\n\n\S|\Z)", re.S)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any
 
 from ..core import checks
+from ..core.parameters import Parameter, check
 from ..core.units import STANDARD_GRAVITY
 from .scenes.bed import Bed, balance_on_bed, check_bed, describe_bed
 from .scenes.edge import Edge, describe_edge
@@ -15,7 +16,10 @@ from .scenes.restraint import Restraint, describe_restraint
 from .scenes.wall import Wall, describe_wall
 
 UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
-MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
+MIN_SIZE, MIN_ANGLE = 1e-6, 1e-6
+SIZE = Parameter("m", above=0.0, at_most=1e6)
+FACTOR = Parameter(above=1.0, at_most=2.0)
+Size = Annotated[float, SIZE]
 
 WIDEST = 1.5
 """m: furniture and equipment are narrower; no piece of the catalogue is wider than 0.9 m."""
@@ -31,18 +35,18 @@ class Block:
     Parameters
     ----------
     width : float
-        Full outer size in the direction of shaking (2b), m.
+        Full outer size in the direction in which it tips (2b), m: of a bookcase its depth.
     height : float
         Full outer height (2h for a uniform block), m.
     cm_height : float, optional
         Height of the centre of mass above the floor, m; mid-height if not given.
     inertia_factor : float, optional
-        lambda = I_O/(m R²), 1 < lambda <= 2; 4/3 (a uniform rectangle) if not given.  It must be given if the centre
-        of mass is not at mid-height, because it then depends on how the mass is spread.
+        lambda = I_O/(m R²); 4/3 (a uniform rectangle) if not given.  It must be given if the centre of mass is not at
+        mid-height, because it then depends on how the mass is spread.
     name : str, optional
         Label in results.
     mass : float, optional
-        Mass, kg, > 0; only restraints use it, and need it.
+        Mass, kg; only restraints use it, and need it.
     cm_offset : float
         How far the centre of mass lies in front of the middle (behind it: negative), m, less than half the width.
     lean : float
@@ -57,7 +61,8 @@ class Block:
         Full outer size in the other horizontal direction, m, at least the width; needed only where both horizontal
         components shake (`across`).
     round : bool
-        Whether its base is round (a vase, a bottle): the depth is then the width.
+        Whether its base is round (a vase, a bottle): the depth is then the width, and its planar result possibly
+        unconservative.
     edge : Edge, optional
         The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks
         that stand free on a rigid surface.  Rocking does not depend on it.
@@ -84,31 +89,31 @@ class Block:
     (0.2187, 0.922, 2.8245)
     """
 
-    width: float
-    height: float
-    cm_height: float | None = None
-    inertia_factor: float | None = None
+    width: Size
+    height: Size
+    cm_height: Annotated[float, Parameter("m", above=0.0)] | None = None
+    inertia_factor: Annotated[float, FACTOR] | None = None
     name: str | None = None
-    mass: float | None = field(default=None, kw_only=True)
-    cm_offset: float = field(default=0.0, kw_only=True)
-    lean: float = field(default=0.0, kw_only=True)
+    mass: Annotated[float, Parameter("kg", above=0.0)] | None = field(default=None, kw_only=True)
+    cm_offset: Annotated[float, Parameter("m", written="mm")] = field(default=0.0, kw_only=True)
+    lean: Annotated[float, Parameter("rad", written="°")] = field(default=0.0, kw_only=True)
     wall: Wall | None = field(default=None, kw_only=True)
     restraint: Restraint | None = field(default=None, kw_only=True)
     bed: Bed | None = field(default=None, kw_only=True)
-    depth: float | None = field(default=None, kw_only=True)
-    round: bool = field(default=False, kw_only=True)
+    depth: Size | None = field(default=None, kw_only=True)
+    round: Annotated[bool, Parameter()] = field(default=False, kw_only=True)
     edge: Edge | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        width = checks.number("width", self.width, above=0.0, at_most=MAX_SIZE, unit="m")
-        height = checks.number("height", self.height, above=0.0, at_most=MAX_SIZE, unit="m")
+        check(self)
+        width, height = float(self.width), float(self.height)
         middle = 0.5 * height
         cm_height = middle
         if self.cm_height is not None:
             cm_height = checks.number("cm_height", self.cm_height, above=0.0, below=height, unit="m")
         factor = UNIFORM_INERTIA_FACTOR
         if self.inertia_factor is not None:
-            factor = checks.number("inertia_factor", self.inertia_factor, above=1.0, at_most=2.0)
+            factor = float(self.inertia_factor)
         elif not math.isclose(cm_height, middle, rel_tol=1e-9):
             raise ValueError(
                 f"inertia_factor must be given (1 < inertia_factor <= 2) where cm_height ({cm_height:g} m) is not "
@@ -133,10 +138,8 @@ class Block:
 
     def _check_plan(self) -> None:
         """Check the plan, and set the depth of a round block."""
-        if not isinstance(self.round, bool):
-            raise TypeError(f"round must be True or False, got {self.round!r:.40}")
         if self.depth is not None:
-            depth = checks.number("depth", self.depth, above=0.0, at_most=MAX_SIZE, unit="m")
+            depth = float(self.depth)
             object.__setattr__(self, "depth", depth)
             if depth < self.width:
                 raise ValueError(
@@ -152,10 +155,7 @@ class Block:
 
     def _check_surroundings(self) -> None:
         """Raise for a mass, an offset, a lean, a wall or a restraint that the block cannot have."""
-        if self.mass is not None:
-            checks.number("mass", self.mass, above=0.0, unit="kg")
         checks.number("cm_offset", self.cm_offset, above=-self.b, below=self.b, unit="m")
-        checks.number("lean", self.lean, unit="rad")
         (_, front), (_, back) = self.corners
         if min(front, back) < MIN_ANGLE:
             raise ValueError(

@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 from ..core import checks
 from ..core.elementary import Array, Flags, Index, arctan2
 from ..core.units import STANDARD_GRAVITY
-from .block import MAX_SIZE, MIN_ANGLE, UNIFORM_INERTIA_FACTOR, Block, describe_scene
+from .block import FACTOR, MIN_ANGLE, SIZE, UNIFORM_INERTIA_FACTOR, Block, describe_scene
+from .laws import DELTA, RESTITUTION
+
+OWN = {"e": RESTITUTION, "delta": DELTA}
+"""What blocks may have of their own, instead of the laws."""
 
 
 class BlockArray:
@@ -57,10 +61,8 @@ class BlockArray:
         self.height = _column("height", height, self.width.size)
         n = self.width.size
         given = None if names is None else np.asarray(names, dtype=np.str_)
-        self._check(self.width > 0.0, given, "width must be above 0 m", self.width)
-        self._check(self.height > 0.0, given, "height must be above 0 m", self.height)
         for name, values in (("width", self.width), ("height", self.height)):
-            self._check(values <= MAX_SIZE, given, f"{name} must be at most {MAX_SIZE:g} m", values)
+            self._check(SIZE.holds(values), given, f"{name} must be {SIZE.text}", values)
         middle = 0.5 * self.height
         centre = np.full(n, np.nan) if cm_height is None else _column("cm_height", cm_height, n, missing=True)
         self.cm_height = np.where(np.isnan(centre), middle, centre)
@@ -73,17 +75,14 @@ class BlockArray:
         text = "inertia_factor must be given where cm_height is not mid-height"
         self._check(plain | ~np.isnan(factor), given, text, self.cm_height)
         self.inertia = np.where(np.isnan(factor), UNIFORM_INERTIA_FACTOR, factor)
-        within = (self.inertia > 1.0) & (self.inertia <= 2.0)
-        self._check(within, given, "inertia_factor must be above 1 and at most 2", self.inertia)
+        self._check(FACTOR.holds(self.inertia), given, f"inertia_factor must be {FACTOR.text}", self.inertia)
         upright = (self.alpha >= MIN_ANGLE) & (self.alpha <= 0.5 * np.pi - MIN_ANGLE)
         self._check(upright, given, "the slenderness angle must be inside (0, pi/2)", self.alpha)
         self.own: dict[str, Array] = {
             name: _column(name, values, n) for name, values in (("e", e), ("delta", delta)) if values is not None
         }
         for name, values in self.own.items():
-            below = values <= 1.0 if name == "e" else values < 1.0
-            text = f"{name} must be above 0 and {'at most' if name == 'e' else 'below'} 1"
-            self._check((values > 0.0) & below, given, text, values)
+            self._check(OWN[name].holds(values), given, f"{name} must be {OWN[name].text}", values)
         self._names = given
         if given is not None:
             if given.shape != (n,):

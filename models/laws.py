@@ -61,9 +61,11 @@ class Model(ABC):
         """Short name and options as people read them, different for different options."""
 
 
-Restitution = Annotated[float, Parameter(above=0.0, at_most=1.0)]
+RESTITUTION = Parameter(above=0.0, at_most=1.0)
+DELTA = Parameter(at_least=MIN_DELTA, below=1.0)
+Restitution = Annotated[float, RESTITUTION]
 Factor = Annotated[float, Parameter(above=0.0)]
-Delta = Annotated[float, Parameter(at_least=MIN_DELTA, below=1.0)]
+Delta = Annotated[float, DELTA]
 Damping = Annotated[float, Parameter(at_least=0.0, at_most=MAX_DAMPING)]
 Lever = Annotated[str, Parameter(words=LEVERS)]
 Rest = Annotated[str, Parameter(words=RESTS)]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from ...core import checks
+from ...core.parameters import Parameter, check
 
 MOST_SETTLEMENT = 0.1
 """Largest settlement over the half width."""
@@ -23,8 +24,8 @@ class Bed:
     Parameters
     ----------
     settlement : float
-        How far the weight of the upright block presses the bed down, m, > 0; at most a tenth of the block's half width
-        and a tenth of (half width x alpha).
+        How far the weight of the upright block presses the soft bed (carpet, mat) under its whole width down, m: at
+        most a tenth of the block's half width and of half width x alpha.
 
     Notes
     -----
@@ -40,10 +41,10 @@ class Bed:
     'bed that settles 2 mm'
     """
 
-    settlement: float
+    settlement: Annotated[float, Parameter("m", above=0.0, written="mm")]
 
     def __post_init__(self) -> None:
-        checks.number("bed settlement", self.settlement, above=0.0, unit="m")
+        check(self)
 
     @property
     def label(self) -> str:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...core import checks
+from ...core.parameters import Parameter, check
 from ...core.units import described
 
 CENTRE, FOOT = "centre", "foot"
 FALLS_WHEN = (CENTRE, FOOT)
 """What must pass an edge for a block to fall off: the centre of mass, or the foot."""
+Distance = Annotated[float, Parameter("m", at_least=0.0, written="mm")]
 FALLEN_OFF = "fallen_off"
 """Name of the flag of blocks that slide over an edge."""
 OF_FALLEN_OFF = described("whether the block slid over an edge, False of blocks near none")
@@ -26,8 +27,10 @@ class Edge:
 
     Parameters
     ----------
-    front, back : float, optional
-        Clear distance from the foot to the edge in front and behind, m, >= 0; no edge on a side where not given.
+    front : float, optional
+        Clear distance from the foot to the edge of the shelf, bench or pedestal in front, m; none there if not given.
+    back : float, optional
+        Clear distance from the foot to the edge behind, m; none there if not given.
     falls_when : str
         ``centre`` (it falls when its centre of mass has passed the edge) or ``foot`` (when its foot has: feet or
         castors that leave the surface).
@@ -45,17 +48,14 @@ class Edge:
     'edge 100 mm in front'
     """
 
-    front: float | None = None
-    back: float | None = None
-    falls_when: str = CENTRE
+    front: Distance | None = None
+    back: Distance | None = None
+    falls_when: Annotated[str, Parameter(words=FALLS_WHEN)] = CENTRE
 
     def __post_init__(self) -> None:
-        checks.choice("falls_when", self.falls_when, FALLS_WHEN)
+        check(self)
         if self.front is None and self.back is None:
             raise ValueError("an edge needs its distance to the front or to the back")
-        for side, distance in (("front", self.front), ("back", self.back)):
-            if distance is not None:
-                checks.number(f"{side} distance to the edge", distance, at_least=0.0, unit="m")
 
     def slips(self, half_width: float) -> tuple[float, float]:
         """Return the slips to the front and back (m) beyond which a block falls off, infinite where there is no edge.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from ...core import checks
+from ...core.parameters import Parameter, check
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,13 +16,14 @@ class Wall:
     Parameters
     ----------
     gap : float
-        Clear distance between the block at rest and the wall behind it, m, >= 0; 0: the block touches the wall.
+        Clear distance between the block at rest and the wall behind it, m; 0: the block touches the wall.  The front is
+        the side away from the wall.
     height : float, optional
         Height at which they meet, m; the block's height (its upper edge) if not given, less for a rail.
     restitution : float, optional
-        Velocity after over velocity before an impact at the wall, 0 to 1; `rebound` of the block if not given.
+        Velocity after over velocity before an impact at the wall; `rebound` of the block if not given.
     front_gap : float, optional
-        The same distance to a second wall in front (a niche), m, > 0; no wall there if not given.
+        Clear distance to a second wall in front (a niche), m; no wall there if not given.
 
     Notes
     -----
@@ -37,19 +38,13 @@ class Wall:
     0.02
     """
 
-    gap: float = 0.0
-    height: float | None = None
-    restitution: float | None = None
-    front_gap: float | None = None
+    gap: Annotated[float, Parameter("m", at_least=0.0, written="mm")] = 0.0
+    height: Annotated[float, Parameter("m", above=0.0)] | None = None
+    restitution: Annotated[float, Parameter(at_least=0.0, at_most=1.0)] | None = None
+    front_gap: Annotated[float, Parameter("m", above=0.0, written="mm")] | None = None
 
     def __post_init__(self) -> None:
-        checks.number("gap", self.gap, at_least=0.0, unit="m")
-        if self.height is not None:
-            checks.number("height", self.height, above=0.0, unit="m")
-        if self.restitution is not None:
-            checks.number("restitution", self.restitution, at_least=0.0, at_most=1.0)
-        if self.front_gap is not None:
-            checks.number("front_gap", self.front_gap, above=0.0, unit="m")
+        check(self)
 
     def contact(self, gap: float, height: float, exact: bool) -> float:
         """Return the rotation (rad) at which a block of a height (m) meets a wall at a gap (m).

@@ -415,10 +415,10 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("make", "message"),
         [
-            (lambda: tp.Bed(0.0), "bed settlement must be finite and > 0"),
-            (lambda: tp.Bed(-1e-3), "bed settlement must be finite and > 0"),
-            (lambda: tp.Bed(math.nan), "bed settlement must be finite and > 0"),
-            (lambda: tp.Bed(math.inf), "bed settlement must be finite and > 0"),
+            (lambda: tp.Bed(0.0), "settlement must be finite and > 0"),
+            (lambda: tp.Bed(-1e-3), "settlement must be finite and > 0"),
+            (lambda: tp.Bed(math.nan), "settlement must be finite and > 0"),
+            (lambda: tp.Bed(math.inf), "settlement must be finite and > 0"),
             (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(0.021)), "bed settlement must be .*<= 0.02"),
             (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(0.005)), "too soft"),
             (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(1e-12)), "too firm"),

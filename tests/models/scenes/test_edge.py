@@ -47,9 +47,9 @@ def test_the_edge_of_the_width_is_not_that_of_the_depth():
     ("make", "error", "text"),
     [
         (tp.Edge, ValueError, "needs its distance to the front or to the back"),
-        (lambda: tp.Edge(-0.01), ValueError, "front distance to the edge must be finite and >= 0"),
-        (lambda: tp.Edge(back=math.nan), ValueError, "back distance to the edge must be finite"),
-        (lambda: tp.Edge("0.1"), TypeError, "front distance to the edge must be a number"),
+        (lambda: tp.Edge(-0.01), ValueError, "front must be finite and >= 0"),
+        (lambda: tp.Edge(back=math.nan), ValueError, "back must be finite"),
+        (lambda: tp.Edge("0.1"), TypeError, "front must be a number"),
         (lambda: tp.Edge(0.1, falls_when="top"), ValueError, "falls_when must be one of 'centre', 'foot', got 'top'"),
         (lambda: tp.Block(0.3, 0.5, edge=0.1), TypeError, "edge must be a toppling Edge, got"),
         (

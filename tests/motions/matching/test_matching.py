@@ -460,10 +460,10 @@ class TestStudyFile:
     @pytest.mark.parametrize(
         ("text", "message"),
         [
-            ('generator = "ac156"', "generator 'ac156' needs s_ds"),
-            ('generator = "spectrum-compatible"', "generator 'spectrum-compatible' needs target"),
+            ('generator = "ac156"', "key 'motions.s_ds' is missing"),
+            ('generator = "spectrum-compatible"', "key 'motions.target' is missing"),
             ('generator = "spectrum-compatible"\ntarget = "none.csv"', r"none\.csv: no such file"),
-            ('generator = "kanai-tajimi"\ns_ds = 1.0', "has no key 's_ds'"),
+            ('generator = "kanai-tajimi"\ns_ds = 1.0', "unknown key 'motions.s_ds'"),
         ],
     )
     def test_refuses(self, tmp_path, text, message):
