@@ -25,6 +25,10 @@ from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
 
 OFFSET = 0.01
 """Mean over PGA above which a record keeps an offset."""
+STANDING = 0.9, 1.1
+"""Mean in g of a sensor that stands upright, which measures gravity."""
+LONE, HELD = 3.0, 5
+"""Ratio of a peak to all other samples from which it is a spike; samples amid equal ones that make a clipped peak."""
 DRIFT = 0.1
 """Velocity at the end over PGV above which a record drifts."""
 WANDERING = 0.25
@@ -149,6 +153,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     """Return the doubts in floor histories with levels in SI of a measure, '' where they have none.
 
     The ground is held against the levels, each floor against the next one, and each direction against the other.
+    Without the ground, the lowest floor is held against levels of the PGA.
     """
     found, floors = [], histories.floors
     both = [floor for floor in floors if len(histories.directions(floor)) > 1]
@@ -157,15 +162,18 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     peaks: dict[str, list[float]] = {floor: [] for floor in floors}
     for (_, _, floor, _), history in histories.histories.items():
         peaks[floor].append(math.log(np.abs(history.acceleration).max()))
-    for lower, upper in pairwise(floor for floor in floors if floor.isdecimal()):
-        ratio = float(np.exp(np.mean(peaks[upper]) - np.mean(peaks[lower])))
-        if not 1.0 / UNLIKE < ratio < UNLIKE:
-            what = f"the PGA of floor {upper} is {two_digits(ratio)} times that of floor {lower}"
-            found.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
-    if not im or GROUND_FLOOR not in floors:
-        return found
-    measure = measure_named(im)
+    measure = measure_named(im) if im else None
     plain = measure.base if isinstance(measure, PairMeasure) else measure
+    means = {f"that of floor {floor}": np.mean(peaks[floor]) for floor in floors if floor.isdecimal()}
+    if plain is not None and plain.label == "pga" and GROUND_FLOOR not in floors:
+        means = {"the level": np.mean(np.log(histories.levels)), **means}
+    for (lower, below), (upper, above) in pairwise(means.items()):
+        ratio = float(np.exp(above - below))
+        if not 1.0 / UNLIKE < ratio < UNLIKE:
+            what = f"the PGA of {upper.removeprefix('that of ')} is {two_digits(ratio)} times {lower}"
+            found.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
+    if plain is None or GROUND_FLOOR not in floors:
+        return found
     along = [histories.on(GROUND_FLOOR, direction) for direction in histories.directions(GROUND_FLOOR)]
     values = np.array([[plain.of_record(record) for record in own] for own in along])
     # (direction, level, motion): the measure may be of either direction, or of both
@@ -222,6 +230,9 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     read = [component for record in looked_at for component in _components(record)]
     uncorrected: set[str] = set()
     offset: list[str] = []
+    upright: list[str] = []
+    lone: list[str] = []
+    held: list[str] = []
     drift: list[str] = []
     wandering: list[str] = []
     strong: list[tuple[float, str]] = []
@@ -245,8 +256,16 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
         if not record.recorded:
             continue
         pgv = peak_velocity(record.acceleration, record.dt)
+        size = np.abs(record.acceleration)
+        if size.size > 1 and pga > LONE * np.partition(size, -2)[-2]:
+            lone.append(f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g")
+        flat = np.diff(record.acceleration) == 0.0
+        if np.count_nonzero(flat[1:] & flat[:-1] & (size[1:-1] == pga)) >= HELD:
+            held.append(f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g")
         mean = abs(float(record.acceleration.mean())) / pga
-        if mean > OFFSET:
+        if STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]:
+            upright.append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
+        elif mean > OFFSET:
             keep(offset, record, f"its mean is {two_digit_percent(mean)} of its PGA")
         left = abs(float(velocity(record.acceleration, record.dt)[-1])) / pgv
         if left > DRIFT:
@@ -284,6 +303,11 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
         if named:
             have = f"a {what} has" if len(named) == 1 else f"{counted(len(named), what)} have"
             found.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
+    doubt(
+        "vertical", upright, "has the mean of gravity", "have the mean of gravity", "a vertical component? Leave it out"
+    )
+    doubt("PGA", lone, "has a peak of one sample", "have a peak of one sample", "a spike, or a lost decimal point?")
+    doubt("PGA", held, "stays at its peak", "stay at their peaks", "clipped, or rounded too much?")
     doubt("offset", offset, "keeps an offset", "keep an offset", cure(offset, level))
     doubt("drift", drift, "ends in motion", "end in motion", cure(drift, filtered))
     doubt("displacement", wandering, "wanders off", "wander off", cure(wandering, filtered))

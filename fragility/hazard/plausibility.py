@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ MOST_OFTEN_OF_LAW = 1.0
 """The same of formulas, which are fitted to rarer levels."""
 AMPLIFIED = 2.5
 """Spectral accelerations over PGA, at most: such levels are that much more frequent, and so are those of floors."""
+STEEPNESS = 0.8
+"""Power of the level, at least, with which rates fall between damaging and the highest levels (assumed)."""
 LEAST_CERTAIN, FLAT = 0.9, 0.8
 """Probability of weak shaking in 50 years, and the share of it at twice the level; rates fall more there."""
 RETURN_PERIOD = 475.0
@@ -63,6 +66,9 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     if hazard.fractile is not None:
         what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: all rates are of this fractile"
         found.append(Doubt(KIND, what, settled=True))
+    if realisation := re.search(r"OpenQuake (rlz-\d+)", hazard.source):
+        what = f"{name}: one branch of the logic tree ({realisation[1]}), not the mean: all rates are of this branch"
+        found.append(Doubt(KIND, what, settled=True))
     bounds = _BOUNDS.get(hazard.units)
     base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)
     if bounds is None or base in ("arias", "cav"):
@@ -99,6 +105,9 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
                 bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIOD),
             )
         )
+    elif often < (highest / damaging) ** STEEPNESS * float(hazard.rate_at(highest, above=NONE)):
+        what = f"rates hardly fall up to {written_level(hazard.measure, highest)}"
+        found.append(Doubt(KIND, f"{name}: {what}: is the exponent k its inverse, or are levels in another unit?"))
     if hazard.levels[-1] < bounds.weakest:
         found.append(
             Doubt(

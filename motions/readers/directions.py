@@ -36,7 +36,8 @@ _ABOVE = re.compile(
 _POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
 _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
-_CODE = re.compile(r"[BEHLSCVM][HNLG]([NEZ123])(?:\.?\d\d)?")  # SEED: band, instrument, orientation, location
+# SEED: band, instrument, orientation, location; CH1 is a channel of any recorder.
+_CODE = re.compile(r"(?!CH\d)[BEHLSCVM][HNLG]([NEZ123])(?:\.?\d\d)?")
 _LEVEL = re.compile(r"[lthxy]\d?|long?|tran?|trn", re.IGNORECASE)  # (horizontal, of no known azimuth)
 _UNIT = re.compile(  # as in a table's heading: "(g)", "[cm/s²]", "_m_s2"
     r"\s*(?:\([^()]*\)|\[[^\[\]]*\])\s*$|(?<=[a-z])(?:[-_. ]+(?:gal|g|[cm]?m_?s-?2))+$", re.IGNORECASE

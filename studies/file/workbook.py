@@ -171,19 +171,21 @@ def _rows(content: bytes, name: str, most_rows: int) -> tuple[list[tuple[int, li
 
 
 def _hidden(sheet: Worksheet, rows: list[tuple[int, list[str]]]) -> list[str]:
-    """Return a sentence on each kind of hidden cells that are read."""
+    """Return a sentence on each kind of hidden or struck-out cells that are read."""
     columns = [
         letter
         for letter, of in sorted(sheet.column_dimensions.items())
         if of.hidden and any(any(cells[(of.min or 1) - 1 : of.max]) for _, cells in rows)
     ]
+    struck = [str(n) for n, _ in rows if any(cell.value is not None and cell.font.strike for cell in sheet[n])]
     hidden = {
-        "row": [str(number) for number, _ in rows if sheet.row_dimensions[number].hidden],
-        "column": columns,
-        "sheet": [repr(sheet.title)] if sheet.sheet_state != "visible" else [],
+        "struck-out row": struck,
+        "hidden row": [str(number) for number, _ in rows if sheet.row_dimensions[number].hidden],
+        "hidden column": columns,
+        "hidden sheet": [repr(sheet.title)] if sheet.sheet_state != "visible" else [],
     }
     return [
-        f"hidden {what}{'s' if len(names) > 1 else ''} {first_of(names)} {'are' if len(names) > 1 else 'is'} read, too"
+        f"{what}{'s' if len(names) > 1 else ''} {first_of(names)} {'are' if len(names) > 1 else 'is'} read, too"
         for what, names in hidden.items()
         if names
     ]

@@ -54,6 +54,26 @@ class TestRecords:
         push[-11:-1] = share * pgv / (10.0 * DT)  # (the peak of the velocity comes before it)
         assert ("drift" in kinds(recorded(a + push))) == named
 
+    def test_a_mean_of_gravity(self):
+        """A sensor that stands upright measures g: it is no horizontal motion, and no offset to remove."""
+        found = kinds(recorded(wavelet() + G))
+        assert "vertical" in found
+        assert "offset" not in found
+        assert "offset" in kinds(recorded(wavelet() + 0.8 * G))
+
+    @pytest.mark.parametrize(("factor", "named"), [(2.9, False), (3.1, True)])
+    def test_a_peak_of_one_sample(self, factor, named):
+        a = wavelet()
+        a[3] = -factor * np.abs(a).max()
+        assert ("PGA" in kinds(recorded(a))) == named
+
+    @pytest.mark.parametrize(("samples", "named"), [(6, False), (7, True)])
+    def test_a_clipped_peak(self, samples, named):
+        """Five samples between equal ones."""
+        a = wavelet()
+        a[10 : 10 + samples] = 1.1 * np.abs(a).max()
+        assert ("PGA" in kinds(recorded(a))) == named
+
     def test_displacement(self):
         """PGD over PGV of constant velocity is the duration."""
         a = np.zeros(4000)
@@ -364,6 +384,17 @@ class TestFloorHistories:
         found = history_doubts(self.histories(**options), "pga")
         assert [one.kind for one in found] == [kind]
         assert said in found[0].sentence
+
+    @pytest.mark.parametrize(
+        ("share", "times"), [(1.0, ""), (1.0 / G, "0.13 times the level"), (G, "12 times the level")]
+    )
+    def test_without_floor_0(self, share, times):
+        """By hand: the mean of ln 1.5 and ln 1.05 is ln 1.255."""
+        whole = self.histories(changed=lambda _level, _motion, wave: share * wave)
+        upper = FloorHistories.of([one for key, one in whole.histories.items() if key[2] != "0"], "m/s2")
+        assert [one.kind for one in history_doubts(upper, "pga")] == ["table"] * bool(times)
+        assert all(f"floor 1 is {times}" in one.sentence for one in history_doubts(upper, "pga"))
+        assert history_doubts(upper, "Sa(0.5)") == history_doubts(upper, "") == []
 
     def test_directions_that_are_multiples(self):
         whole = self.histories()

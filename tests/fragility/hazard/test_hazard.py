@@ -404,6 +404,12 @@ class TestFiles:
         with pytest.raises(HazardError, match=r"kind '(max|std)'"):
             read_hazard(saved(tmp_path, text))
 
+    @pytest.mark.parametrize(("kind", "doubts"), [("mean", 0), ("rlz-012", 1)])
+    def test_a_realisation_of_openquake_is_no_mean(self, tmp_path, kind, doubts):
+        text = f"# kind='{kind}', investigation_time=50.0, imt='PGA'\nlon,lat,poe-0.1,poe-0.4\n10,45,1e-1,1e-2\n"
+        found = hazard_doubts(read_hazard(saved(tmp_path, text)))
+        assert [(one.settled, kind in one.sentence) for one in found] == [(True, True)] * doubts
+
     def test_openquake_kind_of_the_name(self, tmp_path):
         text = "# investigation_time=50.0, imt='PGA'\nlon,lat,depth,poe-0.1,poe-0.4\n10,45,0,1e-1,1e-2\n"
         assert read_hazard(saved(tmp_path, text, "quantile_curve-0.84-PGA_12.csv")).fractile == 0.84
@@ -664,6 +670,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "2 g is exceeded more than once", True),
         ([5.0, 20.0, 80.0], [2e-2, 3e-3, 2e-5], "pgv", "m/s", "400 cm/s is exceeded more than once", False),
         ([0.05, 0.8], [2e-2, 2e-5], "pga", "cm/s2", "ends at 0.0008158 g", False),
+        ([0.1, 2.0], [1.1e-3, 1.1e-4], "pga", "g", "rates hardly fall up to 2 g", False),  # (20 to the power 0.8 is 11)
     ],
 )
 def test_what_no_site_has(levels, rates, im, units, sentence, grave):
@@ -703,6 +710,7 @@ def test_formulas_that_are_too_frequent(hazard, times, grave):
         HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "RotD50(cav)", "m/s"),
         HazardCurve.from_points([0.1, 1.0], [0.45, 1e-2], "RotD50(Sa(0.3))", "g"),
         HazardCurve.power_law(1e-3, 3.0, "pga", "g"),
+        HazardCurve.power_law(1e-4, 0.85, "pga", "g"),
         HazardCurve.log_quadratic(1e-4, 2.0, 0.2, "pga", "g"),
     ],
 )

@@ -163,7 +163,7 @@ def test_columns_of_tables(tmp_path, names, out, brackets):
     assert found[0].sizes["motion"] == 2
 
 
-@pytest.mark.parametrize("names", ["roof,table,zenith", "acc_a,acc_b,acc_c", "acc_1,acc_2,acc_3"])
+@pytest.mark.parametrize("names", ["roof,table,zenith", "acc_a,acc_b,acc_c", "acc_1,acc_2,acc_3", "CH1,ch2,CH3"])
 def test_three_columns_of_which_none_is_known_to_be_vertical(tmp_path, names):
     heading = ",".join(f"{name} (g)" for name in names.split(","))
     rows = "".join(f"{0.01 * i:.2f},{a},{a * a},{a**3}\n" for i, a in enumerate(SHAKE))

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 import pytest
+from openpyxl.styles import Font
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
@@ -610,6 +611,7 @@ class TestWorkbooks:
         ("hide", "message"),
         [
             (lambda book: setattr(book.active.row_dimensions[3], "hidden", True), "hidden row 3 is read, too"),
+            (lambda book: setattr(book.active["A3"], "font", Font(strike=True)), "struck-out row 3 is read, too"),
             (lambda book: setattr(book.active.column_dimensions["C"], "hidden", True), "hidden column C is read, too"),
             (lambda book: book.active.column_dimensions.group("B", "C", hidden=True), "hidden column B is read, too"),
             (
@@ -617,7 +619,7 @@ class TestWorkbooks:
                 "only the sheet 'Sheet' is read, not 'floor 2'",
             ),
         ],
-        ids=["row", "column", "group", "sheet"],
+        ids=["row", "struck-out", "column", "group", "sheet"],
     )
     def test_what_a_person_does_not_see_or_sees_in_vain(self, tmp_path, hide, message):
         rows = [["catalogue", "floor", "count"], ["bookcase-5-shelf", 1, 3], ["bookcase-4-shelf", 1, 2]]
