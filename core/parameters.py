@@ -7,6 +7,7 @@ above=0.0)]``; its default is the usual one, and its sentence stands in the sect
 from __future__ import annotations
 
 import inspect
+import math
 import re
 import typing
 from collections.abc import Sequence
@@ -58,12 +59,19 @@ class Parameter:
         if self.words:
             checks.choice(name, value, self.words)
             return
+        if kind is str:
+            if not isinstance(value, str):
+                raise TypeError(f"{name} must be text, got {value!r:.60}")
+            return
         if kind is bool:
             if not isinstance(value, bool):
                 raise TypeError(f"{name} must be true or false, got {value!r:.60}")
             return
         if kind is int:
-            checks.count(name, value, at_least=int(self.bounds.get("at_least", 0)))
+            number = checks.count(name, value, at_least=int(self.bounds.get("at_least", 0)))
+            if number > self.bounds.get("at_most", math.inf):
+                raise ValueError(f"{name} must be at most {self.at_most:,.0f}, got {number:,}")
+            return
         several = kind is not float and isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
         for number in value if several else (value,):
             checks.number(name, number, **self.bounds, unit=self.unit)

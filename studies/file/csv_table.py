@@ -5,23 +5,27 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple, NoReturn, TypeVar
+from typing import Any, NamedTuple, NoReturn, TypeVar, get_args
+
+from pydantic import ValidationError
 
 from ...core import checks
 from ...core.doubts import Doubt, first_of, warn
 from ...core.limits import whole_content
 from ..text.error import StudyError
-from .table import meant, shown, unended
+from .refusals import refusal
+from .table import Table, WordChoice, bare, meant, shown, unended
 from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
 
 MAX_TEXT = 200
 """Most characters of a cell."""
 
 Value = TypeVar("Value")
+Made = TypeVar("Made", bound=Table)
 
 
 class TableKind(NamedTuple):
@@ -207,8 +211,51 @@ class CsvLine:
     cells: dict[str, str]
 
     def refuse(self, column: str, what: str) -> NoReturn:
-        """Raise an error about a cell."""
-        raise self.table.kind.error(f"{self.table.at(self.number)}, column {column!r}: {what}")
+        """Raise an error about a cell, or about the line where no column is named."""
+        of = f", column {column!r}" if column else ""
+        raise self.table.kind.error(f"{self.table.at(self.number)}{of}: {what}")
+
+    def made(self, table: type[Made], make: Callable[[Made], Value]) -> Value:
+        """Return what is made of the table whose keys are columns; an error names the cell that it is about."""
+        values = self._values(table)
+        try:
+            return make(table.model_validate(values))
+        except self.table.kind.error:
+            raise
+        except ValidationError as error:
+            said = refusal(error, values, table)[0]
+        except ValueError as error:
+            said = str(error)
+        column, what = self._column_of(said, values)
+        return self.refuse(column, what)
+
+    def _column_of(self, said: str, given: Iterable[str]) -> tuple[str, str]:
+        """Return the column that a sentence begins with, or the first given one of what it names, and the rest."""
+        word, _, what = said.partition(" ")
+        column = next((key for key in self.table.columns if word.rstrip(":") in (key, bare(key))), "")
+        if column:
+            return column, what
+        words = set(re.findall(r"\w+", said))
+        return next((key for key in given if key.partition("_")[0] in words), ""), said
+
+    def _values(self, table: type[Table]) -> dict[str, Any]:
+        """Return the cells that are not empty, as the keys of a table are."""
+        found: dict[str, Any] = {}
+        for key, field in table.model_fields.items():
+            if self.cells.get(key):
+                kind = _kind_of(field.annotation)
+                value: Any = self.text(key)
+                if kind is not str:
+                    value = (
+                        self.number_in(key)
+                        if kind is float
+                        else self.yes_in(key)
+                        if kind is bool
+                        else self.count_in(key)
+                    )
+                words = [part.allowed for part in field.metadata if isinstance(part, WordChoice)]
+                found[key] = value.lower() if words and value.lower() in words[0] else value
+        return found
 
     def text(self, column: str) -> str:
         """Return the text of a cell, '' where it is empty."""
@@ -284,6 +331,13 @@ class CsvLine:
             raise
         except ValueError as error:
             self.refuse(column, str(error).removeprefix(f"{column} "))
+
+
+def _kind_of(annotation: Any) -> Any:
+    """Return the plain type of an annotation: that of a number, a word or yes and no."""
+    if annotation in (float, int, bool, str):
+        return annotation
+    return next((kind for kind in map(_kind_of, get_args(annotation)) if kind is not None), None)
 
 
 YES = ("yes", "y", "true", "1")

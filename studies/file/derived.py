@@ -8,6 +8,7 @@ another word is refused where the file is read.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from operator import or_
@@ -40,12 +41,7 @@ class Derived(Table):
 
     def options(self) -> dict[str, Any]:
         """Return the parameters that are given, in SI; ValueError as of tables in the table."""
-        given = {name: (getattr(self, key), factor) for key, (name, factor) in self.factors.items()}
-        return {
-            name: value.build() if isinstance(value, Derived) else _times(value, factor)
-            for name, (value, factor) in given.items()
-            if value is not None
-        }
+        return in_si(self, self.factors)
 
     def build(self) -> Any:
         """Make what the table describes; ValueError where values do not go together."""
@@ -71,18 +67,8 @@ def derived(
     word: the key and the word that choose it; types: annotations of parameters that no `Parameter` declares, or None
     for those that are no keys; defaults: in place of those of the parameters, in words or SI.
     """
-    own = dict(types or {})
-    fields: dict[str, Any] = {}
-    factors: dict[str, tuple[str, float]] = {}
-    for parameter, declaration in declared(make).items():
-        if own.get(parameter, declaration.parameter) is None:
-            continue
-        about = declaration._replace(default=(defaults or {}).get(parameter, declaration.default))
-        key = key_of(parameter, about.parameter)
-        if key not in base.model_fields:
-            fields[key] = _field(about, own.get(parameter))
-        unit = "" if about.parameter is None else about.parameter.written
-        factors[key] = parameter, WRITTEN.get(unit, 1.0)
+    fields, factors = keys_of(make, types, defaults=defaults)
+    fields = {key: field for key, field in fields.items() if key not in base.model_fields}
     if word is not None:
         fields = {**_word_field(base, *word), **fields}
     label = f"{make.__name__[0].upper()}{make.__name__[1:]}{base.__name__}"
@@ -90,6 +76,41 @@ def derived(
     made.makes, made.factors = staticmethod(make), factors  # type: ignore[attr-defined]
     made.__doc__ = base.__doc__
     return made
+
+
+def keys_of(
+    make: Any,
+    types: Mapping[str, Any] | None = None,
+    *,
+    defaults: Mapping[str, Any] | None = None,
+    names: Mapping[str, str] | None = None,
+) -> tuple[dict[str, Any], dict[str, tuple[str, float]]]:
+    """Return the keys of a class or function as fields of a table, and each key's parameter and SI value of one unit.
+
+    types and defaults: as of `derived`; names: of parameters in the table, where they are others.
+    """
+    fields: dict[str, Any] = {}
+    factors: dict[str, tuple[str, float]] = {}
+    for parameter, declaration in declared(make).items():
+        given = (types or {}).get(parameter, declaration.parameter)
+        if given is None:
+            continue
+        about = declaration._replace(default=(defaults or {}).get(parameter, declaration.default))
+        key = key_of((names or {}).get(parameter, parameter), about.parameter)
+        fields[key] = _field(about, (types or {}).get(parameter))
+        unit = "" if about.parameter is None else about.parameter.written
+        factors[key] = parameter, WRITTEN.get(unit, 1.0)
+    return fields, factors
+
+
+def in_si(table: Table, factors: Mapping[str, tuple[str, float]]) -> dict[str, Any]:
+    """Return the values of a table that are given, by parameter and in SI; ValueError as of tables in the table."""
+    given = {name: (getattr(table, key), factor) for key, (name, factor) in factors.items()}
+    return {
+        name: value.build() if isinstance(value, Derived) else _times(value, factor)
+        for name, (value, factor) in given.items()
+        if value is not None
+    }
 
 
 def _worded(table: type[Table], key: str, word: str) -> type[Table]:
@@ -116,7 +137,8 @@ def _field(about: Declared, given: Any) -> tuple[Any, Any]:
     parameter = about.parameter or Parameter()
     factor = WRITTEN.get(parameter.written, 1.0)
     told = any(isinstance(part, FieldInfo) and part.description for part in get_args(given)[1:])
-    more = [] if told else [Field(description=about.sentence)]
+    unit = rf", {re.escape(parameter.unit)}(?=[.:;,)])" if parameter.unit else "$^"
+    more = [] if told else [Field(description=re.sub(unit, "", about.sentence, count=1))]
     if given is None:
         bounds: dict[str, Any] = {
             _CONSTRAINTS[bound]: _plain(value / factor) for bound, value in parameter.bounds.items()
@@ -137,7 +159,7 @@ def _field(about: Declared, given: Any) -> tuple[Any, Any]:
         default = _plain(default / factor)
     if isinstance(default, tuple):
         default = list(default)
-    plain = isinstance(default, float | int | str | list)
+    plain = isinstance(default, float | int | str | list) and default != math.inf
     return Annotated[given | None, *more, KeyInfo(default if plain else None, unit=parameter.unit)], None
 
 

@@ -6,13 +6,14 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
 from ...core.doubts import Doubt, first_of, noted
+from ...core.parameters import Parameter, check
 from ...fragility.validity.plausibility import UNITS, block_doubts, restitution_doubts
 from ...models import Block
 from ...models.block import describe_scene
@@ -71,6 +72,7 @@ class Stand:
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
 MAX_VALUE = 1e15
+Amount = Annotated[float, Parameter(at_least=0.0, at_most=MAX_VALUE)]
 LEAST_TRIP, MAX_TRIP = 0.001, 10.0
 """Nearest and farthest obstacle, m."""
 MOST_PERSONS = 50.0
@@ -115,11 +117,11 @@ class Contents:
     floor : int or str
         The floor that it stands on, by its name in the building (or the file of floor motions): 0 is the ground.
     count : int
-        Number of pieces, 1 to 1,000,000.
+        Number of pieces.
     e : float, optional
-        Restitution, above 0 to 1; that of the damping law where not given.
+        Restitution; that of the damping law where not given.
     value : float
-        The loss when a piece overturns, without spread, in the inventory's currency, >= 0.
+        The loss when a piece overturns, without spread, in the inventory's currency.
     consequences : tuple of str
         The consequences when at least one piece overturns, such as ``blocks-exit``; ``none`` alone says that there are
         none, which an empty tuple does not.
@@ -128,7 +130,7 @@ class Contents:
     kit : str
         The name of the restraint that holds them already and can break, which is that of the block; '' for none.
     anchoring_cost : float, optional
-        Cost of fixing a piece, in the inventory's currency, >= 0.
+        Cost of fixing a piece, in the inventory's currency.
     room : str
         The room that it stands in, for tables.
     direction : str
@@ -139,7 +141,7 @@ class Contents:
     code_class : str
         What a building code takes it for (`toppling.studies.codes.check.CLASSES`), '' where it is not known.
     code_importance : float, optional
-        Its importance factor, 1 to 1.5; that of the study's code where not given.
+        Its importance factor; that of the study's code where not given.
     anchor_strength : float, optional
         Design strength of a piece's anchors against a horizontal force, N.
     anchor_height : float, optional
@@ -158,8 +160,8 @@ class Contents:
     kinetic_ratio : float
         Kinetic over static friction, above 0, at most 1.
     trip : float, optional
-        Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a carpet), m, above 0
-        to 10; needs a friction.
+        Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a carpet), m; needs a
+        friction.
     stands_on : str
         The label of the line whose piece it stands on, such as a pedestal on the same floor; '' for the floor itself.
     stand : Stand, optional
@@ -176,29 +178,29 @@ class Contents:
     label: str
     block: Block
     floor: int | str
-    count: int = 1
-    e: float | None = None
-    value: float = 0.0
+    count: Annotated[int, Parameter(at_least=1, at_most=MAX_COUNT)] = 1
+    e: Annotated[float, Parameter(above=0.0, at_most=1.0)] | None = None
+    value: Amount = 0.0
     consequences: tuple[str, ...] = ()
     anchored: bool = False
-    anchoring_cost: float | None = None
-    room: str = ""
-    code_class: str = ""
-    code_importance: float | None = None
-    anchor_strength: float | None = None
-    anchor_height: float | None = None
+    anchoring_cost: Amount | None = None
+    room: Annotated[str, Parameter()] = ""
+    code_class: Annotated[str, Parameter(words=("", *CLASSES))] = ""
+    code_importance: Annotated[float, Parameter(at_least=1.0, at_most=1.5)] | None = None
+    anchor_strength: Annotated[float, Parameter("N", above=0.0, at_most=MAX_VALUE)] | None = None
+    anchor_height: Annotated[float, Parameter("m", above=0.0)] | None = None
     cost: Consequence | None = None
     downtime: Consequence | None = None
     injury: Injury | None = None
     piece_class: str = ""
-    direction: str = ""
+    direction: Annotated[str, Parameter(words=("", *DIRECTIONS))] = ""
     kit: str = ""
     along_depth: bool = False
     contact: str = ""
     friction: Friction | None = None
     kinetic_ratio: float = 1.0
-    stands_on: str = ""
-    trip: float | None = None
+    stands_on: Annotated[str, Parameter()] = ""
+    trip: Annotated[float, Parameter("m", at_least=LEAST_TRIP, at_most=MAX_TRIP, written="mm")] | None = None
     stand: Stand | None = None
 
     def __post_init__(self) -> None:
@@ -219,22 +221,7 @@ class Contents:
             _text("floor", self.floor)
         else:
             object.__setattr__(self, "floor", checks.count("floor", self.floor))
-        if checks.count("count", self.count, at_least=1) > MAX_COUNT:
-            raise ValueError(f"count must be at most {MAX_COUNT}, got {self.count}")
-        if self.e is not None:
-            checks.number("e", self.e, above=0.0, at_most=1.0)
-        checks.number("value", self.value, at_least=0.0, at_most=MAX_VALUE)
-        if self.anchoring_cost is not None:
-            checks.number("anchoring_cost", self.anchoring_cost, at_least=0.0, at_most=MAX_VALUE)
-        if self.direction not in ("", *DIRECTIONS):
-            raise ValueError(f"direction must be x or y, got {shown(self.direction)}")
-        if self.code_class not in ("", *CLASSES):
-            raise ValueError(f"code_class must be one of {', '.join(CLASSES)}, got {shown(self.code_class)}")
-        if self.code_importance is not None:
-            checks.number("code_importance", self.code_importance, at_least=1.0, at_most=1.5)
-        for name in ("anchor_strength", "anchor_height"):
-            if getattr(self, name) is not None:
-                checks.number(name, getattr(self, name), above=0.0, at_most=MAX_VALUE)
+        check(self)
         words: Any = self.consequences
         if isinstance(words, str):
             raise TypeError(f"consequences must be a sequence of words, got the string {shown(words)}")
@@ -275,8 +262,6 @@ class Contents:
             raise ValueError(f"the edge of {self.label!r} needs to know how far it slides, and {why}")
         if self.trip is None:
             return
-        if checks.number("trip", self.trip, at_least=LEAST_TRIP, unit="m") > MAX_TRIP:
-            raise ValueError(f"trip must be at most {MAX_TRIP:g} m, got {self.trip:g} for {self.label!r}")
         if not self.anchored and self.friction is None:
             why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
             raise ValueError(f"the obstacle near {self.label!r} needs to know how fast it slides, and {why}")

@@ -7,84 +7,178 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import Field, create_model, model_validator
 
 from ...core import checks
 from ...core.doubts import warn
-from ...models import Block, Edge
-from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, FixedFriction, LognormalFriction
-from ...models.scenes.edge import FALLS_WHEN
-from ...motions.floors.histories import DIRECTIONS
-from ..codes.check import CLASSES
-from ..file.blocks import block_of_line, placed_of_line, planned_of_line
+from ...models import Block
+from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, friction_from
+from ..file.blocks import PieceTable
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
-from ..file.table import shown
+from ..file.derived import in_si, keys_of
+from ..file.table import one_of, shown
 from ..file.workbook import CURRENCIES, Numeric
 from ..plan.slides import Slides
 from ..text.error import StudyError
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
-from .contents import (
-    LEAST_TRIP,
-    MAX_COUNT,
-    MAX_ROWS,
-    MAX_TRIP,
-    MAX_VALUE,
-    Contents,
-    Inventory,
-    Stand,
-    floor_text,
-    row_doubts,
-)
+from .contents import MAX_ROWS, MAX_VALUE, Contents, Inventory, Stand, floor_text, row_doubts
 from .kits import Kit
 
-COLUMNS = (
-    "item",
-    "catalogue",
-    "width_m",
-    "height_m",
-    "cm_height_m",
-    "inertia_factor",
-    "depth_m",
-    "round",
-    "floor",
-    "room",
-    "direction",
-    "count",
-    "e",
-    "restitution",
-    "value",
-    "currency",
-    "consequence",
-    "anchored",
-    "anchoring_cost",
-    "mass_kg",
-    "wall_gap_mm",
-    "cm_offset_mm",
-    "lean_deg",
-    "bed_settlement_mm",
-    "code_class",
-    "code_importance",
-    "anchor_strength_n",
-    "anchor_height_m",
-    "cost_median",
-    "cost_dispersion",
-    "cost_distribution",
-    "downtime_median_days",
-    "downtime_dispersion",
-    "downtime_distribution",
-    "persons_exposed",
-    "injury_probability",
-    "class",
-    "contact",
-    "friction",
-    "friction_dispersion",
-    "edge_distance_mm",
-    "edge_distance_back_mm",
-    "falls_when",
-    "trip_mm",
-    "stands_on",
-    "support",
-)
+MEDIANS = {"cost": "cost_median", "downtime": "downtime_median_days"}
+NEEDED = {
+    **{f"{kind}_{name}": median for kind, median in MEDIANS.items() for name in ("dispersion", "distribution")},
+    **{"persons_exposed": "injury_probability", "injury_probability": "persons_exposed"},
+    "friction_dispersion": "friction",
+}
+"""Columns that need another one."""
+FIELDS, FACTORS = keys_of(Contents)
+"""Columns that are parameters of `Contents`."""
+if TYPE_CHECKING:
+    ContentsTable = PieceTable
+else:
+    ContentsTable = create_model("ContentsTable", __base__=PieceTable, __module__=__name__, **FIELDS)
+
+
+class LineTable(ContentsTable):
+    """A line of an inventory: pieces of one kind on one floor, and what their fall means."""
+
+    item: Annotated[str | None, Field(description="Its name.")] = None
+    floor: Annotated[str | None, Field(description="The floor that it stands on: 0 is the ground.")] = None
+    restitution: Annotated[float | None, Field(gt=0.0, le=1.0, description="As e.")] = None
+    currency: Annotated[str | None, Field(description="Currency of all amounts.")] = None
+    consequence: Annotated[str | None, Field(description="What happens where one falls: words, or none.")] = None
+    anchored: Annotated[str | None, Field(description="Fixed: yes, no, or the name of a restraint.")] = None
+    cost_median: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE, description="Median cost of a fall.")] = None
+    cost_dispersion: Annotated[float | None, Field(ge=0.0, description="Dispersion of the cost.")] = None
+    cost_distribution: Annotated[str | None, one_of(DISTRIBUTIONS), Field(description="Of the cost.")] = None
+    downtime_median_days: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE, description="Median downtime, days.")] = (
+        None
+    )
+    downtime_dispersion: Annotated[float | None, Field(ge=0.0, description="Dispersion of the downtime.")] = None
+    downtime_distribution: Annotated[str | None, one_of(DISTRIBUTIONS), Field(description="Of the downtime.")] = None
+    persons_exposed: Annotated[float | None, Field(ge=0.0, le=1e4, description="Persons where it falls.")] = None
+    injury_probability: Annotated[float | None, Field(ge=0.0, le=1.0, description="Chance that one is hurt.")] = None
+    class_: Annotated[str | None, Field(alias="class", description="Class whose pieces share an uncertainty.")] = None
+    contact: Annotated[
+        str | None, one_of((*CONTACTS, ROLLING, LOCKED, UNLOCKED)), Field(description="What it stands on.")
+    ] = None
+    friction: Annotated[float | None, Field(ge=0.05, le=2.0, description="Its static friction, or the median.")] = None
+    friction_dispersion: Annotated[float | None, Field(gt=0.0, le=1.0, description="Of the friction.")] = None
+    support: Annotated[str | None, Field(description="The bench or platform that it stands on.")] = None
+
+    @model_validator(mode="after")
+    def _together(self) -> Self:
+        if not self.floor:
+            raise ValueError("floor is empty: it must say where the item stands, 0 is the ground")
+        if re.fullmatch(r"[-+]?[\d.,]+", self.floor) and not (self.floor.isdecimal() and len(self.floor) < 10):
+            raise ValueError(f"floor must be a whole number from 0 (ground), or a name, got {shown(self.floor)}")
+        if self.given("e") is not None and self.restitution is not None:
+            raise ValueError("restitution is the same as e: give one of them")
+        if self.given("value") is not None and self.cost_median is not None:
+            raise ValueError("cost_median takes the place of value: give one of them")
+        for column, other in NEEDED.items():
+            if self.given(column) is not None and self.given(other) is None:
+                raise ValueError(f"{column} needs {other}, which is empty")
+        if self.friction is not None and self.contact in (ROLLING, UNLOCKED):
+            raise ValueError("friction must be empty on castors that are not locked: they roll, which is not modelled")
+        if self.friction is not None and self.contact in CONTACTS:
+            raise ValueError("friction takes the place of contact: give one of them")
+        return self
+
+    def contents(
+        self, kits: Mapping[str, Kit], sliding: Slides | None, stands: Mapping[str, Stand], number: int
+    ) -> Contents:
+        """Return the contents, with the study's kits, friction and stands; ValueError that names a column."""
+        options = in_si(self, FACTORS)
+        held = (self.anchored or "").lower()
+        kit = None if held in {"", *YES, *NO} else kits.get(self.anchored or "")
+        block = self.piece(None)
+        if options.get("anchor_height", 0.0) > block.height:
+            raise ValueError(f"anchor_height_m must be at most {block.height:g} m, got {options['anchor_height']:g}")
+        if kit is None and held not in {"", *YES, *NO}:
+            named = f" or the name of a restraint of the study ({', '.join(map(repr, kits))})" if kits else ""
+            raise ValueError(f"anchored must be yes or no{named}, got {shown(self.anchored)}")
+        if kit is not None:
+            block = _held(kit, block, options.get("anchor_height"))
+        slides = self._slides(sliding)
+        if held not in YES and slides["friction"] is None:
+            self._refuse_unknown_slides(slides["contact"] == ROLLING)
+        if "trip" not in options and slides["friction"] is not None and sliding is not None:
+            options["trip"] = sliding.trip
+        if self.support and self.support not in stands:
+            known = f"one of {', '.join(map(repr, stands))}" if stands else "empty: the study has no [[supports]]"
+            raise ValueError(f"support must be {known}, got {shown(self.support)}")
+        words = [word.strip().lower() for word in re.split(r"[|,;]", self.consequence or "")]
+        if self.restitution is not None:
+            options["e"] = self.restitution
+        assert self.floor is not None  # (checked above)
+        return Contents(
+            label=self.item or self.catalogue or f"line {number}",
+            block=block,
+            floor=int(self.floor) if self.floor.isdecimal() else self.floor,
+            consequences=tuple(word for word in words if word),
+            anchored=held in YES,
+            piece_class=self.class_ or "",
+            kit="" if kit is None else kit.name,
+            cost=self._consequence("cost"),
+            downtime=self._consequence("downtime"),
+            injury=None
+            if self.persons_exposed is None
+            else Injury(self.persons_exposed, self.injury_probability or 0.0),
+            stand=stands.get(self.support or ""),
+            **options,
+            **slides,
+        )
+
+    def _refuse_unknown_slides(self, rolls: bool) -> None:
+        """Raise a ValueError for an edge or an obstacle near a piece of which it is not known how far it slides."""
+        for column in ("edge_distance_mm", "edge_distance_back_mm", "trip_mm"):
+            if self.given(column) is not None and rolls:
+                raise ValueError(f"{column} must be empty on castors: rolling is not modelled")
+            if self.given(column) is not None:
+                raise ValueError(f"{column} needs a friction: give contact or friction, or the study's [friction]")
+
+    def _injury(self) -> Injury | None:
+        if self.persons_exposed is None or self.injury_probability is None:
+            return None
+        return Injury(self.persons_exposed, self.injury_probability)
+
+    def _consequence(self, kind: str) -> Consequence | None:
+        """Return the cost or downtime of a piece, None where no median is given."""
+        median = self.given(MEDIANS[kind])
+        if median is None:
+            return None
+        dispersion, form = self.given(f"{kind}_dispersion") or 0.0, self.given(f"{kind}_distribution") or LOGNORMAL
+        try:
+            return Consequence(median, dispersion, form)
+        except ValueError as error:  # (median and distribution are checked above)
+            raise ValueError(f"{kind}_{error}") from None
+
+    def _slides(self, sliding: Slides | None) -> dict[str, Any]:
+        """Return what it stands on and its friction, that of the study where it gives neither."""
+        if self.contact in (ROLLING, UNLOCKED):
+            return {"contact": ROLLING, "friction": None}
+        if self.contact in CONTACTS:
+            own = CONTACTS[self.contact]
+            return {"contact": self.contact, "friction": own.friction, "kinetic_ratio": own.kinetic_ratio}
+        friction = None if sliding is None else sliding.friction
+        if self.friction is not None:
+            friction = friction_from(self.friction, self.friction_dispersion)
+        ratio = {} if sliding is None else {"kinetic_ratio": sliding.kinetic_ratio}
+        return {"contact": self.contact or "", "friction": friction, **ratio}
+
+
+def _held(kit: Kit, block: Block, height: float | None) -> Block:
+    """Return the block of a line with the kit that holds it."""
+    try:
+        return kit.held(block, height)
+    except ValueError as error:
+        raise ValueError(f"anchored {error}") from None
+
+
+COLUMNS = tuple(field.alias or key for key, field in LineTable.model_fields.items())
 """Columns of an inventory file, in any order."""
 
 
@@ -201,169 +295,5 @@ def _told_apart(found: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]
 
 def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None, stands: Mapping[str, Stand]) -> Contents:
     """Return the contents that a line describes."""
-    block = _near_edge(line, placed_of_line(line, planned_of_line(line, block_of_line(line))))
-    floor = line.text("floor")
-    if not floor:
-        line.refuse("floor", "is empty: it must say where the item stands, 0 is the ground")
-    if re.fullmatch(r"[-+]?[\d.,]+", floor) and not (floor.isascii() and floor.isdecimal() and len(floor) < 10):
-        line.refuse("floor", f"must be a whole number from 0 (ground), or a name, got {shown(floor)}")
-    if line.text("e") and line.text("restitution"):
-        line.refuse("restitution", "is the same as e: give one of them")
-    e_column = "restitution" if line.text("restitution") else "e"
-    count = line.count_in("count")
-    if count is not None and not 1 <= count <= MAX_COUNT:
-        line.refuse("count", f"must be from 1 to {MAX_COUNT}, got {count}")
-    anchored = line.text("anchored").lower()
-    height = line.number_in("anchor_height_m", above=0.0, at_most=block.height)
-    kit = None
-    if anchored not in {"", *YES, *NO}:
-        kit = kits.get(line.text("anchored"))
-        if kit is None:
-            named = f" or the name of a restraint of the study ({', '.join(map(repr, kits))})" if kits else ""
-            line.refuse("anchored", f"must be yes or no{named}, got {shown(line.text('anchored'))}")
-        block = _held(line, kit, block, height)
-    direction = line.text("direction").lower()
-    if direction not in ("", *DIRECTIONS):
-        line.refuse("direction", f"must be x or y, got {shown(direction)}")
-    code_class = line.text("code_class").lower()
-    if code_class not in ("", *CLASSES):
-        line.refuse("code_class", f"must be one of {', '.join(CLASSES)}, got {shown(code_class)}")
-    if line.text("cost_median") and line.text("value"):
-        line.refuse("cost_median", "takes the place of value: give one of them")
-    distributions: dict[str, Any] = {
-        "cost": _consequence(line, "cost", "cost_median"),
-        "downtime": _consequence(line, "downtime", "downtime_median_days"),
-        "injury": _injury(line),
-        **_friction(line, sliding),
-    }
-    if block.edge is not None and anchored not in YES and distributions["friction"] is None:
-        column = "edge_distance_mm" if line.text("edge_distance_mm") else "edge_distance_back_mm"
-        if distributions["contact"] == ROLLING:
-            line.refuse(column, "must be empty on castors: rolling is not modelled")
-        line.refuse(column, "needs a friction: give contact or friction, or the study's [friction]")
-    trip = line.number_in("trip_mm", at_least=1e3 * LEAST_TRIP, at_most=1e3 * MAX_TRIP)
-    slides = distributions["friction"] is not None
-    if trip is not None and anchored not in YES and not slides:
-        if distributions["contact"] == ROLLING:
-            line.refuse("trip_mm", "must be empty on castors: rolling is not modelled")
-        line.refuse("trip_mm", "needs a friction: give contact or friction, or the study's [friction]")
-    if trip is not None:
-        distributions["trip"] = 1e-3 * trip
-    elif slides and sliding is not None:
-        distributions["trip"] = sliding.trip
-    stand = stands.get(line.text("support"))
-    if line.text("support") and stand is None:
-        known = f"one of {', '.join(map(repr, stands))}" if stands else "empty: the study has no [[supports]]"
-        line.refuse("support", f"must be {known}, got {shown(line.text('support'))}")
-    words = [word.strip().lower() for word in re.split(r"[|,;]", line.text("consequence"))]
-    e = line.number_in(e_column, above=0.0, at_most=1.0)
-    value = line.number_in("value", at_least=0.0, at_most=MAX_VALUE)
-    cost = line.number_in("anchoring_cost", at_least=0.0, at_most=MAX_VALUE)
-    return line.checked(
-        "consequence",
-        lambda: Contents(
-            label=line.name_in("item") or line.text("catalogue") or f"line {line.number}",
-            block=block,
-            floor=int(floor) if floor.isdecimal() else floor,
-            count=1 if count is None else count,
-            e=e,
-            value=0.0 if value is None else value,
-            consequences=tuple(word for word in words if word),
-            anchored=anchored in YES,
-            anchoring_cost=cost,
-            room=line.text("room"),
-            piece_class=line.text("class"),
-            direction=direction,
-            code_class=code_class,
-            code_importance=line.number_in("code_importance", at_least=1.0, at_most=1.5),
-            anchor_strength=line.number_in("anchor_strength_n", above=0.0, at_most=MAX_VALUE),
-            anchor_height=height,
-            kit="" if kit is None else kit.name,
-            stands_on=line.text("stands_on"),
-            stand=stand,
-            **distributions,
-        ),
-    )
-
-
-def _near_edge(line: CsvLine, block: Block) -> Block:
-    """Return the block of a line with its edges."""
-    columns = {side: f"edge_distance_{side}mm" for side in ("", "back_")}
-    given = {side: line.number_in(column, at_least=0.0) for side, column in columns.items()}
-    word = line.text("falls_when").lower()
-    if word and word not in FALLS_WHEN:
-        line.refuse("falls_when", f"must be one of {', '.join(FALLS_WHEN)}, got {shown(word)}")
-    front, back = (None if one is None else 1e-3 * one for one in given.values())
-    if front is None and back is None:
-        if word:
-            line.refuse("falls_when", "needs edge_distance_mm or edge_distance_back_mm, which are empty")
-        return block
-    try:
-        return replace(block, edge=Edge(front, back, word or FALLS_WHEN[0]))
-    except ValueError as error:
-        line.refuse(columns["" if front is not None else "back_"], str(error))
-
-
-def _friction(line: CsvLine, sliding: Slides | None) -> dict[str, Any]:
-    """Return what a line stands on and its friction, that of the study where it gives neither."""
-    contact = line.text("contact").lower()
-    static = line.number_in("friction", at_least=0.05, at_most=2.0)
-    dispersion = line.number_in("friction_dispersion", above=0.0, at_most=1.0)
-    if dispersion is not None and static is None:
-        line.refuse("friction_dispersion", "needs friction, which is empty")
-    if contact in (ROLLING, UNLOCKED):
-        if static is not None:
-            line.refuse("friction", "must be empty on castors that are not locked: they roll, which is not modelled")
-        return {"contact": ROLLING, "friction": None}
-    if contact in CONTACTS:
-        if static is not None:
-            line.refuse("friction", "takes the place of contact: give one of them")
-        own = CONTACTS[contact]
-        return {"contact": contact, "friction": own.friction, "kinetic_ratio": own.kinetic_ratio}
-    if contact not in ("", LOCKED):
-        names = ", ".join((*CONTACTS, ROLLING, LOCKED))
-        line.refuse("contact", f"must be one of {names}, got {shown(contact)}")
-    found: dict[str, Any] = {"contact": contact, "friction": None if sliding is None else sliding.friction}
-    if static is not None:
-        found["friction"] = FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion)
-    return found | ({} if sliding is None else {"kinetic_ratio": sliding.kinetic_ratio})
-
-
-def _held(line: CsvLine, kit: Kit, block: Block, height: float | None) -> Block:
-    """Return the block of a line with the kit that holds it."""
-    try:
-        return kit.held(block, height)
-    except ValueError as error:
-        line.refuse("anchored", str(error))
-
-
-def _consequence(line: CsvLine, kind: str, median_column: str) -> Consequence | None:
-    """Return the cost or downtime of a line, None where it gives no median."""
-    median = line.number_in(median_column, above=0.0, at_most=MAX_VALUE)
-    names = {name: f"{kind}_{name}" for name in ("dispersion", "distribution")}
-    if median is None:
-        for column in names.values():
-            if line.text(column):
-                line.refuse(column, f"needs {median_column}, which is empty")
-        return None
-    form = line.text(names["distribution"]).lower() or LOGNORMAL
-    if form not in DISTRIBUTIONS:
-        line.refuse(names["distribution"], f"must be one of {', '.join(DISTRIBUTIONS)}, got {shown(form)}")
-    dispersion = line.number_in(names["dispersion"], at_least=0.0)
-    try:
-        return Consequence(median, 0.0 if dispersion is None else dispersion, form)
-    except ValueError as error:  # (median and distribution are checked above)
-        line.refuse(names["dispersion"], str(error).removeprefix("dispersion "))
-
-
-def _injury(line: CsvLine) -> Injury | None:
-    """Return the persons whom a piece of a line injures, None where the line says nothing of them."""
-    persons = line.number_in("persons_exposed", at_least=0.0, at_most=1e4)
-    probability = line.number_in("injury_probability", at_least=0.0, at_most=1.0)
-    if persons is None and probability is None:
-        return None
-    if persons is None:
-        line.refuse("injury_probability", "needs persons_exposed, which is empty")
-    if probability is None:
-        line.refuse("persons_exposed", "needs injury_probability, which is empty")
-    return Injury(persons, probability)
+    line.name_in("item")
+    return line.made(LineTable, lambda made: made.contents(kits, sliding, stands, line.number))

@@ -12,7 +12,7 @@ import xarray as xr
 from pydantic import ValidationError
 
 from ... import motions as shaking
-from ...core.parameters import Parameter, declared
+from ...core.parameters import declared
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
 from ...core.wording import counted
 from ...models import Block, Law
@@ -20,12 +20,12 @@ from ...models.scenes.restraint import KINDS
 from ...motions.arrays import from_array, records
 from ...motions.intensity.dataset import positive_measure
 from ...motions.matching.adjustment import REACHED
-from ..file.blocks import MAKERS, BlockTable
+from ..file.blocks import FACTORS, MAKERS, PARTS as BLOCK_PARTS, SIZES, BlockTable
 from ..file.derived import WRITTEN, key_of
 from ..file.models import Models, model_table
 from ..file.motions import PROCESSING, Motions, motions_table
 from ..file.refusals import refusal
-from ..file.table import checked, nearest, quantity
+from ..file.table import bare, checked, nearest, quantity, suffix_of
 from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
@@ -49,24 +49,22 @@ CF = {"m": METRE, "N": NEWTON, "N/m": STIFFNESS, "rad": RADIAN, "kg": KILOGRAM, 
 """Units of parameters in the notation of labelled arrays."""
 
 
-def _unit_and_least(parameter: Parameter) -> tuple[float, float | None]:
-    """Return the SI value of the key's unit, and the least value: None for one above 0."""
+def _word(key: str, parameter: Any) -> _Word:
+    """Return the word of a parameter: one above 0 has no least value."""
     least = None if parameter.above == 0.0 else -math.inf if parameter.at_least is None else parameter.at_least
-    return WRITTEN.get(parameter.written, 1.0), least
+    return _Word(key, CF[parameter.unit], WRITTEN.get(parameter.written, 1.0), least)
 
 
 OPTIONS = {
-    "--mass": _Word("mass_kg", KILOGRAM),
-    "--cm-offset": _Word("cm_offset_mm", METRE, 1e-3, -math.inf),
-    "--lean": _Word("lean_deg", RADIAN, math.pi / 180.0, -math.inf),
-    "--wall-gap": _Word("wall_gap_mm", METRE, 1e-3, 0.0),
-    "--wall-height": _Word("wall_height_m", METRE),
-    "--front-gap": _Word("front_gap_mm", METRE, 1e-3),
-    "--bed-settlement": _Word("bed_settlement_mm", METRE, 1e-3),
+    f"--{bare(key).replace('_', '-')}": _word(key, about[parameter].parameter)
+    for part, (make, _) in BLOCK_PARTS.items()
+    for about in (declared(make),)
+    for key, (parameter, _) in FACTORS[part].items()
+    if key not in SIZES and suffix_of(key)
 }
 """Options of lengths, angles and masses, with their keys of ``[[blocks]]``."""
 PARTS = {
-    name: _Word(key_of(name, about.parameter), CF[about.parameter.unit], *_unit_and_least(about.parameter))
+    name: _word(key_of(name, about.parameter), about.parameter)
     for make in MAKERS.values()
     for name, about in declared(make).items()
     if about.parameter is not None and about.parameter.unit

@@ -45,8 +45,8 @@ class TestKeys:
         assert not study(tmp_path).design.both_ways  # (front and back are alike)
 
     @pytest.mark.parametrize(("law", "blocks", "message"), [
-        (VISCOUS, CARPET.replace("= 2", "= 0"), "bed settlement must be finite and > 0"),
-        (VISCOUS, CARPET.replace("= 2", "= -1"), "bed settlement must be finite and > 0"),
+        (VISCOUS, CARPET.replace("= 2", "= 0"), "bed_settlement_mm: must be > 0"),
+        (VISCOUS, CARPET.replace("= 2", "= -1"), "bed_settlement_mm: must be > 0"),
         (VISCOUS, CARPET.replace("= 2", "= nan"), "bed_settlement_mm"),
         (VISCOUS, CARPET.replace("= 2", "= 30"), "bed settlement must be"),
         (VISCOUS, CARPET.replace("= 2", "= 5"), "too soft"),

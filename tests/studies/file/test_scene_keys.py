@@ -95,9 +95,9 @@ class TestPlaced:
 
     @pytest.mark.parametrize(("blocks", "message"), [
         (SIZES + "placed = true\n", "placed belongs to items of the catalogue"),
-        (ITEM + "wall_gap_mm = 5\n", "is given by placed or by wall_gap_mm, got both"),
+        (ITEM + "wall_gap_mm = 5\n", "placed must be left out beside wall_gap_mm"),
         (ITEM.replace("bookcase-5-shelf", "server-rack-42u") + "front_gap_mm = 5\n", "front_gap_mm needs wall_gap_mm"),
-        (ITEM.replace("shelf", "shelve"), "no catalogue item"),
+        (ITEM.replace("shelf", "shelve"), "there is no item"),
     ])  # fmt: skip
     def test_refusals(self, tmp_path, blocks, message):
         with pytest.raises(StudyError, match=message):
@@ -112,7 +112,7 @@ class TestPlaced:
 
     @pytest.mark.parametrize(("text", "message"), [
         ("name,width_m,height_m,placed\na,0.3,1.8,yes\n", "belongs to items of the catalogue"),
-        ("catalogue,wall_gap_mm,placed\nbookcase-5-shelf,5,yes\n", "must be empty beside wall_gap_mm"),
+        ("catalogue,wall_gap_mm,placed\nbookcase-5-shelf,5,yes\n", "must be left out beside wall_gap_mm"),
         ("catalogue,placed\nbookcase-5-shelf,perhaps\n", "must be yes or no, got 'perhaps'"),
     ])  # fmt: skip
     def test_csv_refusals(self, tmp_path, text, message):
@@ -151,7 +151,7 @@ class TestCsv:
 
     @pytest.mark.parametrize(("line", "message"), [
         ("a,0.3,1.8,,,,,kit\n", "needs its mass"),
-        ("a,0.3,1.8,10,,,,kat\n", r"must name one of the study's restraints \('kit'\)"),
+        ("a,0.3,1.8,10,,,,kat\n", r"must name one of restraints \('kit'\)"),
         ("a,0.3,1.8,,200,,,\n", "cm_offset_mm"),
         ("a,0.3,1.8,,,20,,\n", "lean_deg"),
         ("a,0.3,1.8,,,,-1,\n", "wall_gap_mm"),

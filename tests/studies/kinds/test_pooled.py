@@ -118,11 +118,11 @@ def test_columns_are_what_lines_give(text, tmp_path):
         ("name,width_m,height_m\na,0.4,1.8\nb,inf,1.6\n", "line 3, column 'width_m': must be a number"),
         ("name,width_m,height_m\na,0.4,1.8\nb,-0.4,1.6\n", "line 3, column 'width_m'"),
         ("name,width_m,height_m\na,0.4,1.8\na,0.4,1.6\n", "line 3, column 'name': must be another name"),
-        ("name,width_m,height_m\na,0.4\n", "line 2, column 'height_m': is empty"),
+        ("name,width_m,height_m\na,0.4\n", "line 2: a block needs either catalogue, or width_m and height_m"),
         ("name,width_m,height_m\na,0.4,1.8,9\n", "line 2: has 4 cells, the header names 3 columns"),
         ("name,width_m,height_m\na,0.4,1.8,9\nb,0.4,1.8,9\n", "line 2: has 4 cells, the header names 3 columns"),
-        ("name,alpha_rad,R_m\na,0.2,\n", "line 2, column 'R_m': is empty"),
-        ("name,alpha_rad,R_m,cm_height_m\na,0.2,1,0.5\n", "column 'cm_height_m': must be empty beside alpha_rad"),
+        ("name,alpha_rad,R_m\na,0.2,\n", "line 2: a block needs either catalogue"),
+        ("name,alpha_rad,R_m,cm_height_m\na,0.2,1,0.5\n", "got R_m, alpha_rad, cm_height_m"),
         ("name,width_m,height_m,wall_gap_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
         ("name,width_m,height_m,edge_distance_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
         ("name,width_m,height_m\n", "has a header but no blocks"),
@@ -501,7 +501,7 @@ def test_columns_of_what_blocks_have_of_their_own(study, tmp_path):
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        ("a,0.4,1.8,1.2\nb,0.5,1.6,0.9\n", "e must be above 0 and at most 1, got 1.2 of 'a'"),
+        ("a,0.4,1.8,1.2\nb,0.5,1.6,0.9\n", "e must be > 0 and <= 1, got 1.2 of 'a'"),
         ("a,0.4,1.8,\nb,0.5,1.6,0.9\n", "e must be finite, got nan of block 1"),
         ('"a",0.4,1.8,0.9\nb,0.5,1.6,0.9\n', "with the column e every line must have a name, its sizes and e as plain"),
     ],
