@@ -19,12 +19,6 @@ from toppling.studies.file.schema import ANALYSES, StudyFile
 from toppling.studies.file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, suffix_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-BOUNDS = (
-    ("above", "exclusiveMinimum"),
-    ("at_least", "minimum"),
-    ("below", "exclusiveMaximum"),
-    ("at_most", "maximum"),
-)
 
 
 def study_schema() -> dict[str, Any]:
@@ -89,8 +83,6 @@ def _property(made: dict[str, Any], key: str, field: FieldInfo) -> dict[str, Any
     own = {name: value for name, value in made.items() if name not in {"title", "anyOf", "default"}}
     types = [one for one in made.get("anyOf", []) if one != {"type": "null"}]
     own |= types[0] if len(types) == 1 else {"anyOf": types} if types else {}
-    for one in _numbers(own):
-        one |= {word: value for name, word in BOUNDS if (value := getattr(about, name)) is not None}
     unit = unit_of(key, field)
     if unit or any(one["type"] == "number" for one in _numbers(own)):
         own["unit"] = unit or "1"

@@ -400,7 +400,7 @@ class FrictionTable(Table):
     ] = None
     slips_m: Annotated[
         list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
-        KeyInfo("0.05, 0.1, 0.3", above=0.0, at_most=10.0),
+        KeyInfo("0.05, 0.1, 0.3"),
         Field(
             min_length=1,
             max_length=10,
@@ -468,19 +468,17 @@ class VariabilityTable(Table):
     """How pieces of one line of an inventory differ."""
 
     restitution_sd: Annotated[
-        float | None, KeyInfo(0.0, at_least=0.0), Field(description="Standard deviation of the restitution.")
+        float | None, KeyInfo(0.0), Field(ge=0.0, description="Standard deviation of the restitution.")
     ] = None
     slenderness_dispersion: Annotated[
-        float | None, KeyInfo(0.0, at_least=0.0), Field(description="Dispersion of the slenderness.")
+        float | None, KeyInfo(0.0), Field(ge=0.0, description="Dispersion of the slenderness.")
     ] = None
     pieces: Annotated[
         str | None, one_of(PIECES), KeyInfo("independent"), Field(description="Each its own draw, or one for all.")
     ] = None
-    variants: Annotated[
-        int | None, KeyInfo(16, at_least=1), Field(description="Variants of each block that are run.")
-    ] = None
+    variants: Annotated[int | None, KeyInfo(16), Field(ge=1, description="Variants of each block that are run.")] = None
     realisations: Annotated[
-        int | None, KeyInfo(20, at_least=1), Field(description="Fillings of the building under each motion.")
+        int | None, KeyInfo(20), Field(ge=1, description="Fillings of the building under each motion.")
     ] = None
     seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of the draws.")] = None
 
@@ -492,20 +490,18 @@ class VariabilityTable(Table):
 class TargetTable(Table):
     """What the cheapest set of kits is to achieve: the most that is allowed, all of it together."""
 
-    falls: Annotated[float | None, KeyInfo("no limit", at_least=0.0), Field(ge=0.0, description="Expected falls.")] = (
-        None
-    )
+    falls: Annotated[float | None, KeyInfo("no limit"), Field(ge=0.0, description="Expected falls.")] = None
     front_falls: Annotated[
         float | None,
-        KeyInfo("no limit", at_least=0.0),
+        KeyInfo("no limit"),
         Field(ge=0.0, description="Expected forward falls, into the room."),
     ] = None
-    injuries: Annotated[
-        float | None, KeyInfo("no limit", at_least=0.0), Field(ge=0.0, description="Expected injured persons.")
-    ] = None
+    injuries: Annotated[float | None, KeyInfo("no limit"), Field(ge=0.0, description="Expected injured persons.")] = (
+        None
+    )
     loss: Annotated[
         float | None,
-        KeyInfo("no limit", unit="the inventory's currency", at_least=0.0),
+        KeyInfo("no limit", unit="the inventory's currency"),
         Field(ge=0.0, description="Expected loss."),
     ] = None
 
@@ -555,8 +551,8 @@ class PerformanceTable(Table):
     ] = None
     at_level: Annotated[
         float | None,
-        KeyInfo("the middle one", unit="as `levels.unit` says", above=0.0),
-        Field(description="Level of the table and the ranking without a hazard."),
+        KeyInfo("the middle one", unit="as `levels.unit` says"),
+        Field(gt=0.0, description="Level of the table and the ranking without a hazard."),
     ] = None
     safety: Annotated[
         list[str] | None,
@@ -651,7 +647,7 @@ class FitTable(Table):
     ] = None
     fractiles: Annotated[
         list[Annotated[float, Field(gt=0.0, lt=1.0)]] | None,
-        KeyInfo("none", above=0.0, below=1.0),
+        KeyInfo("none"),
         Field(description="Probabilities whose levels are wanted."),
     ] = None
     penalty: Annotated[

@@ -42,19 +42,19 @@ class HazardTable(Table):
     component: Annotated[str | None, KeyInfo("Total"), Field(description="Which curve of a USGS response.")] = None
     k0: Annotated[
         float | None,
-        KeyInfo(unit="1/yr", above=0.0),
-        Field(description="Annual rate at a level of 1 unit, of a power law."),
+        KeyInfo(unit="1/yr"),
+        Field(gt=0.0, description="Annual rate at a level of 1 unit, of a power law."),
     ] = None
     k: Annotated[float | None, Field(description="Exponent of the power law k0 x^-k.")] = None
     k1: Annotated[float | None, Field(description="Of the second-order law k0 exp(-k2 ln²x - k1 ln x).")] = None
     k2: Annotated[float | None, Field(description="Its curvature.")] = None
     levels: Annotated[
         list[float] | None,
-        KeyInfo(unit="as `unit` says", above=0.0),
+        KeyInfo(unit="as `unit` says"),
         Field(description="Levels of a curve given here."),
     ] = None
     rates: Annotated[
-        list[float] | None, KeyInfo(unit="1/yr", above=0.0), Field(description="Their annual rates of exceedance.")
+        list[float] | None, KeyInfo(unit="1/yr"), Field(description="Their annual rates of exceedance.")
     ] = None
     unit: Annotated[
         str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels; of a file only where it states none.")
@@ -169,7 +169,6 @@ class BranchTable(Table):
     ]
     weights: Annotated[
         list[Annotated[float, Field(gt=0.0, le=1.0)]],
-        KeyInfo(above=0.0, at_most=1.0),
         Field(min_length=1, max_length=100, description="Their weights, which sum to 1."),
     ]
 

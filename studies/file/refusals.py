@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from .include import fields_of, tables_of
-from .table import UNIT_SUFFIXES, KeyInfo, PartialTable, checked, meant, shown, suffix_of
+from .table import UNIT_SUFFIXES, PartialTable, checked, meant, shown, suffix_of
 
 NO_TABLE = ("model_type", "model_attributes_type", "dict_type", "union_tag_invalid", "union_tag_not_found")
 NO_LIST = ("list_type", "tuple_type")
@@ -182,11 +182,11 @@ def _allowed(kind: str, location: tuple[int | str, ...], of_key: tuple[FieldInfo
 
 def _bounds(field: FieldInfo) -> str:
     """The bounds of a number in the table: '> 0 and <= 1'."""
-    signs = ((">", "gt", "above"), (">=", "ge", "at_least"), ("<", "lt", "below"), ("<=", "le", "at_most"))
+    signs = ((">", "gt"), (">=", "ge"), ("<", "lt"), ("<=", "le"))
     found = []
     for limit in (*field.metadata, *_limits(field.annotation)):
-        for sign, constraint, words in signs:
-            bound = getattr(limit, words if isinstance(limit, KeyInfo) else constraint, None)
+        for sign, constraint in signs:
+            bound = getattr(limit, constraint, None)
             if bound is not None:
                 found.append(f"{sign} {bound:,.0f}" if 10.0 <= bound < MOST_WRITTEN else f"{sign} {bound:g}")
     return " and ".join(dict.fromkeys(found))

@@ -85,9 +85,7 @@ class SelectTable(Table):
             "distances weigh the medians of a ground-motion model."
         ),
     ] = None
-    vs30_m_s: Annotated[
-        float | None, KeyInfo(above=0.0), Field(description="With a disaggregation: V_S30 of the site, m/s.")
-    ] = None
+    vs30_m_s: Annotated[float | None, Field(gt=0.0, description="With a disaggregation: V_S30 of the site.")] = None
     faulting: Annotated[
         str | None, one_of(FAULTINGS), KeyInfo("strike-slip"), Field(description="With it: faulting.")
     ] = None
@@ -100,8 +98,8 @@ class SelectTable(Table):
         Field(min_length=1, max_length=200, description="With it: the measures that are to agree."),
     ] = None
     factor: Annotated[
-        list[float] | None,
-        KeyInfo("[0.25, 4]", unit="1", above=0.0),
+        list[Annotated[float, Field(gt=0.0)]] | None,
+        KeyInfo("[0.25, 4]", unit="1"),
         Field(min_length=2, max_length=2, description="Least and greatest factor of a motion."),
     ] = None
     weights: Annotated[

@@ -182,19 +182,14 @@ def one_of(names: Iterable[str]) -> WordChoice:
 
 @dataclass(frozen=True)
 class KeyInfo:
-    """Annotation of a key for the schema, beside its description; the values are checked by what is built of them.
+    """Annotation of a key for the schema, beside its description.
 
     `default`: the value that holds where the key is not given, in words where it is no single value; `unit`: the unit
-    of a key whose name does not end with it; `above`, `at_least`, `below`, `at_most`: bounds of the value, or of each
-    value of a list.
+    of a key whose name does not end with it.
     """
 
     default: Any = None
     unit: str = ""
-    above: float | None = None
-    at_least: float | None = None
-    below: float | None = None
-    at_most: float | None = None
 
 
 @dataclass(frozen=True)

@@ -148,7 +148,7 @@ class CorrelationTable(Table):
     """Rank correlation of two inputs."""
 
     of: Annotated[tuple[str, str], Field(strict=False, description="The two inputs.")]
-    rank: Annotated[float, KeyInfo(at_least=-1.0, at_most=1.0), Field(description="Spearman's correlation, -1 to 1.")]
+    rank: Annotated[float, Field(ge=-1.0, le=1.0, description="Spearman's correlation.")]
 
 
 def _known(name: str) -> str:
