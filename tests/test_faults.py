@@ -40,8 +40,10 @@ def test_tests_of_mended_mistakes_exist():
         tests = [row["test"] for row in csv.DictReader(table) if "::" in row["test"]]
     assert len(tests) > 30
     for test in tests:
-        file, *_, function = test.split("::")
-        assert f"def {function}(" in (ROOT / "tests" / file).read_text("utf-8"), test
+        file, *classes, function = test.split("::")
+        lines = (ROOT / "tests" / file).read_text("utf-8").splitlines()
+        assert any(line.startswith(f"{'    ' * len(classes)}def {function}(") for line in lines), test
+        assert all(any(line.startswith(f"class {name}:") for line in lines) for name in classes), test
 
 
 def test_sixty_are_numbered_without_gaps():

@@ -596,9 +596,9 @@ def _site_text(row: _SiteRow) -> str:
 
 def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     """Read a JSON response of the Unified Hazard Tool, or of the later services."""
-    file = lines.file
+    file, response_text = lines.file, "\n".join(lines)
     try:
-        data = json.loads("\n".join(lines))
+        data = json.loads(response_text)
     except (ValueError, RecursionError) as error:
         where = f"line {error.lineno}: {error.msg}" if isinstance(error, json.JSONDecodeError) else type(error).__name__
         raise HazardError(f"{file}: is no valid JSON ({where})") from None

@@ -18,7 +18,7 @@ from ...fragility.risk.modelling import MODELLING
 from ..plan.estimates import MEAN
 from ..report.results_file import refuse_newer
 from ..store.content import check_content
-from ..store.folder import UNREADABLE, damaged, no_results
+from ..store.folder import reading
 from ..store.netcdf import opened
 from ..store.outputs import own_files
 from ..text.error import StudyError
@@ -44,30 +44,21 @@ _WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str, tuple[str,
 
 def read_curves(path: Path, model: str | None = None, verify: bool = False, modelling: bool = False) -> xr.Dataset:
     """Read a result file's curves, of all laws or those `model` names; with `modelling` their uncertainty counts."""
-    try:
-        with opened(path) as whole:
-            refuse_newer(path, whole)
-            check_content(path, whole, verify)
-            kind = str(whole.attrs.get("kind", ""))
-            stored = _of_all_samples(whole) if kind == UNCERTAINTY else whole
-            parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
-            # only the curves are loaded, because the runs may be larger than the memory
-            curves = stored[parts].load()
-            observed = ("probability", "lower", "upper", "overturnings", "runs")
-            if "curve_probability" in curves:  # (renamed as in a fit, in place of the observed probability)
-                curves = curves.drop_vars(observed, errors="ignore")
-                curves = curves.rename(curve_probability="probability")
-            axis = stored.coords.get("level", stored.coords.get("intensity"))  # (a cloud has no levels)
-            im = "" if axis is None else axis.attrs.get("im", "")
-            floors = _floors(stored)
-    except StudyError:
-        raise
-    except FileNotFoundError:
-        raise StudyError(f"{path}: no such file") from None
-    except RuntimeError:
-        raise damaged(path) from None
-    except UNREADABLE as error:
-        raise no_results(path, error) from None
+    with reading(path), opened(path) as whole:
+        refuse_newer(path, whole)
+        check_content(path, whole, verify)
+        kind = str(whole.attrs.get("kind", ""))
+        stored = _of_all_samples(whole) if kind == UNCERTAINTY else whole
+        parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
+        # only the curves are loaded, because the runs may be larger than the memory
+        curves = stored[parts].load()
+        observed = ("probability", "lower", "upper", "overturnings", "runs")
+        if "curve_probability" in curves:  # (renamed as in a fit, in place of the observed probability)
+            curves = curves.drop_vars(observed, errors="ignore")
+            curves = curves.rename(curve_probability="probability")
+        axis = stored.coords.get("level", stored.coords.get("intensity"))  # (a cloud has no levels)
+        im = "" if axis is None else axis.attrs.get("im", "")
+        floors = _floors(stored)
     if kind == PERFORMANCE:
         raise StudyError(
             f"{path}: results of a performance study, which has no fragility curves: --format csv, xlsx or pelicun "
@@ -135,12 +126,9 @@ def _floors(stored: xr.Dataset) -> list[str]:
 
 
 def kind_of(path: Path) -> str:
-    """Return the kind of study that a result file is of; empty where it is none, or cannot be read."""
-    try:
-        with opened(path) as whole:
-            return str(whole.attrs.get("kind", ""))
-    except (OSError, RuntimeError, *UNREADABLE):
-        return ""
+    """Return the kind of study that a result file is of; empty where it holds none."""
+    with reading(path), opened(path) as whole:
+        return str(whole.attrs.get("kind", ""))
 
 
 def guessed_lines(curves: xr.Dataset) -> list[str]:

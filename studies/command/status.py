@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...core.wording import part_text
-from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked, no_results
+from ..store.folder import RESULT_NAME, is_locked, reading
 from ..store.manifest import MOST_RUNS, REACHED, REFUSED, kept_runs, read_manifest
 from ..store.netcdf import load_small, opened, title_of
 from ..text.error import StudyError
@@ -75,17 +75,11 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
 
 
 def _title(path: Path, verify: bool) -> str:
-    try:
+    with reading(path):
         found = _printable(title_of(path))
         if verify:
             _verify(path)
         return found
-    except StudyError:
-        raise
-    except RuntimeError:
-        raise damaged(path) from None
-    except UNREADABLE as error:
-        raise no_results(path, error) from None
 
 
 def _verify(path: Path) -> None:

@@ -19,7 +19,7 @@ from ..kinds.study import Study
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.differences import changes, makes_motions, same_inputs
-from ..store.folder import RESULT_NAME, UNREADABLE, refuse_unfinished, result_file
+from ..store.folder import RESULT_NAME, reading, refuse_unfinished, result_file
 from ..store.netcdf import opened
 from ..text.curve_notes import state_in
 from ..text.error import StudyError
@@ -89,11 +89,8 @@ def result_of(path: Path) -> Path:
         study = Study.from_toml(path)
         if not target.exists():
             raise StudyError(f"{path}: has no results in {folder}: {run} computes them, {named}")
-        try:
-            with opened(target) as stored:
-                theirs = str(stored.attrs.get("identity"))
-        except (*UNREADABLE, RuntimeError):
-            return target  # (its reader says what is wrong with it)
+        with reading(target), opened(target) as stored:
+            theirs = str(stored.attrs.get("identity"))
         same = theirs == study.identity or (same_inputs(theirs, study.identity) and makes_motions(study.configuration))
         if not same:
             raise StudyError(

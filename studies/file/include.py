@@ -43,7 +43,7 @@ _TOML_WORDS = (
 )
 _HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]")
 _KEY = re.compile(r'\s*"?([\w-]+)"?\s*=')
-_CUT = re.compile(rb"=\s*[-+.\w]*\d\Z")
+_CUT = re.compile(r"=\s*[-+.\w]*\d\Z", re.ASCII)
 _DIRECTING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
 
@@ -98,13 +98,11 @@ def _parsed(path: Path) -> dict[str, Any]:
     """Return the content of one file; StudyError where no study can have such content."""
     if os.path.isdir(path):  # (which raises nothing)
         raise StudyError(f"{path}: cannot be read (Is a directory)")
-    data = whole_content(path, STUDY_BYTES, "study file", StudyError)
+    text = text_of(path)
     try:
-        content = tomllib.loads(data.decode("utf-8"))
-    except UnicodeDecodeError:
-        raise StudyError(f"{path}: not a text file in UTF-8") from None
+        content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # (an integer of thousands of digits raises no TOMLDecodeError)
-        raise StudyError(f"{path}: not valid TOML: {_reason(error, data.decode('utf-8'))}") from None
+        raise StudyError(f"{path}: not valid TOML: {_reason(error, text)}") from None
     left: list[tuple[str, Any, int]] = [("", content, 0)]
     while left:
         key, value, depth = left.pop()
@@ -125,9 +123,17 @@ def _parsed(path: Path) -> dict[str, Any]:
             _refuse_text(where, value)
         elif isinstance(value, int) and not -(2**63) <= value < 2**63:
             raise StudyError(f"{where} is an integer of more than 64 bits")
-    if _CUT.search(data):
+    if _CUT.search(text):
         warn([unended(path.name)])
     return content
+
+
+def text_of(path: Path) -> str:
+    """Return the text of one file; StudyError where it cannot be read."""
+    try:
+        return whole_content(path, STUDY_BYTES, "study file", StudyError).decode("utf-8")
+    except UnicodeDecodeError:
+        raise StudyError(f"{path}: not a text file in UTF-8") from None
 
 
 def line_of(text: str, location: tuple[int | str, ...]) -> int:

@@ -57,7 +57,7 @@ from .blocks import BlockTable, Restraints, RestraintTable
 from .buildings import Buildings, BuildingTable, StoreysTable
 from .code import Asce7Table
 from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
-from .include import line_of, read_content
+from .include import line_of, read_content, text_of
 from .models import Models
 from .motions import PAIR, Motions, MotionsTable, motions_table
 from .refusals import refusal, refusals
@@ -797,7 +797,7 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
             key = tuple(part for part in location if isinstance(part, str))
             origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
             unknown = message.startswith("unknown key")
-            line = line_of(origin.read_text(encoding="utf-8"), location) if unknown else 0
+            line = line_of(text_of(origin), location) if unknown else 0
             # (several errors leave no room for lists of keys)
             brief = message.partition(", allowed are ")[0] if unknown and len(found) > 1 else message
             where = [f"in {origin}"] * (origin != path) + [f"line {line}"] * (line > 0)

@@ -13,7 +13,7 @@ from ... import fragility
 from ...core.labelled import spare_dask
 from ...core.units import SCHEMA
 from ...core.wording import with_article
-from ..store.folder import UNREADABLE, damaged, no_results
+from ..store.folder import UNREADABLE, damaged, reading
 from ..store.netcdf import opened
 from ..text.error import StudyError
 
@@ -27,14 +27,8 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
     """Open a study's results until the block ends; variables of single runs are read only where they are used."""
     if not path.is_file():
         raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")
-    try:
+    with reading(path):
         stored = opened(path)
-    except StudyError:
-        raise
-    except RuntimeError:  # (the netCDF library's error for checksums that do not fit)
-        raise damaged(path) from None
-    except UNREADABLE as error:
-        raise no_results(path, error) from None
     with stored:
         layout, kind = stored.attrs.get("schema"), stored.attrs.get("kind")
         if layout is None or "toppling_version" not in stored.attrs:

@@ -143,7 +143,7 @@ def refuse_folder(target: Path) -> None:
 
 def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Dataset | None:
     """Return the finished results of the study of this identity, or None where there are none."""
-    try:
+    with reading(target, "; move it away or use --fresh"):
         if not target.exists():
             return None
         with ExitStack() as closing:
@@ -154,22 +154,26 @@ def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Datase
                 if any(one.nbytes > WHOLE_BYTES for one in found.variables.values()):
                     closing.pop_all()  # (large variables are read when they are used)
                 return found
-    except StudyError:
-        raise
-    except RuntimeError:
-        raise damaged(target) from None
-    except UNREADABLE as error:
-        raise no_results(target, error, "; move it away or use --fresh") from None
     raise StudyError(
         f"{target}: holds the results of another study{_other(about, study, identity)}; use another folder or --fresh"
     )
 
 
-def no_results(path: Path, error: BaseException, fix: str = "") -> StudyError:
-    """Return the error of a result file that the system refuses to read, or that is none."""
-    if isinstance(error, OSError) and (error.errno or 0) > 0:  # (the netCDF library's own numbers are negative)
-        return StudyError(f"{path}: cannot be read ({system_reason(error)})")
-    return StudyError(f"{path}: is no result file{fix}")
+@contextmanager
+def reading(path: Path, fix: str = "") -> Iterator[None]:
+    """Raise StudyError for a result file that is missing, damaged or none, or that the system refuses to read."""
+    try:
+        yield
+    except StudyError:
+        raise
+    except FileNotFoundError:
+        raise StudyError(f"{path}: no such file") from None
+    except RuntimeError:  # (the netCDF library's error for checksums that do not fit)
+        raise damaged(path) from None
+    except UNREADABLE as error:
+        if isinstance(error, OSError) and (error.errno or 0) > 0:  # (the netCDF library's own numbers are negative)
+            raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
+        raise StudyError(f"{path}: is no result file{fix}") from None
 
 
 def damaged(path: Path) -> StudyError:

@@ -17,6 +17,7 @@ from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.hazard.plausibility import hazard_doubts
+from toppling.motions.readers.lines import HEAD_LINES, Lines, RecordError
 from toppling.studies.file.hazard import HazardTable
 
 # The layouts are those of the programs, the numbers are made up.
@@ -277,6 +278,20 @@ class TestFiles:
         np.testing.assert_allclose(as_probabilities.rates, -np.log1p(-np.array(hazard.rates)) / 50.0, rtol=1e-14)
         nameless = saved(tmp_path, NSHMP.replace("name,", "").replace("Concord CA,", "").replace("Oakland CA,", ""))
         assert read_hazard(nameless, "Sa(1.0)", 1).rates == hazard.rates
+
+    def test_a_response_that_a_disk_refuses_midway(self, tmp_path, monkeypatch):
+        response = saved(tmp_path, json.dumps(json.loads(services(old=True)), indent=0), "response.json")
+        head = iter(range(HEAD_LINES))
+        fetch = Lines._fetch
+
+        def refuse(lines):
+            if next(head, None) is None:
+                raise RecordError(f"{lines.file}: cannot be read (Input/output error)")
+            return fetch(lines)
+
+        monkeypatch.setattr(Lines, "_fetch", refuse)
+        with pytest.raises(HazardError, match=r"response\.json: cannot be read \(Input/output error\)$"):
+            read_hazard(response, "pga")
 
     def test_services(self, tmp_path):
         old = saved(tmp_path, services(old=True), "response.json")

@@ -156,6 +156,7 @@ class TestReading:
         [
             (["report", "out"], 2),
             (["compare", "out", "--laws", "discrete", "housner", "--out", "compared"], 2),
+            (["export", "out", "--format", "csv", "--out", "exported"], 2),
         ],
     )
     def test_results_that_are_read_again(self, tmp_path, monkeypatch, capsys, quiet, arguments, times):
@@ -170,6 +171,25 @@ class TestReading:
             assert [path.name for path in (tmp_path / "out").iterdir()] == ["results.nc"]
         refuse_opening(monkeypatch, "results.nc", times + 1)
         assert main(arguments) == 0
+
+    def test_results_that_are_looked_for_beside_a_study(self, tmp_path, monkeypatch, capsys, quiet):
+        """Whose identity cannot be read: they may be of another study."""
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "study.toml").write_text(FEW)
+        (tmp_path / "results/study").mkdir(parents=True)
+        (tmp_path / "results/study/results.nc").write_bytes(quiet)
+        refuse_opening(monkeypatch, "results.nc", 1)
+        assert main(["compare", "study.toml", "--laws", "discrete", "housner"]) == 2
+        assert re.fullmatch(r"toppling: results/study/results\.nc: .*output\serror\)\n", capsys.readouterr().err)
+
+    def test_an_included_file_that_is_read_again(self, tmp_path, monkeypatch, capsys):
+        """For the line of a key that is not known."""
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "study.toml").write_text('include = ["common.toml"]\n' + FEW)
+        (tmp_path / "common.toml").write_text("[fit]\nform_of = 1\n")
+        refuse_opening(monkeypatch, "common.toml", 2)
+        assert main(["run", "study.toml", "--dry-run"]) == 2
+        assert re.fullmatch(r"toppling: common\.toml: .*\(Input/output\serror\)\n", capsys.readouterr().err)
 
     @pytest.mark.skipif(sys.platform == "win32", reason="locks of another kind")
     def test_a_lock_of_another_user(self, tmp_path, monkeypatch):
