@@ -55,7 +55,7 @@ class AC156(Generator):
     vertical : bool
         Whether the vertical spectrum is matched.
     duration : float
-        Length, s.
+        Length of the motions, s.
     dt : float
         Time step, s.
     envelope : Envelope, optional

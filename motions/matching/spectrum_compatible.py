@@ -58,7 +58,7 @@ class SpectrumCompatible(Generator):
     target : TargetSpectrum
         Target, matched at eight periods per octave; the shortest at least 2 dt, the longest at most `duration`.
     duration : float
-        Length, s.
+        Length of the motions, s.
     dt : float
         Time step, s.
     envelope : Envelope, optional

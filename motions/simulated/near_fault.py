@@ -64,7 +64,7 @@ class NearFault(ScenarioGenerator):
     dt : float
         Time step, s.
     duration : float, optional
-        Length, s; by default sufficient for all but rare draws.
+        Length of the motions, s; by default sufficient for all but rare draws.
 
     Notes
     -----

@@ -70,7 +70,7 @@ class Seismological(Generator):
     dt : float
         Time step, s.
     duration : float, optional
-        Length, s; by default the length that the window needs.
+        Length of the motions, s; by default the length that the window needs.
 
     Notes
     -----

@@ -70,7 +70,7 @@ class SiteBased(Generator):
     dt : float
         Time step, s.
     duration : float, optional
-        Length, s; by default the length that the motion needs.
+        Length of the motions, s; by default the length that the motion needs.
 
     Notes
     -----
@@ -255,7 +255,7 @@ class SiteBasedScenario(ScenarioGenerator):
     dt : float
         Time step, s.
     duration : float, optional
-        Length, s; by default sufficient for times 2.5 standard deviations above their medians.
+        Length of the motions, s; by default sufficient for times 2.5 standard deviations above their medians.
     arias_constant : float
         Constant of the equation of the Arias intensity, which sets the strength of the motions: -1.844 as published in
         2010, or -2.2962 as in later code, which is nearer to ground-motion models.

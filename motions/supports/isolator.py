@@ -117,7 +117,7 @@ class Isolator:
         Parameters
         ----------
         period : float
-            Period, s.
+            Period of the isolator, s.
         damping : float
             Damping ratio.
         mass_ratio, one_way

@@ -22,7 +22,7 @@ from ...models.scenes.restraint import KINDS
 from .csv_table import CsvTable, TableKind
 from .derived import Derived, choice, default_of, derived, in_si, keys_of
 from .refusals import refusal
-from .table import KeyInfo, Table, nearest, shown
+from .table import KeyInfo, Table, shown
 
 MOST_BLOCKS = 1_000_000
 MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
@@ -123,9 +123,10 @@ class _Piece(Table):
                 f"a block needs either {', or '.join(self.ways)}, got {', '.join(sorted(given)) or 'nothing'}"
             )
         if self.catalogue is not None and self.catalogue not in catalogue:
-            near = nearest(self.catalogue, catalogue)
-            hint = f"; did you mean {near!r}?" if near else ", `toppling catalogue` lists them"
-            raise ValueError(f"catalogue: there is no item {shown(self.catalogue)}{hint}")
+            try:
+                catalogue[self.catalogue]
+            except KeyError as error:
+                raise ValueError(f"catalogue: {error.args[0]}") from None
         if self.placed and self.catalogue is None:
             raise ValueError("placed belongs to items of the catalogue: give wall_gap_mm for other blocks")
         if self.placed and self.given("wall_gap_mm") is not None:

@@ -148,7 +148,7 @@ def _field(about: Declared, given: Any) -> tuple[Any, Any]:
             "float": Annotated[float, of_number],
             "int": Annotated[int, of_number],
             "bool": bool,
-            "str": Annotated[str, one_of(parameter.words)] if parameter.words else str,
+            "str": Annotated[str, one_of(filter(None, parameter.words))] if parameter.words else str,
         }.get(getattr(about.type, "__name__", ""))
         if given is None:  # a number or several
             given = reduce(or_, [Annotated[float, of_number], list[Annotated[float, of_number]]])

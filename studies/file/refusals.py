@@ -50,8 +50,9 @@ def refusals(
     for error in (*unknown, *others):
         location = _stated(error["loc"], content, error["type"])
         key = _written((*above, *location))
-        if key not in of_keys:
-            of_keys[key] = _sentence(error, location, key, table, content), (*above, *location)
+        # (rules that join tables come in one error, a line each)
+        for i, sentence in enumerate(_sentence(error, location, key, table, content).split("\n")):
+            of_keys.setdefault(f"{key}{i or ''}", (sentence, (*above, *location)))
     return list(of_keys.values())
 
 

@@ -13,21 +13,15 @@ import numpy as np
 import xarray as xr
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import KINDS, Doubt, noted
 from ...core.wording import with_article
-from ...fragility.adaptive.curve import MOST_RUNS, RUNS
-from ...fragility.adaptive.until import MEDIAN, TARGETS
+from ...fragility.adaptive.curve import RUNS
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
-from ...fragility.curves.curve import LINKED
-from ...fragility.fitting.links import LINKS
-from ...fragility.fitting.states import OVERTURNED, UPLIFTED
-from ...fragility.hazard.pieces import EXTEND
+from ...fragility.fitting.states import OVERTURNED
 from ...fragility.runs.request import OF_ROCKING
-from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...fragility.validity.slab_screen import FACTORS
 from ...models import Block
 from ...motions import Generator
@@ -56,12 +50,13 @@ from .analyses import (
 from .blocks import BlockTable, Restraints, RestraintTable
 from .buildings import Buildings, BuildingTable, StoreysTable
 from .code import Asce7Table
-from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
+from .hazard import BranchTable, HazardSetTable, HazardTable, MotionSetTable
 from .include import line_of, read_content, text_of
 from .models import Models
-from .motions import PAIR, Motions, MotionsTable, motions_table
+from .motions import Motions, MotionsTable, motions_table
 from .refusals import refusal, refusals
 from .report import ReportTable
+from .rules import broken
 from .selecting import Levels, SelectTable, selected
 from .supports import NamedSupports, Supports
 from .table import KeyInfo, RelativePath, Table, all_errors, bare, one_of
@@ -93,7 +88,6 @@ class LookedAt(NamedTuple):
     seed: int
 
 
-ANALYSES = ("ida", "stripes", "cloud", "performance")
 LOOKED_AT = 64
 """Motions of a generator that are made before an adaptive or a pooled analysis runs, for what is odd about them."""
 
@@ -244,267 +238,27 @@ class StudyFile(Table):
         return self.model_copy(update={"building": building.model_copy(update={"sds_g": code.sds_g})})
 
     @model_validator(mode="after")
-    def _one_analysis(self) -> Self:
-        analyses = [name for name in ANALYSES if getattr(self, name) is not None]
-        if len(analyses) != 1:
-            found = " and ".join(analyses) or "none"
-            raise ValueError(f"a study needs exactly one of {', '.join(ANALYSES)}, got {found}")
-        if self.performance is not None:
-            given = [
-                name
-                for name in (
-                    "blocks",
-                    "blocks_file",
-                    "buildings",
-                    "uncertainty",
-                    "sensitivity",
-                    "fit",
-                    "measures",
-                    "outputs",
-                )
-                if getattr(self, name) is not None
-            ]
-            if given:
-                why = "its blocks stand in its inventory" if given[0].startswith("blocks") else "leave it out"
-                raise ValueError(f"a performance study has no {given[0]}: {why}")
-            if self.hazard is not None:
-                given = sorted(self.hazard.model_fields_set & {"years", "probability", "along", "at", "below", "above"})
-                if given:
-                    why = "its values are of one year" if given[0] == "years" else "leave it out"
-                    raise ValueError(f"hazard.{given[0]} is not for a performance study: {why}")
-            if self.performance.im in BLOCK_MEASURES:
-                raise ValueError(
-                    "performance.im must be a measure of the ground motion alone, which all pieces share, got "
-                    f"{self.performance.im!r}"
-                )
-        elif self.blocks is None and self.blocks_file is None:
-            raise ValueError("key 'blocks' is missing")
-        elif self.blocks is not None and self.blocks_file is not None:
-            raise ValueError("blocks stand in the study file or in blocks_file, not in both")
-        targets = [key for key, table in self.restraint_tables.items() if table.target is not None]
-        if targets and self.kind != "fragility":
-            raise ValueError(
-                f"{targets[0]}.target is for fragility studies at levels that all motions share, not for {self.of_kind}"
-            )
-        named = {one.restraint for one in self.blocks or [] if isinstance(one.restraint, str)}
-        unused = [name for name in self.restraints or {} if name not in named]
-        if unused and self.blocks_file is None and self.performance is None:
-            raise ValueError(f"restraints.{unused[0]} holds no block: name it in `restraint` of a block")
-        form = "lognormal" if self.fit is None else self.fit.form
-        if self.hazard is not None and form in LINKED:
-            raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")
-        if self.sensitivity is not None:
-            apart = ("hazard", "fit", "measures", "outputs", "uncertainty")
-            given = [name for name in apart if getattr(self, name) is not None]
-            if given:
-                raise ValueError(f"a study with sensitivity has no {given[0]}")
-        self._check_until()
-        if self.friction is not None:
-            self._check_friction(self.friction)
-        if self.motions.pair and self.kind == "sensitivity":
-            raise ValueError("motions.component 'pair' is for an inventory or a study of blocks, not for [sensitivity]")
-        self._check_own_friction()
-        self._check_branches()
-        if self.building is not None and self.buildings is not None:
-            raise ValueError("a study has one building or several buildings, not both keys")
-        names = [one.name for one in self.buildings or []]
-        if None in names or len(set(names)) < len(names):
-            raise ValueError(f"buildings need a name each, all different, got {', '.join(map(str, names))}")
-        if self.performance is None and self.analysis.im_at == "ground" and not self._stand and self.support is None:
-            raise ValueError(f"{analyses[0]}.im_at 'ground' needs a building, whose floors move with the ground")
-        if not self._scales:
-            self._check_what_does_not_scale()
-        if self.support is not None:
-            self._check_support()
-        if self.supports is not None:
-            if self.performance is None:
-                raise ValueError("supports are for the lines of an inventory; blocks of a study have one [support]")
-            supports = [support.name for support in self.supports]
-            if len(set(supports)) < len(supports):
-                raise ValueError(f"supports need different names, got {', '.join(supports)}")
-        if self._stand and self.motions.given("floors_file") is not None:
-            raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
-        if self._stand and self.motions.given("floors_index") is not None:
-            raise ValueError("a building needs ground motions, got motions.floors_index, which are of floors already")
-        if self.performance is None and self.motions.given("elastic") is not None:
-            raise ValueError("motions.elastic is for the floor histories of a performance study")
+    def _rules(self) -> Self:
+        """Raise one ValueError for all broken rules, a line each."""
+        said = broken(self)
+        if said:
+            raise ValueError("\n".join(said))
         return self
 
     @property
-    def _scales(self) -> bool:
+    def scales(self) -> bool:
         """Whether twice the ground motion gives twice the motion that shakes the blocks."""
-        return all(one.scales for one in self._stand) and (self.support is None or self.support.scales)
-
-    def _check_what_does_not_scale(self) -> None:
-        """Raise a ValueError where a building that yields, or such an isolator, does not go with the analysis."""
-        what = next((one.what for one in self._stand if not one.scales), "an isolator that yields")
-        if self.performance is not None:
-            return  # (its motions go through what yields at each level)
-        if self.ida is not None:
-            raise ValueError(
-                f"{what} needs stripes or cloud: what is above it does not scale, so that motions go through it at "
-                "each level"
-            )
-        if self.stripes is None or not self.stripes.scale:
-            return
-        if self.stripes.im_at != "ground":
-            raise ValueError(
-                f"{what} needs stripes.im_at = 'ground', where motions are scaled to their level, or scale = false"
-            )
-        if self.stripes.im in (SCALE, *BLOCK_MEASURES):
-            raise ValueError(f"{what} needs a measure of the ground motion, got {self.stripes.im}")
-
-    def _check_support(self) -> None:
-        """Raise a ValueError where a support does not go with the analysis."""
-        if self.performance is not None or self.sensitivity is not None:
-            raise ValueError(
-                "support is for the blocks of a study, not for an inventory, whose lines name [[supports]], or "
-                "[sensitivity]"
-            )
-        for key in ("floors_file", "floors_index"):
-            if self.motions.given(key) is not None:
-                raise ValueError(f"a support needs ground motions, got motions.{key}, which are of floors already")
-        if self.analysis.im_at != "ground":
-            raise ValueError("a support needs im_at = 'ground': levels are of the ground motion below it")
+        return all(one.scales for one in self.stand) and (self.support is None or self.support.scales)
 
     @property
     def _scaled_before(self) -> bool:
         """Whether motions are scaled to their level before they go through what does not scale."""
-        return self.stripes is not None and self.stripes.scale and not self._scales
-
-    def _check_until(self) -> None:
-        """Raise a ValueError where adaptive levels do not go with what else a study has."""
-        if self.events is not None and (self.ida is None or self.ida.levels != POOLED):
-            raise ValueError("events are of a region: they need ida with levels = 'pooled'")
-        word = None if self.ida is None or not isinstance(self.ida.levels, str) else self.ida.levels
-        if word is None:
-            if self.until is not None:
-                raise ValueError("until is for ida with levels = 'adaptive' or 'pooled'")
-            return
-        if word == POOLED:
-            self._check_pooled()
-        elif self.until is not None and self.until.runs_per_motion is not None:
-            checks.number("until.runs_per_motion", self.until.runs_per_motion, at_least=1, at_most=MOST_RUNS)
-        needing = ("uncertainty", "sensitivity", "measures", "branches", "motion_sets")
-        for name in (*needing, *(("screen", "friction") if word == POOLED else ())):
-            if getattr(self, name) is not None:
-                raise ValueError(f"{name} needs levels that all motions share, not levels = {word!r}")
-        if self.fit is not None:
-            for key, value, allowed in (
-                ("state", self.fit.state, (OVERTURNED, UPLIFTED, "a number")),
-                ("form", self.fit.form, tuple(LINKS)),
-                ("method", self.fit.method, ("binomial",)),
-            ):
-                if value not in allowed and not (key == "state" and isinstance(value, float | int)):
-                    raise ValueError(f"fit.{key} of adaptive levels must be {' or '.join(allowed)}, got {value!r}")
-        if self.until is not None and self.until.rate is not None:
-            if self.hazard is None:
-                raise ValueError("until.rate needs a [hazard]")
-            for key in ("below", "above"):
-                if getattr(self.hazard, key) != EXTEND:
-                    raise ValueError(
-                        f"until.rate draws levels from the hazard curve, extended at both ends: leave out hazard.{key}"
-                    )
-
-    def _check_pooled(self) -> None:
-        """Raise a ValueError where the surface of many blocks does not go with what else a study has."""
-        for name in ("fit", "outputs", "restraints", "buildings"):
-            if getattr(self, name) is not None:
-                stands = name in ("restraints", "buildings")
-                why = "blocks stand free on one floor" if stands else "all curves are found together"
-                raise ValueError(f"levels = 'pooled' has no {name}: {why}")
-        if self.motions.pair:
-            raise ValueError(
-                f"motions.component {PAIR!r} is not for levels = 'pooled', whose curves are of one component"
-            )
-        asked = {} if self.until is None else self.until.model_dump(include=set(TARGETS), exclude_none=True)
-        other = sorted({*asked} - {MEDIAN})
-        if other:
-            raise ValueError(f"until.{other[0]} is for levels = 'adaptive': a pooled surface asks for the median")
-        if self.hazard is not None:
-            given = sorted(self.hazard.model_fields_set & {"probability", "along", "below", "above"})
-            if given:
-                raise ValueError(f"hazard.{given[0]} is not for levels = 'pooled', whose rates are found with its runs")
+        return self.stripes is not None and self.stripes.scale and not self.scales
 
     @property
     def adaptive(self) -> bool:
         """Whether levels follow from the runs before."""
         return self.ida is not None and isinstance(self.ida.levels, str)
-
-    def _check_friction(self, friction: FrictionTable) -> None:
-        """Refuse keys of the friction that a study of this kind does not use, or that contradict others."""
-        if friction.slips_m is not None and self.kind not in ("fragility", "sequential", "performance"):
-            raise ValueError(
-                "friction.slips_m is for fragility and performance studies; "
-                f"{self.of_kind} has its friction screened alone"
-            )
-        if friction.trip_mm is not None and self.kind == "sequential":
-            raise ValueError("friction.trip_mm needs levels that all motions share, not levels = 'adaptive'")
-        if friction.trip_mm is not None and self.kind not in ("fragility", "performance"):
-            raise ValueError(f"friction.trip_mm is for fragility and performance studies, not for {self.of_kind}")
-        if friction.shared is None:
-            return
-        if self.performance is None:
-            raise ValueError(f"friction.shared is for the pieces of a performance study, not for {self.of_kind}")
-        variability = self.performance.variability
-        together = variability is not None and variability.pieces == "together"
-        if variability is not None and friction.shared != together:
-            raise ValueError(
-                f"friction.shared = {str(friction.shared).lower()} contradicts performance.variability.pieces = "
-                f"{variability.pieces or 'independent'!r}: pieces share their friction as they share all that differs"
-            )
-
-    def _check_own_friction(self) -> None:
-        """Raise a ValueError for blocks with friction of their own in a study that does not use it."""
-        own = next((i for i, one in enumerate(self.blocks or [], start=1) if one.own_friction is not None), None)
-        if own is not None and self.kind not in ("fragility", "sequential"):
-            raise ValueError(f"blocks[{own}]: its own friction is for fragility studies, not for {self.of_kind}")
-        if own is not None and self.friction is None:
-            raise ValueError(f"blocks[{own}]: its own friction needs [friction], which is that of the other blocks")
-        near = next((i for i, one in enumerate(self.blocks or [], start=1) if one.trip_mm is not None), None)
-        if near is not None and self.kind == "sequential":
-            raise ValueError(f"blocks[{near}].trip_mm needs levels that all motions share, not levels = 'adaptive'")
-        if near is not None and self.kind != "fragility":
-            raise ValueError(f"blocks[{near}].trip_mm is for fragility studies, not for {self.of_kind}")
-        if near is not None and self.friction is None:
-            raise ValueError(f"blocks[{near}].trip_mm needs [friction], without which no block slides")
-
-    def _check_branches(self) -> None:
-        """Raise a ValueError where branches, their motions and their hazards do not go together."""
-        sets = {
-            OF_MOTIONS: [one.name for one in self.motion_sets or []],
-            OF_HAZARD: [one.name for one in self.hazards or []],
-        }
-        keys = {OF_MOTIONS: "motion_sets", OF_HAZARD: "hazards"}
-        kinds = [one.of for one in self.branches or []]
-        key, table = ("fit", self.fit) if self.performance is None else ("performance", self.performance)
-        modelled = table is not None and table.modelling == "fractiles"
-        if modelled and table is not None and table.modelling_dispersion == 0.0:
-            raise ValueError(f"{key}.modelling = 'fractiles' needs {key}.modelling_dispersion > 0")
-        if self.branches is None and not any(sets.values()) and not modelled:
-            return
-        if self.kind not in ("fragility", "performance"):
-            raise ValueError(
-                f"branches are for fragility studies of known blocks and for inventories, not for {self.of_kind}"
-            )
-        if self.hazard is None:
-            what = "branches" if self.branches is not None or any(sets.values()) else f"{key}.modelling = 'fractiles'"
-            raise ValueError(f"{what}: they spread an annual rate, which needs a [hazard]")
-        if len(set(kinds)) < len(kinds):
-            raise ValueError(f"branches hold one table for each kind, got {', '.join(kinds)}")
-        for kind, names in sets.items():
-            known = [kind, *names]
-            if len(set(known)) < len(known):
-                raise ValueError(f"{keys[kind]} need names that differ from each other and from {kind!r}")
-            asked = next((one.names for one in self.branches or [] if one.of == kind), [])
-            for name in asked:
-                if name not in known:
-                    raise ValueError(f"branches of {kind} must name {', '.join(map(repr, known))}, got {name!r}")
-            unused = [name for name in names if name not in asked]
-            if unused:
-                raise ValueError(f"{keys[kind]} {unused[0]!r} is in no branch: name it with its weight")
-        if sets[OF_MOTIONS] and self.stripes is not None:
-            raise ValueError("branches of motions need ida or cloud: stripes have motions of their own at each level")
 
     @property
     def restraint_tables(self) -> dict[str, RestraintTable]:
@@ -539,7 +293,7 @@ class StudyFile(Table):
         return found
 
     @property
-    def _stand(self) -> list[BuildingTable]:
+    def stand(self) -> list[BuildingTable]:
         """The tables of the buildings that blocks stand in."""
         return [self.building] if self.building is not None else self.buildings or []
 
@@ -592,7 +346,7 @@ class StudyFile(Table):
         """Return the sets of the stripes whose motions are selected to agree with the hazard."""
         if self.kind != "fragility":
             raise ValueError(f"stripes.select is for fragility studies of known blocks, not for {self.of_kind}")
-        if self._stand and stripes.im_at != "ground":
+        if self.stand and stripes.im_at != "ground":
             raise ValueError(
                 "stripes.select with a building needs im_at = 'ground': the hazard that motions agree with is there"
             )
@@ -634,7 +388,7 @@ class StudyFile(Table):
     def _in_buildings(self, ground: list[xr.DataArray], reading: Reading, level: float = math.nan) -> MotionSet:
         """Return what ground motions, of a stripe at a level (SI), make of the buildings that the blocks stand in."""
         counts = self._floor_counts()
-        if not self._stand and self.support is None:
+        if not self.stand and self.support is None:
             return MotionSet(tuple(ground), (), reading)
         refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
         if self._scaled_before:
@@ -648,8 +402,8 @@ class StudyFile(Table):
         if self.stripes is not None and math.isfinite(level):
             size, _ = LEVEL_UNITS[self.stripes.unit]
             where = f"at {self.stripes.im} of {level / size:.4g} {self.stripes.unit} "
-        floors: list[xr.DataArray] = [] if self._stand else ground
-        for i, building in enumerate(self._stand, start=1):
+        floors: list[xr.DataArray] = [] if self.stand else ground
+        for i, building in enumerate(self.stand, start=1):
             try:
                 with noted():  # (a study has doubts among its notes)
                     moved = building.shake(ground)
@@ -673,7 +427,7 @@ class StudyFile(Table):
     def _floor_counts(self) -> list[int]:
         """Return the number of floors of each building whose motions are wanted; ValueError for an invalid building."""
         found = []
-        for i, building in enumerate(self._stand, start=1):
+        for i, building in enumerate(self.stand, start=1):
             try:
                 found.append(building.floor_count)
             except ValueError as error:
@@ -721,7 +475,7 @@ class StudyFile(Table):
         """Return the motions of an analysis in turn; a generator makes the first ones now, the others during runs."""
         motions, asked = self.motions, self.until or UntilTable()
         plain = (
-            not self._stand
+            not self.stand
             and self.support is None
             and not motions.given("match_gmm")
             and motions.given("component") is None

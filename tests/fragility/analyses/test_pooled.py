@@ -414,8 +414,8 @@ def test_own_e_that_is_that_of_the_law_gives_its_curves():
     [
         ({"e": [0.9, 0.8]}, tp.HousnerImpact(e=0.9), "e must be left out of laws where blocks have their own"),
         ({"delta": [0.05, 0.04]}, tp.HousnerImpact(), "blocks have delta of their own, and 'housner e=e_R' has none"),
-        ({"e": [0.9, 1.2]}, tp.HousnerImpact(), "e must be above 0 and at most 1, got 1.2 of block 2"),
-        ({"delta": [0.9, 1.0]}, tp.DiscreteDamping(), "delta must be above 0 and below 1, got 1 of block 2"),
+        ({"e": [0.9, 1.2]}, tp.HousnerImpact(), "e must be > 0 and <= 1, got 1.2 of block 2"),
+        ({"delta": [0.9, 1.0]}, tp.DiscreteDamping(), "delta must be >= 1e-09 and < 1, got 1 of block 2"),
         ({"e": [0.9]}, tp.HousnerImpact(), "e must have 2 entries, as width has, got 1"),
         ({"e": [0.9, np.nan]}, tp.HousnerImpact(), "e must be finite, got nan of block 2"),
         ({"e": [0.9, 0.8]}, tp.HousnerImpact(restitution_factor=0.9), "restitution_factor is a factor on e_R"),

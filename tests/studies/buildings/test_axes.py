@@ -434,9 +434,9 @@ WITHOUT_DEPTH = INVENTORY.replace("1.40,0.40", "1.40,").replace("1.30,0.28", "1.
     ("changes", "inventory", "said"),
     [
         ([], WITHOUT_DEPTH, "depth_m is missing of cabinet, shelf"),
-        ([], INVENTORY.replace("0.40,,", "0.20,,"), "column 'depth_m': depth must be at least the width"),
+        ([], INVENTORY.replace("0.40,,", "0.20,,"), "column 'depth_m': must be at least the width"),
         ([("RotD50(pga)", "pga")], INVENTORY, "im must be a measure of both components"),
-        ([("correlation = 0.3", "correlation = 1.5")], INVENTORY, "correlation must be"),
+        ([("correlation = 0.3", "correlation = 1.5")], INVENTORY, "motions.correlation: must be"),
         ([('azimuth = "random"', 'azimuth = "random"\naxes = "weak"')], INVENTORY, "at least 1.6 times its width"),
         ([('azimuth = "random"', 'azimuth = "random"\nvertical = true')], INVENTORY, "vertical"),
     ],

@@ -189,10 +189,10 @@ class TestFiles:
     @pytest.mark.parametrize(
         ("line", "words"),
         [
-            ("a,0.2,0.5,0,vinyl,,0", "trip_mm': must be finite and >= 1 and <= 10000, got 0"),
-            ("a,0.2,0.5,0,vinyl,,-3", "trip_mm': must be finite and >= 1"),
+            ("a,0.2,0.5,0,vinyl,,0", "trip_mm': must be >= 1 and <= 10,000 (in mm), got 0"),
+            ("a,0.2,0.5,0,vinyl,,-3", "trip_mm': must be >= 1"),
             ("a,0.2,0.5,0,vinyl,,inf", "trip_mm': must be a number"),
-            ("a,0.2,0.5,0,vinyl,,1e5", "trip_mm': must be finite and >= 1 and <= 10000"),
+            ("a,0.2,0.5,0,vinyl,,1e5", "trip_mm': must be >= 1 and <= 10,000"),
             ("a,0.2,0.5,0,,,30", "trip_mm': needs a friction: give contact or friction"),
             ("a,0.2,0.5,0,castors,,30", "trip_mm': must be empty on castors: rolling is not modelled"),
         ],

@@ -97,7 +97,7 @@ class TestPlaced:
         (SIZES + "placed = true\n", "placed belongs to items of the catalogue"),
         (ITEM + "wall_gap_mm = 5\n", "placed must be left out beside wall_gap_mm"),
         (ITEM.replace("bookcase-5-shelf", "server-rack-42u") + "front_gap_mm = 5\n", "front_gap_mm needs wall_gap_mm"),
-        (ITEM.replace("shelf", "shelve"), "there is no item"),
+        (ITEM.replace("shelf", "shelve"), "no catalogue item"),
     ])  # fmt: skip
     def test_refusals(self, tmp_path, blocks, message):
         with pytest.raises(StudyError, match=message):

@@ -146,7 +146,7 @@ BAD_FILES = [
     ("catalogue,floor\nbookcase-5-shelf,1.5\n", "column 'floor': must be a whole number"),
     (
         "catalogue,floor\nbookcase-5-shelve,1\n",
-        r"there is no item 'bookcase-5-shelve'; did you mean 'bookcase-5-shelf'",
+        r"column 'catalogue': no catalogue item 'bookcase-5-shelve'; nearest: bookcase-5-shelf",
     ),
     ("catalogue,floor\n,1\n", "column 'width_m': is empty: a line needs a catalogue name"),
     ("catalogue,width_m,height_m,floor\n,1,,1\n", "column 'height_m': is empty"),

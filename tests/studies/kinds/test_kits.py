@@ -107,7 +107,7 @@ class TestReading:
             (KITS, ("EUR,,strap", "EUR,,rope"), "must be yes or no or the name of a restraint of the study"),
             (KITS, ("100,0,,,50", ",0,,,50"), "'anchored': kit 'strap' needs the mass of the piece"),
             (KITS, (",20,,,400", ",-20,,,400"), "column 'wall_gap_mm'"),
-            (KITS, ("-10,0.5", "-10,40"), "column 'lean_deg': lean must leave the block standing"),
+            (KITS, ("-10,0.5", "-10,40"), "column 'lean_deg': must leave the block standing"),
             (f"{KITS}target = {{ injuries = 0.1 }}\n", ("", ""), "performance.target.injuries needs persons_exposed"),
             (f"{KITS}target = {{}}\n", ("", ""), "needs at least one of falls, front_falls, injuries, loss"),
             (f"{KITS}target = {{ falls = -1 }}\n", ("", ""), "performance.target.falls: must be >= 0"),

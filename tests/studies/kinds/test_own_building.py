@@ -426,7 +426,7 @@ class TestStudies:
                 "direction of 'case' must be x or y, the direction in which its width lies: floor 3 has",
             ),
             ({"direction": "y", "index": ONE}, "floor 3 has no histories in direction y, that of 'case'"),
-            ({"direction": "z"}, "things.csv, line 3, column 'direction': must be x or y, got 'z'"),
+            ({"direction": "z"}, "things.csv, line 3, column 'direction': must be one of x, y, got 'z'"),
             (
                 {"index": ONE.replace(",3,x", ",2,x")},
                 "things.csv, line 3, column 'floor': must be one of 1, 2, got '3'",

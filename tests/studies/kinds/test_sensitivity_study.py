@@ -257,7 +257,7 @@ class TestSchema:
             ),
             (
                 BASE + "values = [0.1, 0.2]\ninputs.delta = { distribution = 'uniform', lower = 0.5 }",
-                "sensitivity.inputs.delta: ",
+                "sensitivity.inputs.delta",
             ),
             (BASE.replace('rest = "rigid"', "delta = 0.1") + "values = [0.1, 0.2]", r"models\[5\]: delta is what"),
             (
