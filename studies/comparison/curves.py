@@ -26,7 +26,7 @@ from ...fragility.runs.provenance import RUN, number_of_motions
 from ..buildings.recommendations import YEARS, Range
 from ..facts.coverage import coverage
 from ..file.analyses import FitTable
-from ..file.hazard import HazardTable
+from ..file.hazard import hazard_table
 from ..plan.estimates import Fit
 from ..plan.form_free import modelling_factor
 from ..plan.ratios import verdict_of
@@ -174,7 +174,7 @@ def _risk_of(side: Side) -> Risk | None:
     asked = side.study.get("hazard")
     if asked is None or "file" in asked or "rate" not in side.results:
         return None
-    return HazardTable.model_validate(asked).risk(measure_of(side), Path())
+    return hazard_table(asked).risk(measure_of(side), Path())
 
 
 def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Line]:

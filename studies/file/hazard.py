@@ -6,59 +6,26 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, TypeAdapter, model_validator
 
 from ...fragility import HazardCurve, read_hazard
 from ...fragility.hazard.pieces import ABOVE_RULES, BELOW_RULES
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, intensity_measure
 from ..plan.risk import Risk
 from .analyses import LEVEL_UNITS, refuse_unordered
+from .derived import By, chosen_by
 from .motions import Motions
 from .table import KeyInfo, RelativePath, Table, one_of
 
 ALONG = ("alpha", "R", "width", "height")
-WAYS: tuple[tuple[set[str], set[str]], ...] = (
-    ({"file"}, {"site", "component", "unit"}),
-    ({"k0", "k"}, {"unit"}),
-    ({"k0", "k1", "k2"}, {"unit"}),
-    ({"levels", "rates"}, {"unit"}),
-)
-"""Ways to give a curve: the keys that define it, and the keys that may come with them."""
 COMMON = {"years", "probability", "along", "below", "above", "at"}
 
 
 class HazardTable(Table):
     """Hazard curve of the measure of the levels, and the questions asked with it."""
 
-    file: Annotated[
-        str | None, RelativePath(), Field(description="CSV or JSON of a hazard curve, relative to the study file.")
-    ] = None
-    site: Annotated[
-        int | str | Annotated[tuple[float, float], Field(strict=False)] | None,
-        Field(description="Which site of the file: number, name, [lon, lat]."),
-    ] = None
-    component: Annotated[str | None, KeyInfo("Total"), Field(description="Which curve of a USGS response.")] = None
-    k0: Annotated[
-        float | None,
-        KeyInfo(unit="1/yr"),
-        Field(gt=0.0, description="Annual rate at a level of 1 unit, of a power law."),
-    ] = None
-    k: Annotated[float | None, Field(description="Exponent of the power law k0 x^-k.")] = None
-    k1: Annotated[float | None, Field(description="Of the second-order law k0 exp(-k2 ln²x - k1 ln x).")] = None
-    k2: Annotated[float | None, Field(description="Its curvature.")] = None
-    levels: Annotated[
-        list[float] | None,
-        KeyInfo(unit="as `unit` says"),
-        Field(description="Levels of a curve given here."),
-    ] = None
-    rates: Annotated[
-        list[float] | None, KeyInfo(unit="1/yr"), Field(description="Their annual rates of exceedance.")
-    ] = None
-    unit: Annotated[
-        str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels; of a file only where it states none.")
-    ] = None
     at: Annotated[
         str,
         one_of(("ground", "floor")),
@@ -83,15 +50,7 @@ class HazardTable(Table):
     along: Annotated[str | None, one_of(ALONG), Field(description="Which size of the blocks is asked for.")] = None
 
     @model_validator(mode="after")
-    def _one_way(self) -> Self:
-        given = {name for name in self.model_fields_set if getattr(self, name) is not None} - COMMON
-        if not any(needed <= given <= needed | more for needed, more in WAYS):
-            raise ValueError(
-                "a hazard needs either file, or k0 and k, or k0, k1 and k2, or levels and rates, got "
-                + (", ".join(sorted(given)) or "nothing")
-            )
-        if self.file is None and self.unit is None:
-            raise ValueError("key 'hazard.unit' is missing: the levels are in it")
+    def _one_target(self) -> Self:
         if (self.probability is None) != (self.along is None):
             raise ValueError("hazard.probability and hazard.along go together: which size meets which target")
         return self
@@ -101,48 +60,148 @@ class HazardTable(Table):
         name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
         if name == SCALE:
             raise ValueError("hazard needs levels of a measure, got im 'scale'")
-        measure = intensity_measure(name)
-        if self.file is None and self.unit is not None and measure is not None:
-            fitting = [unit for unit, (_, si) in LEVEL_UNITS.items() if si == measure.units]
-            # (for a measure whose unit no level may have, the curve itself checks the unit)
-            if fitting and self.unit not in fitting:
-                raise ValueError(f"hazard.unit must be one of {', '.join(fitting)} for {name}, got {self.unit!r}")
-        if self.file is not None:
-            curve = read_hazard(
-                folder / self.file, name, self.site, units=self.unit, component=self.component or "Total"
-            )
-            return replace(curve, at=self.at)
-        if self.levels is not None and self.rates is not None:
-            assert self.unit is not None  # of every curve that is no file
-            refuse_unordered("hazard.levels", self.levels, self.unit)
-            if len(self.rates) != len(self.levels):
-                raise ValueError(
-                    f"hazard.rates must hold one for each level, got {len(self.rates)} for {len(self.levels)} levels"
-                )
-            for level, rate in zip(self.levels, self.rates, strict=True):
-                if not rate > 0.0:
-                    raise ValueError(
-                        f"hazard.rates must be > 0 per year, got {rate:g} at {level:g} {self.unit}: leave that level "
-                        "out"
-                    )
-            pairs = list(zip(self.levels, self.rates, strict=True))
-            for (low, often), (high, rare) in pairwise(pairs):
-                if rare > often:
-                    raise ValueError(
-                        f"hazard.rates must never rise, got {often:g} per year at {low:g} {self.unit} and {rare:g} at "
-                        f"{high:g} {self.unit}{': give 1/return period' if min(self.rates) > 1.0 else ''}"
-                    )
-            return HazardCurve.from_points(self.levels, self.rates, name, self.unit, "study file", at=self.at)
-        assert self.k0 is not None  # one of four ways, checked above
-        if self.k is not None:
-            return replace(HazardCurve.power_law(self.k0, self.k, name, self.unit), at=self.at)
-        assert self.k1 is not None
-        assert self.k2 is not None
-        return replace(HazardCurve.log_quadratic(self.k0, self.k1, self.k2, name, self.unit), at=self.at)
+        return replace(self._curve(name, folder), at=self.at)
+
+    def _curve(self, measure: str, folder: Path) -> HazardCurve:
+        raise NotImplementedError
 
     def risk(self, im: str, folder: Path) -> Risk:
         """Return the curve with the questions asked of it."""
         return Risk(self.build(im, folder), self.years, self.below, self.above, self.probability, self.along)
+
+
+class HazardFileTable(HazardTable):
+    """Hazard curve of a file."""
+
+    file: Annotated[
+        str, RelativePath(), Field(description="CSV or JSON of a hazard curve, relative to the study file.")
+    ]
+    site: Annotated[
+        int | str | Annotated[tuple[float, float], Field(strict=False)] | None,
+        Field(description="Which site of the file: number, name, [lon, lat]."),
+    ] = None
+    component: Annotated[str | None, KeyInfo("Total"), Field(description="Which curve of a USGS response.")] = None
+    unit: Annotated[
+        str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels, where the file states none.")
+    ] = None
+
+    def _curve(self, measure: str, folder: Path) -> HazardCurve:
+        path, component = folder / self.file, self.component or "Total"
+        return read_hazard(path, measure, self.site, units=self.unit, component=component)
+
+
+class HazardLawTable(HazardTable):
+    """Hazard curve that is given here, in a unit."""
+
+    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
+
+    def build(self, im: str, folder: Path) -> HazardCurve:
+        name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
+        measure = intensity_measure(name) if name != SCALE else None
+        fitting = [] if measure is None else [unit for unit, (_, si) in LEVEL_UNITS.items() if si == measure.units]
+        # (for a measure whose unit no level may have, the curve itself checks the unit)
+        if fitting and self.unit not in fitting:
+            raise ValueError(f"hazard.unit must be one of {', '.join(fitting)} for {name}, got {self.unit!r}")
+        return super().build(im, folder)
+
+
+K0 = Annotated[
+    float, KeyInfo(unit="1/yr"), Field(gt=0.0, description="Annual rate at a level of 1 unit, of a power law.")
+]
+
+
+class PowerLawTable(HazardLawTable):
+    """Hazard curve k0 x^-k."""
+
+    k0: K0
+    k: Annotated[float, Field(description="Exponent of the power law k0 x^-k.")]
+
+    def _curve(self, measure: str, folder: Path) -> HazardCurve:
+        return HazardCurve.power_law(self.k0, self.k, measure, self.unit)
+
+
+class LogQuadraticTable(HazardLawTable):
+    """Hazard curve k0 exp(-k2 ln²x - k1 ln x)."""
+
+    k0: K0
+    k1: Annotated[float, Field(description="Of the second-order law k0 exp(-k2 ln²x - k1 ln x).")]
+    k2: Annotated[float, Field(description="Curvature of the second-order law.")]
+
+    def _curve(self, measure: str, folder: Path) -> HazardCurve:
+        return HazardCurve.log_quadratic(self.k0, self.k1, self.k2, measure, self.unit)
+
+
+class HazardPointsTable(HazardLawTable):
+    """Hazard curve through points."""
+
+    levels: Annotated[list[float], KeyInfo(unit="as `unit` says"), Field(description="Levels of a curve given here.")]
+    rates: Annotated[list[float], KeyInfo(unit="1/yr"), Field(description="Their annual rates of exceedance.")]
+
+    def _curve(self, measure: str, folder: Path) -> HazardCurve:
+        refuse_unordered("hazard.levels", self.levels, self.unit)
+        if len(self.rates) != len(self.levels):
+            raise ValueError(
+                f"hazard.rates must hold one for each level, got {len(self.rates)} for {len(self.levels)} levels"
+            )
+        pairs = list(zip(self.levels, self.rates, strict=True))
+        for level, rate in pairs:
+            if not rate > 0.0:
+                raise ValueError(
+                    f"hazard.rates must be > 0 per year, got {rate:g} at {level:g} {self.unit}: leave that level out"
+                )
+        for (low, often), (high, rare) in pairwise(pairs):
+            if rare > often:
+                raise ValueError(
+                    f"hazard.rates must never rise, got {often:g} per year at {low:g} {self.unit} and {rare:g} at "
+                    f"{high:g} {self.unit}{': give 1/return period' if min(self.rates) > 1.0 else ''}"
+                )
+        return HazardCurve.from_points(self.levels, self.rates, measure, self.unit, "study file")
+
+
+WAYS: dict[str, type[HazardTable]] = {
+    "file": HazardFileTable,
+    "k": PowerLawTable,
+    "k1": LogQuadraticTable,
+    "levels": HazardPointsTable,
+}
+"""Ways to give a curve, by the key that none of the others has."""
+
+
+class _ByWay(By):
+    """What chooses the table of a hazard: the way in which its curve is given."""
+
+    def __call__(self, value: Any) -> str:
+        given = value if isinstance(value, dict) else getattr(value, "__dict__", {})
+        return next((f"{key}=" for key in WAYS if given.get(key) is not None), "")
+
+
+def _one_way(value: Any) -> Any:
+    """Raise a ValueError for a table that gives no curve, or more than one."""
+    if isinstance(value, dict):
+        given = {key for key, one in value.items() if one is not None} - COMMON
+        needed = [{name for name, field in way.model_fields.items() if field.is_required()} for way in WAYS.values()]
+        ways = [keys - {"unit"} for keys in needed]
+        known = set[str]().union(*ways)
+        if sum(keys <= given for keys in ways) != 1 or not any(given & known == keys for keys in ways):
+            raise ValueError(
+                "a hazard needs either file, or k0 and k, or k0, k1 and k2, or levels and rates, got "
+                + (", ".join(sorted(given)) or "nothing")
+            )
+    return value
+
+
+if TYPE_CHECKING:
+    Hazards = HazardTable
+else:
+    Hazards = Annotated[
+        chosen_by(_ByWay("file"), {f"{key}=": table for key, table in WAYS.items()}), BeforeValidator(_one_way)
+    ]
+
+
+def hazard_table(content: Any) -> HazardTable:
+    """Return the table of a hazard of some content; pydantic's ValidationError where it is not valid."""
+    found: HazardTable = TypeAdapter(Hazards).validate_python(content)
+    return found
 
 
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")
@@ -204,7 +263,7 @@ class HazardSetTable(Table):
     """Another hazard curve that may be the right one."""
 
     name: Named
-    hazard: Annotated[HazardTable, Field(description="The curve, instead of that of [hazard].")]
+    hazard: Annotated[Hazards, Field(description="The curve, instead of that of [hazard].")]
 
     @model_validator(mode="after")
     def _curve_alone(self) -> Self:

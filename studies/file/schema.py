@@ -50,7 +50,7 @@ from .analyses import (
 from .blocks import BlockTable, Restraints, RestraintTable
 from .buildings import Buildings, BuildingTable, StoreysTable
 from .code import Asce7Table
-from .hazard import BranchTable, HazardSetTable, HazardTable, MotionSetTable
+from .hazard import BranchTable, Hazards, HazardSetTable, MotionSetTable
 from .include import line_of, read_content, text_of
 from .models import Models
 from .motions import Motions, MotionsTable, motions_table
@@ -196,9 +196,7 @@ class StudyFile(Table):
     sensitivity: Annotated[SensitivityTable | None, Field(description="How results depend on delta or e.")] = None
 
     performance: Annotated[PerformanceTable | None, Field(description="An inventory, shaken jointly.")] = None
-    hazard: Annotated[HazardTable | None, Field(description="How often the ground shakes, for what a year brings.")] = (
-        None
-    )
+    hazard: Annotated[Hazards | None, Field(description="How often the ground shakes, for what a year brings.")] = None
 
     branches: Annotated[
         list[BranchTable] | None,

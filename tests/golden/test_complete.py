@@ -48,6 +48,7 @@ KINDS = {
     "SupportTable": r".+SupportTable",
     "BuildingTable": r"GroundTable|.*FloorsTable|.*StoreysTable",
     "CodeTable": r"Asce7Table|Eurocode8Table",
+    "HazardTable": r"HazardFileTable|PowerLawTable|LogQuadraticTable|HazardPointsTable",
     "InputTable": r"(Normal|Lognormal|Uniform|Beta|Least|Choice)Table",
 }
 """Names of tables among which a word chooses."""
