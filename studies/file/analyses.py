@@ -37,7 +37,24 @@ from ..plan.slides import DISTANCES, Slides
 from .code import Codes
 from .motions import Motions
 from .selecting import OwnTarget, SelectTable
-from .table import KeyInfo, PartialTable, RelativePath, Table, checked, nearest, one_of, shown
+from .table import (
+    Confidence,
+    KeyInfo,
+    ModelledIn,
+    Modelling,
+    PartialTable,
+    RelativePath,
+    Replicates,
+    Seed,
+    Spread,
+    Static,
+    Table,
+    Trip,
+    checked,
+    nearest,
+    one_of,
+    shown,
+)
 
 # The SI value of each unit that a level may be written in, and the SI unit that it belongs to.
 LEVEL_UNITS: dict[str, tuple[float, str]] = {
@@ -378,16 +395,8 @@ class ScreenTable(Table):
 class FrictionTable(Table):
     """Friction between pieces and floor: for the screen, and for what slides and how far."""
 
-    static: Annotated[
-        float | None,
-        KeyInfo("that of contact"),
-        Field(ge=0.05, le=2.0, description="Static coefficient of friction, or its median."),
-    ] = None
-    dispersion: Annotated[
-        float | None,
-        KeyInfo("taken as known exactly, with a note"),
-        Field(gt=0.0, le=1.0, description="Dispersion of a lognormal coefficient of friction."),
-    ] = None
+    static: Annotated[Static | None, KeyInfo("that of contact")] = None
+    dispersion: Annotated[Spread | None, KeyInfo("taken as known exactly, with a note")] = None
     contact: Annotated[
         str | None,
         KeyInfo("none: static is given"),
@@ -408,16 +417,7 @@ class FrictionTable(Table):
             "neighbour, tears its service line, blocks an aisle.",
         ),
     ] = None
-    trip_mm: Annotated[
-        float | None,
-        KeyInfo("no obstacle"),
-        Field(
-            ge=1.0,
-            le=10_000.0,
-            description="Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge "
-            "of a carpet), mm. Not with both components.",
-        ),
-    ] = None
+    trip_mm: Annotated[Trip | None, KeyInfo("no obstacle")] = None
     shared: Annotated[
         bool | None,
         KeyInfo("true"),
@@ -568,18 +568,8 @@ class PerformanceTable(Table):
         KeyInfo(unit="1/year"),
         Field(ge=0.0, le=0.5, description="Discount rate of what anchoring saves in later years; 0: no discounting."),
     ] = 0.04
-    modelling_dispersion: Annotated[
-        float,
-        Field(
-            ge=0.0,
-            le=5.0,
-            description="β_m: how well the model's capacities are known, common to a class of pieces; 0: not counted.",
-        ),
-    ] = 0.0
-    modelling: Annotated[
-        Literal["mean", "fractiles"],
-        Field(description="Whether β_m is in the means, or in the ranges of annual values over branches."),
-    ] = "mean"
+    modelling_dispersion: Modelling = 0.0
+    modelling: ModelledIn = "mean"
     modelling_class: ModellingClass = None
     consequence_correlation: Annotated[
         float,
@@ -612,8 +602,8 @@ class PerformanceTable(Table):
         KeyInfo("no set is chosen"),
         Field(description="What the cheapest set of kits is to achieve, in a year or at the level of the table."),
     ] = None
-    replicates: Annotated[int, Field(ge=100, le=100_000, description="Resamples of the motions.")] = 1000
-    seed: Annotated[int, Field(ge=0, description="Seed of the resamples, and of drawn consequences.")] = 0
+    replicates: Replicates = 1000
+    seed: Seed = 0
 
     @model_validator(mode="before")
     @classmethod
@@ -653,8 +643,8 @@ class FitTable(Table):
     penalty: Annotated[
         str, one_of(PENALTIES), Field(description="Penalised likelihood: never, of separated data, or always.")
     ] = "auto"
-    replicates: Annotated[int, Field(ge=100, le=100_000, description="Bootstrap replicates.")] = 1000
-    seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
+    replicates: Replicates = 1000
+    seed: Seed = 0
     state: Annotated[
         str | float,
         Field(
@@ -662,14 +652,9 @@ class FitTable(Table):
             "or |θ|/α above a number."
         ),
     ] = "overturned"
-    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
-    modelling_dispersion: Annotated[
-        float, Field(ge=0.0, le=5.0, description="β_m: how well the medians of the model are known; 0: not counted.")
-    ] = 0.0
-    modelling: Annotated[
-        Literal["mean", "fractiles"],
-        Field(description="Whether β_m is in the mean rate, or in its range over branches."),
-    ] = "mean"
+    confidence: Confidence = 0.95
+    modelling_dispersion: Modelling = 0.0
+    modelling: ModelledIn = "mean"
     modelling_class: ModellingClass = None
 
     @field_validator("state", mode="before")

@@ -22,7 +22,7 @@ from ...models.scenes.restraint import KINDS
 from .csv_table import CsvTable, TableKind
 from .derived import Derived, choice, default_of, derived, in_si, keys_of
 from .refusals import refusal
-from .table import KeyInfo, Table, shown
+from .table import KeyInfo, Spread, Static, Table, Trip, shown
 
 MOST_BLOCKS = 1_000_000
 MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
@@ -192,21 +192,8 @@ class BlockTable(PieceTable):
         KeyInfo("none"),
         Field(description="Name of a table of `restraints`, or such a table."),
     ] = None
-    friction: Annotated[
-        float | None,
-        KeyInfo("that of [friction]"),
-        Field(
-            ge=0.05,
-            le=2.0,
-            description="Its own static coefficient of friction, or its median. For fragility studies with "
-            "[friction]; not in `blocks_file`.",
-        ),
-    ] = None
-    friction_dispersion: Annotated[
-        float | None,
-        KeyInfo("taken as known exactly, with a note"),
-        Field(gt=0.0, le=1.0, description="Dispersion of its own lognormal coefficient."),
-    ] = None
+    friction: Annotated[Static | None, KeyInfo("that of [friction], which it needs; not in `blocks_file`")] = None
+    friction_dispersion: Annotated[Spread | None, KeyInfo("taken as known exactly, with a note")] = None
     contact: Annotated[
         str | None,
         KeyInfo("that of [friction]"),
@@ -214,16 +201,7 @@ class BlockTable(PieceTable):
             description=f"Instead of friction: {', '.join(CONTACTS)} (values by judgement), with its own kinetic ratio."
         ),
     ] = None
-    trip_mm: Annotated[
-        float | None,
-        KeyInfo("that of [friction]"),
-        Field(
-            ge=1.0,
-            le=10_000.0,
-            description="Its own clear distance from the foot to an obstacle. For fragility studies with [friction]; "
-            "not in `blocks_file`.",
-        ),
-    ] = None
+    trip_mm: Annotated[Trip | None, KeyInfo("that of [friction], which it needs; not in `blocks_file`")] = None
 
     @field_validator("restraint", mode="before")
     @classmethod

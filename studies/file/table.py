@@ -7,9 +7,9 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
 from ...core.doubts import Doubt
@@ -252,3 +252,27 @@ def suffix_of(key: str) -> str:
 def bare(key: str) -> str:
     """Return a key without its unit."""
     return key.removesuffix(suffix_of(key))
+
+
+# Keys that several tables have.
+Static = Annotated[float, Field(ge=0.05, le=2.0, description="Static coefficient of friction, or its median.")]
+Spread = Annotated[float, Field(gt=0.0, le=1.0, description="Dispersion of a lognormal coefficient of friction.")]
+Trip = Annotated[
+    float,
+    Field(
+        ge=1.0,
+        le=10_000.0,
+        description="Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a "
+        "carpet). Not with both components.",
+    ),
+]
+Replicates = Annotated[int, Field(ge=100, le=100_000, description="Resamples of the motions.")]
+Seed = Annotated[int, Field(ge=0, description="Seed of what is drawn.")]
+Confidence = Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")]
+Modelling = Annotated[
+    float, Field(ge=0.0, le=5.0, description="β_m: how well the model's capacities are known; 0: not counted.")
+]
+ModelledIn = Annotated[
+    Literal["mean", "fractiles"],
+    Field(description="Whether β_m is in the mean rates, or in their ranges over branches."),
+]

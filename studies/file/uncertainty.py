@@ -14,7 +14,7 @@ from ...fragility.uncertainty.distributions import Distribution
 from ...fragility.uncertainty.realisation import KNOWN
 from ...models.laws import MIN_DELTA
 from .derived import choice
-from .table import KeyInfo, Table, bare, checked
+from .table import Confidence, KeyInfo, Replicates, Seed, Table, bare, checked
 
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
 FACTORS = {STIFFNESS: 1000.0}
@@ -223,9 +223,9 @@ class SensitivityTable(Table):
         KeyInfo("rigid over delta, own over e"),
         Field(description="What values are held against: rigid (Housner's impact), own (the block's e_R), or a value."),
     ] = None
-    replicates: Annotated[int, Field(ge=100, le=100_000, description="Bootstrap replicates.")] = 1000
-    seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
-    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
+    replicates: Replicates = 1000
+    seed: Seed = 0
+    confidence: Confidence = 0.95
     inputs: Annotated[
         dict[str, Inputs] | None,
         KeyInfo("none"),

@@ -18,7 +18,7 @@ from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, friction_fro
 from ..file.blocks import PieceTable
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
 from ..file.derived import in_si, keys_of
-from ..file.table import one_of, shown
+from ..file.table import Spread, Static, one_of, shown
 from ..file.workbook import CURRENCIES, Numeric
 from ..plan.slides import Slides
 from ..text.error import StudyError
@@ -64,8 +64,8 @@ class LineTable(ContentsTable):
     contact: Annotated[
         str | None, one_of((*CONTACTS, ROLLING, LOCKED, UNLOCKED)), Field(description="What it stands on.")
     ] = None
-    friction: Annotated[float | None, Field(ge=0.05, le=2.0, description="Its static friction, or the median.")] = None
-    friction_dispersion: Annotated[float | None, Field(gt=0.0, le=1.0, description="Of the friction.")] = None
+    friction: Static | None = None
+    friction_dispersion: Spread | None = None
     support: Annotated[str | None, Field(description="The bench or platform that it stands on.")] = None
 
     @model_validator(mode="after")
