@@ -426,9 +426,10 @@ def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Fact:
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:
-    """Return the greatest of some shares, and the labels to which it belongs."""
+    """Return the greatest of some shares, and the labels to which it belongs, without the law of a study of one."""
     at = _at_worst(shares)
-    parts = [shares[dim][i] for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords]
+    dims = [*zip(shares.dims, at, strict=True)]
+    parts = [shares[dim][i] for dim, i in dims if dim in shares.coords and (dim != "model" or shares.sizes[dim] > 1)]
     share = float(shares.values[at])
     return share if share > 0.0 else 0.0, tuple(map(_label, parts))
 

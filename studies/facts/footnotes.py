@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...core.facts import Fact
 from ...fragility.hazard.rates import probability_in
-from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
+from ...fragility.risk.modelling import LOWER, RANGE, UPPER, capacity_factors
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS
 from ..text.block_order import HALF, RATE, places
@@ -48,7 +48,7 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
     if RANGE not in results.attrs:
         return
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
-    more = {"beta": beta, "factors": capacity_factors(beta), "usual": beta == USUAL_DISPERSION, "chance": True}
+    more = {"beta": beta, "factors": capacity_factors(beta), "chance": True}
     here, unit, scale = results.isel(model=at), "", 1.0
     if "item" in results.dims:
         here = here.sel(place=BUILDING)

@@ -16,7 +16,7 @@ from ..buildings.pieces import ranking_of
 from ..buildings.recommendations import Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
-from ..text.words import consequence_name, floor_cell, floor_name, level_name, level_text
+from ..text.words import consequence_name, floor_name, level_name, level_text
 from .table import Column, Marked, Row, Table, intervals, range_of
 from .unseen import most_rate
 
@@ -28,7 +28,7 @@ TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount per year below which it is written for 1,000 years."""
-MOST_RANKED = 10
+MOST_RANKED = 8
 CANNOT_FALL = "nothing in that place can fall"
 
 
@@ -47,13 +47,12 @@ def annual(assessment: xr.Dataset, model: int = 0) -> Table:
     rows: list[Row] = []
     for place in here["place"].values:
         values = here.sel(place=place)
-        row: Row = {"place": place_name(str(place)), "pieces": pieces_at(here, str(place))}
+        row: Row = {"place": place_name(str(place))}
         row |= {name: range_of(values, f"annual_{name}") for name in ("number", "loss") if f"annual_{name}" in here}
         row |= {name: range_of(values, f"annual_{name}", 1.0 / years) for name, (years, _) in spans.items()}
         rows.append(row | {"any": _rate(values, "any_rate")})
     columns = (
-        *(Column("place"), Column("pieces", "unanchored pieces", "count")),
-        Column("number", f"{fallen_word(here)} per year", "three"),
+        *(Column("place"), Column("number", f"{fallen_word(here)} per year", "three")),
         Column("loss", "lost per year", "three", currency_of(here)),
         *(Column(name, f"{DRAWN[name]} {years}", "three") for name, (_, years) in spans.items()),
         Column("any", "anything falls, once in", "years3", "years"),
@@ -108,9 +107,8 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
             row[place] = value.value if value is not None and k > 0 and value.value > 0.0 else value
         rows.append(row)
     columns = [Column(place, place_name(place), "years3" if yearly else "share") for place in places]
-    what = "Numbers are mean return periods in years." if yearly else ""
-    title, dash = "Consequences", "nothing in that place has the consequence"
-    return Table(title, [Column("name"), *columns], rows, [*filter(None, (what, intervals(here)))], dash)
+    title = "Consequences, return periods in years" if yearly else "Consequences"
+    return Table(title, [Column("name"), *columns], rows, [intervals(here)], "no piece there has it")
 
 
 def savings(results: xr.Dataset, model: int = 0) -> Table:
@@ -127,22 +125,13 @@ def ranked(ranking: xr.Dataset, model: int = 0, most: int = MOST_RANKED) -> Tabl
     rows: list[Row] = []
     for i in order[: checks.count("most", most, at_least=1)]:
         item = here.isel(item=int(i))
-        first, last = int(item["rank_lower"]), int(item["rank_upper"])
         name = str(item["item"].item())
         rows.append({
-            "rank": Range(int(item["rank"]), *((first, last) if first < last else (math.nan, math.nan))),
             "item": Marked(name, MARK) if doubtful[i] else name,
-            "floor": floor_cell(str(item["floor"].item())),
-            "pieces": int(item["count"]),
             "saving": range_of(item, "saving", 1.0 / scale),
             "share": float(item["saving_share"]),
-            "cost": float(item["cost"]),
         })  # fmt: skip
-    columns = (
-        *(Column("rank", "rank", "whole"), Column("item", "item"), Column("floor", "floor")),
-        *(Column("pieces", "pieces", "count"), Column("saving", "saves", "three", unit)),
-        *(Column("share", "share", "share"), Column("cost", "cost", "short", currency_of(ranking))),
-    )
+    columns = (*(Column("item", "item"), Column("saving", "saves", "three", unit), Column("share", "share", "share")),)
     saves = f"Savings are of the {ranking.attrs['objective_text']}."
     marked = f"{MARKED}." if doubtful[order[:most]].any() else ""
     return Table.of("Savings from anchoring", columns, rows, saves, common_modelling(ranking), marked)

@@ -73,7 +73,6 @@ REGISTRY = {
     "spread": Entry(has("lack_of_fit"), region.spread),
     "events": Entry(has("fallen_mean"), region.events),
     "curves": Entry(OF_BLOCKS, fragility.curves),
-    "rates": Entry(_both(OF_BLOCKS, has("rate")), fragility.rates),
     "precision": Entry(
         _both(has("stopped_because"), lambda results: "block" in results["stopped_because"].dims), precision.precision
     ),
@@ -116,7 +115,7 @@ LEAD = "anchoring", "lead_blocks", "spread", "block_levels"
 SHORT = "short_blocks", "short_pieces", "short_ratios", "short_kits"
 """Tables on a terminal."""
 TABLES = (
-    *("surfaces", "spread", "events", "curves", "rates", "precision", "gains", "breaks", "edges", "slides"),
+    *("surfaces", "spread", "events", "curves", "precision", "gains", "breaks", "edges", "slides"),
     *("shares", "indices", "pieces", "worth", "kits", "item_slides", "item_falls", "totals", "consequences", "ranking"),
     *("axes", "selections", "branch_rates", "branch_amounts", "branch_consequences", "sizes", "measures"),
     *("static_checks", "kit_breaks", "codes", "ratios", "overturnings", "flips"),

@@ -15,7 +15,7 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.tables.fragility import curves, hints, measures, rates, sizes
+from toppling.studies.tables.fragility import curves, hints, measures, sizes
 from toppling.studies.text.curve_notes import (
     curve_notes,
     misfit_notes,
@@ -249,7 +249,7 @@ class TestRates:
         assert curves(found).columns[1].title.startswith("half uplift at ")
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
-        assert sum("no width" in cell for cell in rates(found).texts("rate")) == 2
+        assert sum("no width" in cell for cell in curves(found).texts("rate")) == 2
         (note,) = (one for one in notes_of(found) if one.what == "rate.no_width")
         assert (note.value, note.more["of"]) == (2, 4)
         assert [name.split()[:3:2] for name in note.names] == [["narrow", "housner"], ["wide", "housner"]]
@@ -512,14 +512,9 @@ class TestTables:
         found["rate"][0, 0], found["rate_lower"][0, 0], found["rate_upper"][0, 0] = 1 / 2137.0, 0.0, 1 / 1804.0
         for end, value in (("", 0.023456), ("_lower", 0.0), ("_upper", 0.0271)):
             found[f"risk_probability{end}"][0, 0] = value
-        ends = (found["fraction_level"][0, 0, 0], found["half_level"][0, 0])
-        table = rates(found)
-        texts = [table.texts(key)[0] for key in ("rate", "year", "chance")]
-        assert texts == ["2,140 (above 1,800)", "0.0468\u00a0%", "2.35\u00a0% (0–2.71)"]
-        levels = [table.lines[0][key] for key in ("low", "half")]
-        assert levels == pytest.approx([float(level) / 9.80665 for level in ends])
-        assert table.columns[-1].heading.startswith("50 % at")
-        assert table.columns[-1].heading.endswith(", g")
+        table = curves(found)
+        texts = [table.texts(key)[0] for key in ("rate", "chance")]
+        assert texts == ["2,140 (above 1,800)", "2.35\u00a0% (0–2.71)"]
 
     def test_open_intervals_are_words(self, tmp_path):
         """No terminal table says inf: of no level."""
