@@ -46,7 +46,7 @@ def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
         yield from (fact for fact in building.details(results) if fact.what == "consequence.loss")
         for fact in building.actions(results):
             if fact.what.startswith(OF_MONEY):  # (without the page's table, lines are named)
-                yield replace(fact, what="anchoring.named") if fact.what == "anchoring.lines" else fact
+                yield replace(fact, more={**fact.more, "listed": True}) if fact.what == "anchoring.lines" else fact
     elif "value" in results.dims:
         yield from sensitivity.answer(results)
     else:

@@ -22,7 +22,7 @@ from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import NATURAL_SHAPE, NATURAL_VELOCITY, SPECTRA, Variability
 from ..buildings.notes import AMOUNTS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
-from ..plan.slides import GATED, GATED_RATE, INSTEAD
+from ..plan.slides import INSTEAD
 from ..region.rows import is_pooled
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
@@ -80,7 +80,7 @@ def _model(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact(
             "validity.not_screened_pooled" if pooled else "validity.not_screened",
             word=UNKNOWN,
-            remedy="remedy_common_levels" if pooled else "remedy_again",
+            remedy="remedy_common_levels" if pooled else "remedy_fresh",
         )
         return
     yield _sliding(results)
@@ -121,7 +121,7 @@ def _numbers(results: xr.Dataset) -> Iterator[Fact]:
 
 def _missing(what: str) -> Fact:
     """Return a check that results of an earlier version do not have."""
-    return Fact(what, word=UNKNOWN, remedy="remedy_again", more={"sentence": "missing"})
+    return Fact(what, word=UNKNOWN, remedy="remedy_fresh", more={"sentence": "missing"})
 
 
 def _rocking(results: xr.Dataset) -> Fact:
@@ -140,8 +140,7 @@ def _sliding(results: xr.Dataset) -> Fact:
     if given:
         remedy = "remedy_prevent_sliding"
         if INSTEAD in results:
-            chances = bool({GATED, GATED_RATE} & {*results.variables})
-            remedy = "remedy_sliding_table" if chances else "remedy_slips_table"
+            remedy = "remedy_sliding_table"
     shares = sliding_shares(results)
     share, where = _worst(shares)
     if share < MARKED and not given:
@@ -339,7 +338,7 @@ def _reached(results: xr.Dataset) -> Iterator[Fact]:
         "account": accounts[0] if accounts else "",
         "unsure": sum(curve.stopped != REACHED for curve in every),
     }
-    yield Fact("adaptive.precision_missed", word=CARE if accounts else GOOD, remedy="remedy_precision", more=more)
+    yield Fact("adaptive.precision_missed", word=CARE if accounts else GOOD, remedy="remedy_interval", more=more)
 
 
 def _scaling(results: xr.Dataset) -> Fact:
@@ -422,7 +421,7 @@ def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Fact:
     share, where = _worst(shares[side])
     word = GOOD if share <= NOTABLE else INVALID if mostly(shares[side]) else CARE
     more = {"side": side}
-    return Fact("rate.beyond_hazard", share, names=where, word=word, remedy=f"remedy_hazard_{side}", more=more)
+    return Fact("rate.beyond_hazard", share, names=where, word=word, remedy="remedy_hazard", more=more)
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:

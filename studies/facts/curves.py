@@ -421,5 +421,5 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
             level, above, what = levels[0], False, "helps" if helps else "hurts" if hurts else "no_effect"
         else:
             continue
-        more = {"other": levels[1], "above": above, **_what(results)}
+        more = {"other": levels[1], "above": above, "motions": number_of_motions(results), **_what(results)}
         yield Fact(f"restraint.{what}_level", level, unit=unit, names=names, more=more)
