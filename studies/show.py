@@ -42,13 +42,6 @@ def short(results: xr.Dataset) -> list[Table]:
     return list(registry.tables(results, registry.SHORT))
 
 
-def hints(results: xr.Dataset) -> list[str]:
-    """Return advice on curves and values that could not be found, one line each."""
-    from .tables.fragility import hints as of_curves  # noqa: PLC0415
-
-    return of_curves(results) if "status" in results else []
-
-
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of a study's results, each with the name of its file."""
     kind = str(results.attrs["kind"])

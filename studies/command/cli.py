@@ -185,7 +185,7 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
     for table in tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
     notes = [note for note in notes_said(notes_of(results)) if note not in told]
-    say(console, *show.hints(results), *([f"note: {note}" for note in notes] if verbose else validity))
+    say(console, *([f"note: {note}" for note in notes] if verbose else validity))
     more = f" ({counted(len(notes), 'further note')}; --verbose prints them)" if notes and not verbose else ""
     written = show.draw(results, folder)
     drawn = f" and {counted(len(written), 'figure')}" if written else ""

@@ -11,7 +11,7 @@ from ...core.facts import GOOD, INVALID, Fact
 from ..facts import building, curves, sensitivity
 from ..facts.checks import badge, checks_of
 from ..facts.footnotes import footnotes
-from ..facts.say import say
+from ..facts.say import remedy, say
 from ..text.reached import within_levels
 
 BESIDE_TABLE = (
@@ -32,11 +32,12 @@ def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str]]:
     bad = [check for check in checks if check.word != GOOD]
     answer = [say(fact, "page") for fact in _facts(within_levels(results), answered)]
     missed = [say(check, "checks") for check in bad if check.what == "adaptive.precision_missed"]
+    unfitted = [remedy(check, "checks") for check in bad if check.what == "curve.unfitted"]
     line = f"validity: {say(badge(checks), 'checks')}"
     invalid = [say(check, "checks") for check in bad if check.word == INVALID]
     if invalid:
-        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *answer, *missed], []
-    return [*answer, *missed], [line]
+        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *answer, *missed], unfitted
+    return [*answer, *missed], [line, *unfitted]
 
 
 def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:

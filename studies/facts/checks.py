@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -309,7 +310,10 @@ def _curves(results: xr.Dataset) -> Fact:
         if marked.any() or what == "curve.marked"
     )
     word = GOOD if not marked.any() else INVALID if none.all() else CARE
-    more = {"number": int(marked.sum()), "curves": status.size}
+    more: dict[str, Any] = {"number": int(marked.sum()), "curves": status.size}
+    if what == "curve.unfitted":
+        study, run = json.loads(str(results.attrs["study"])), levels_run(results)
+        more |= {"higher": other_levels(study, True, run), "lower": other_levels(study, False, run)}
     return Fact(what, names=tuple(dict.fromkeys(status[marked])), word=word, remedy="remedy_curves", more=more)
 
 

@@ -35,6 +35,7 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
     if beta:
         yearly = "item" not in results.dims or "annual_number" in results
         more = {"yearly": yearly, "spread": str(results.attrs.get("modelling")) == "fractiles"}
+        more["common"] = "item" in results.dims and not more["spread"]
         yield Fact("rate.modelling_included", beta, more=more)
     yield from (note for note in notes_of(results) if note.what == "validity.tests")
     # (sensitivity studies compare laws with the reference themselves)

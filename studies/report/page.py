@@ -53,8 +53,6 @@ PLAIN = "footnotes", "method"
 """Sections that a page prints as they are."""
 IN_TABLES = "gain.chance", "curve.half_level", "curve.rank", "curve.rare", "consequence.loss"
 """Facts that tables contain, which the appendix does not repeat in words."""
-DRAWN = ("ranking",)
-"""Tables of which a figure of the page shows the numbers."""
 MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
 MOST_WORDS = 60
@@ -128,8 +126,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "after": next(
             (fact for fact in facts["answer"] if fact.what == "anchoring.after" and math.isfinite(fact.value)), None
         ),
-        "hints": show.hints(results),
-        "tables": _page_tables(results, [name for name in TABLES if name not in DRAWN]),
+        "tables": _page_tables(results, TABLES),
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in facts["inputs"]],
         "input_tables": _page_tables(results, INPUTS),
         "checks": [

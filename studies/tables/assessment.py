@@ -7,17 +7,13 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.aliases import Flags
 from ...core.units import DIMENSIONLESS
 from ...core.wording import currency_of, given_percent
-from ...fragility.risk.modelling import MODELLING
-from ..buildings.pieces import ranking_of
 from ..buildings.recommendations import Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
-from ..plan.estimates import MEAN as IN_MEAN
 from ..text.words import consequence_name, floor_name, level_name, level_text
-from .table import Column, Marked, Row, Table, intervals, range_of
+from .table import Column, Row, Table, intervals, range_of
 from .unseen import most_rate
 
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
@@ -28,7 +24,6 @@ TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount per year below which it is written for 1,000 years."""
-MOST_RANKED = 8
 CANNOT_FALL = "nothing in that place can fall"
 
 
@@ -111,43 +106,10 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
     return Table(title, [Column("name"), *columns], rows, [intervals(here)], "no piece there has it")
 
 
-def savings(results: xr.Dataset, model: int = 0) -> Table:
-    """Return the items of the study's ranking whose anchoring saves most."""
-    return ranked(ranking_of(results), model)
-
-
-def ranked(ranking: xr.Dataset, model: int = 0, most: int = MOST_RANKED) -> Table:
-    """Return the items whose anchoring saves most, as `anchoring` ranks them, with a mark on items without advice."""
-    here = ranking.isel(model=model)
-    scale, unit = objective_unit(ranking)
-    order = np.argsort(here["rank"].values)
-    doubtful = doubtful_items(here)
-    rows: list[Row] = []
-    for i in order[: checks.count("most", most, at_least=1)]:
-        item = here.isel(item=int(i))
-        name = str(item["item"].item())
-        rows.append({
-            "item": Marked(name, MARK) if doubtful[i] else name,
-            "saving": range_of(item, "saving", 1.0 / scale),
-            "share": float(item["saving_share"]),
-        })  # fmt: skip
-    columns = (*(Column("item", "item"), Column("saving", "saves", "three", unit), Column("share", "share", "share")),)
-    saves = f"Savings are of the {ranking.attrs['objective_text']}."
-    marked = f"{MARKED}." if doubtful[order[:most]].any() else ""
-    return Table.of("Savings from anchoring", columns, rows, saves, common_modelling(ranking), marked)
-
-
 def doubtful_items(ranking: xr.Dataset) -> Flags:
     """Return True for the items of a ranking on whose chance of falling no advice can rest."""
     known = DOUBTFUL in ranking.coords
     return np.asarray(ranking[DOUBTFUL].values if known else np.zeros(ranking.sizes["item"], np.bool_))
-
-
-def common_modelling(ranking: xr.Dataset) -> str:
-    """Return the sentence on the modelling uncertainty that all pieces of a ranking share; '' for none."""
-    held = float(ranking.attrs.get(MODELLING, 0.0)) > 0.0
-    yearly = "at_level" not in ranking.attrs and str(ranking.attrs.get("modelling", IN_MEAN)) == IN_MEAN
-    return "The modelling uncertainty β_m is assumed to be common to all pieces." if held and yearly else ""
 
 
 def span(annual: xr.DataArray) -> tuple[float, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from itertools import product
@@ -12,45 +11,17 @@ import xarray as xr
 
 from ...core.units import PER_YEAR
 from ...core.wording import given_percent, percent, years_text
-from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...motions.intensity.naming import GROUND
 from ..buildings.recommendations import Range
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import RATE, shown
-from ..text.curve_notes import infinitive_of, reached_of, state_in, verb_in
-from ..text.reached import levels_run, other_levels, within_levels
+from ..text.curve_notes import infinitive_of, verb_in
+from ..text.reached import within_levels
 from ..text.spread import sample_range
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
 from .table import ENDS, Column, Marked, Row, Table, chosen, dispersion_of, ends_of, intervals, range_of
-
-# Advice where there is no curve, by the status of the fit (separated data have a curve, and a note).
-ADVICE = {
-    "no overturning": "nothing {did} at any level; {higher}",
-    "all overturned": "everything {did} at every level; {lower}",
-    "one level": "one level gives no curve; take more levels",
-    "not increasing": "fewer blocks {did} at higher levels; look at the motions",
-    "flat": "barely more blocks {did} at higher levels; take more motions or a wider range of levels",
-    "not converged": "the likelihood has no clear maximum; take more motions",
-}
-
-
-def hints(results: xr.Dataset) -> list[str]:
-    """One line for each reason why a curve is missing."""
-    status = results["status"].values.ravel().astype(str)
-    state = state_in(results)
-    did = "fell" if state == state_name(OVERTURNED) else reached_of(state)
-    study = json.loads(str(results.attrs["study"]))
-    run = levels_run(results)
-    cures = {"higher": other_levels(study, True, run), "lower": other_levels(study, False, run)}
-    lines = []
-    for one in dict.fromkeys(status.tolist()):
-        if one in ADVICE:
-            number = int((status == one).sum())
-            of = f" ({number:,} of {status.size:,} curves)" if status.size > 1 else ""
-            lines.append(f"{one}{of}: {ADVICE[one].format(did=did, **cures)}")
-    return lines
 
 
 def curves(results: xr.Dataset) -> Table:

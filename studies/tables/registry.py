@@ -94,7 +94,6 @@ REGISTRY = {
     "item_falls": Entry(_both(OF_PIECES, has(INSTEAD, "contact")), item_slides.falls, by_law=True),
     "totals": Entry(OF_PIECES, assessment.totals, by_law=True),
     "consequences": Entry(_both(OF_PIECES, has("consequence")), assessment.consequences, by_law=True),
-    "ranking": Entry(OF_PIECES, assessment.savings, by_law=True),
     "axes": Entry(has(AXIS, f"{SIDEWAYS.name}_share"), axes.axes),
     "branch_rates": Entry(has("epistemic_rate", "epistemic_any_rate"), branches.branch_rates),
     "branch_amounts": Entry(has(*(f"epistemic_annual_{name}" for name in branches.AMOUNTS)), branches.amount_branches),
@@ -116,7 +115,7 @@ SHORT = "short_blocks", "short_pieces", "short_ratios", "short_kits"
 """Tables on a terminal."""
 TABLES = (
     *("surfaces", "spread", "events", "curves", "precision", "gains", "breaks", "edges", "slides"),
-    *("shares", "indices", "pieces", "worth", "kits", "item_slides", "item_falls", "totals", "consequences", "ranking"),
+    *("shares", "indices", "pieces", "worth", "kits", "item_slides", "item_falls", "totals", "consequences"),
     *("axes", "selections", "branch_rates", "branch_amounts", "branch_consequences", "sizes", "measures"),
     *("static_checks", "kit_breaks", "codes", "ratios", "overturnings", "flips"),
 )

@@ -26,7 +26,7 @@ from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.anchoring import anchoring_figure
 from toppling.studies.plots.assessment import exceedance_figure, levels_figure
-from toppling.studies.tables.assessment import annual, at_level, consequences, ranked
+from toppling.studies.tables.assessment import annual, at_level, consequences
 
 mpl.use("Agg")
 
@@ -658,15 +658,6 @@ class TestTablesAndFigures:
         given = consequences(found.drop_vars("annual_number").assign_attrs(at_level=LEVELS[3]), 1)
         assert "%" in given.texts("building")[0]
         assert given.texts("floor 1")[0] == "–"
-
-    def test_ranking(self, found):
-        table = ranked(anchoring(found), most=2)
-        headings = ["item", "saves, EUR per year", "share"]
-        assert [column.heading for column in table.columns] == headings
-        assert len(table.rows) == 2
-        table = ranked(anchoring(found, "blocks-exit"))
-        assert table.columns[1].heading.startswith("saves, ")
-        assert len(table.rows) == 2
 
     @pytest.mark.parametrize(
         ("value", "text"),

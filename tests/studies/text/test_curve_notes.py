@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 import xarray as xr
-from check_facts import numbers_in
+from check_facts import check as check_of, numbers_in
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
@@ -15,7 +15,7 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.tables.fragility import curves, hints, measures, sizes
+from toppling.studies.tables.fragility import curves, measures, sizes
 from toppling.studies.text.curve_notes import (
     curve_notes,
     misfit_notes,
@@ -128,7 +128,6 @@ class TestCurves:
         notes = {fact.what: fact for fact in notes_of(found)}
         assert notes["curve.separated"].value == notes["curve.separated"].more["of"] == 4
         assert notes["validity.few_motions"].more["motions"] == 1
-        assert not hints(found)  # not twice
 
     def test_one_value_is_no_range(self):
         one, two = (tp.ida(PIECES[:n], LAWS, shakes()[:1], [2.0]) for n in (1, 2))
@@ -539,14 +538,14 @@ class TestTables:
         assert "measures" not in every.note
         assert any(measure.startswith("√(Arias intensity)") for measure in every.column("measure"))
 
-    def test_hints_are_of_the_state(self, tmp_path):
+    def test_the_remedy_of_curves_that_are_not_fitted_is_of_the_levels(self, tmp_path):
         low = IDA.replace("to = 12.0", "to = 1.1")
         found = study(
             tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, low, SCREEN, "[fit]\nstate = 0.5\n"
         ).run()
-        (hint,) = hints(found)
-        assert numbers_in(hint) == [2, 2, 0.5]
-        assert hint.endswith("raise ida.levels.to")
+        check = check_of(found, "curves")
+        assert (check.what, check.names) == ("curve.unfitted", ("no overturning",))
+        assert (check.more["number"], check.more["higher"]) == (2, "raise ida.levels.to")
 
 
 class TestOneSide:
