@@ -175,10 +175,11 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
     from ..facts.notes import notes_of
     from ..facts.say import notes_said
     from ..store.folder import RESULT_NAME
+    from ..tables.registry import SHORT, TABLES, tables as tables_of
     from ..tables.terminal import rendered
     from .verdict import verdict
 
-    tables = show.tables(results) if verbose else show.short(results)
+    tables = [*tables_of(results, TABLES if verbose else SHORT)]
     answer, validity = verdict(results, bool(tables))
     if not verbose:
         say(console, *answer)

@@ -103,8 +103,6 @@ REGISTRY = {
     "codes": Entry(_both(OF_PIECES, has("code")), pieces.codes),
     "ratios": Entry(has("median_ratio"), sensitivity.median_ratios),
     "short_ratios": Entry(has("median_ratio"), sensitivity.short_ratios),
-    "overturnings": Entry(has("median_ratio"), sensitivity.overturnings),
-    "flips": Entry(has("median_ratio"), sensitivity.flips),
     "inventory": Entry(has("block", "item"), inputs.sizes),
 }
 """All tables by name."""
@@ -117,7 +115,7 @@ TABLES = (
     *("surfaces", "spread", "events", "curves", "precision", "gains", "breaks", "edges", "slides"),
     *("shares", "indices", "pieces", "worth", "kits", "item_slides", "item_falls", "totals", "consequences"),
     *("axes", "selections", "branch_rates", "branch_amounts", "branch_consequences", "sizes", "measures"),
-    *("static_checks", "kit_breaks", "codes", "ratios", "overturnings", "flips"),
+    *("static_checks", "kit_breaks", "codes", "ratios"),
 )
 """Tables of the appendix, and of a terminal that prints everything."""
 INPUTS = ("inventory",)
