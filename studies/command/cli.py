@@ -132,13 +132,7 @@ def run(
     try:
         # (a total that depends on results is told with the first of them)
         with show_progress(console, "runs", None if plan.at_most else plan.all_runs, plan.aside) as display:
-            results = plan.run(
-                folder,
-                client,
-                resume=not fresh,
-                progress=display.update,
-                watching=display.watching,
-            )
+            results = plan.run(folder, client, resume=not fresh, progress=display.update, watching=display.watching)
             display.finished()
     finally:
         if client is not None:

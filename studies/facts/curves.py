@@ -28,15 +28,7 @@ from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, NO_LEVEL, highest_level
 from ..text.spread import OUTER, sample_range, sources
-from ..text.words import (
-    axis_of,
-    block_title,
-    display_unit,
-    floor_name,
-    is_one_piece,
-    quantity_name,
-    reference_law,
-)
+from ..text.words import axis_of, block_title, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .crossed import Crossing, crossings_between, crossings_of_laws
 from .law_choice import damped_throughout
 

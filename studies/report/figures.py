@@ -81,10 +81,7 @@ def _plain(text: str) -> str:
 def _settings() -> Iterator[None]:
     import matplotlib as mpl  # noqa: PLC0415 - loads slowly
 
-    with (
-        mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path"}),
-        warnings.catch_warnings(),
-    ):
+    with mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path"}), warnings.catch_warnings():
         # (letters that the font lacks appear as boxes; the tables show the letters)
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         warnings.filterwarnings("ignore", "constrained_layout not applied")
