@@ -132,7 +132,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
 def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
     """Return the first pieces with their chance of falling and the recommendation."""
     at = reference_law(results)[0]
-    table = pieces(results, at).only(*SHORT)
+    table = pieces(results, at).only(*SHORT).without(model_note(results))  # (the answer says it)
     every = pieces_of(results, at)
     # (pieces are in the order of what to do about them: one below may fall more often than one above)
     least = min((piece.chance.value for piece in every[:most] if not piece.held), default=math.inf)
