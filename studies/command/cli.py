@@ -174,13 +174,13 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
     from .verdict import verdict
 
     tables = [*tables_of(results, TABLES if verbose else SHORT)]
-    answer, validity = verdict(results, bool(tables))
+    answer, validity, remedies = verdict(results, bool(tables))
     if not verbose:
         say(console, *answer)
     for table in tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
     notes = [note for note in notes_said(notes_of(results)) if note not in told]
-    say(console, *([f"note: {note}" for note in notes] if verbose else validity))
+    say(console, *remedies, *([f"note: {note}" for note in notes] if verbose else validity))
     more = f" ({counted(len(notes), 'further note')}; --verbose prints them)" if notes and not verbose else ""
     written = show.draw(results, folder)
     drawn = f" and {counted(len(written), 'figure')}" if written else ""

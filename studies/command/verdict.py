@@ -23,8 +23,8 @@ OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unprice
 """Actions on money, by the beginning of their names."""
 
 
-def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str]]:
-    """Return the answer, and the validity, which stands in the answer's place first where results are not valid.
+def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str], list[str]]:
+    """Return the answer, the validity, which begins the answer where results are not valid, and remedies of curves.
 
     `answered`: whether a short table follows the answer.
     """
@@ -36,8 +36,8 @@ def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str]]:
     line = f"validity: {say(badge(checks), 'checks')}"
     invalid = [say(check, "checks") for check in bad if check.word == INVALID]
     if invalid:
-        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *answer, *missed], unfitted
-    return [*answer, *missed], [line, *unfitted]
+        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *answer, *missed], [], unfitted
+    return [*answer, *missed], [line], unfitted
 
 
 def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:

@@ -369,7 +369,7 @@ def _hazard(results: xr.Dataset) -> Fact:
         return _missing("rate.beyond_hazard")
     known = results["rate"].notnull() & np.isfinite(results["rate"])
     if not bool(known.any()):
-        return Fact("rate.none", word=INVALID, remedy="remedy_hazard_above")
+        return Fact("rate.none", word=INVALID, remedy="remedy_hazard")
     far = _beyond_hazard({side: results[f"rate_share_{side}"].where(known) for side in SIDES})
     odd = [check for check in (_left_out(results, known), far) if check.word != GOOD]
     if odd:

@@ -26,6 +26,7 @@ from ..store.content import check_content
 from ..tables.files import table_json
 from ..tables.inputs import provenance
 from ..tables.page import longest_word, markdown, whole_intervals
+from ..tables.pieces import code_note
 from ..tables.registry import INPUTS, LEAD, TABLES, tables
 from ..tables.table import Table, intervals
 from ..text.error import StudyError, writing
@@ -185,11 +186,9 @@ def texts(part: object) -> Iterator[str]:
 
 
 def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
-    """Return the tables of some names, without the sentences that the footnotes of the page say for all of them."""
-    return [
-        table.without(intervals(results), model_note(results)).common().grouped("recommendation")
-        for table in tables(results, names)
-    ]
+    """Return the tables of some names, without the sentences that the page says elsewhere for all of them."""
+    said = intervals(results), model_note(results), code_note(results)
+    return [table.without(*said).common().grouped("recommendation") for table in tables(results, names)]
 
 
 def _study_text(results: xr.Dataset) -> str:

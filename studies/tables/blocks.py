@@ -76,6 +76,8 @@ def blocks(results: xr.Dataset, most: int) -> Table:
             extrapolated += shares
             marks = " ".join([*(["*"] if far > NOTABLE else []), *(["‡"] if shares else [])])
             chance = _chance(curve, laws, float(results.attrs["years"]))
+            bare = chance.value > 0.0 and math.isnan(chance.lower) and math.isnan(chance.upper)
+            marks = f"(no interval) {marks}".strip() if bare else marks
             row["chance"] = Marked(chance, marks) if marks else chance
         if has_model_range(here, ranged):
             row["model_range"] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))

@@ -182,9 +182,15 @@ def codes(results: xr.Dataset) -> Table:
         *(Column("force", "force, each", "three", "N"), Column("demand", "on its anchors", "three", "N")),
         Column("ratio", "demand / strength", "two"),
     )
+    anchors = MOMENTS if moments else WHOLE
     left = f"{LEFT_OUT}, and {unstated} lines whose danger to people is not stated." if unstated else f"{LEFT_OUT}."
-    table = Table.of("Code requirements", columns, rows, MOMENTS if moments else WHOLE, left, most=MOST_ROWS)
+    table = Table.of("Code requirements", columns, rows, code_note(results), anchors, left, most=MOST_ROWS)
     return table.but([] if moments else ["demand"])
+
+
+def code_note(results: xr.Dataset) -> str:
+    """Return the sentence of a note on the building code, with its values of the site; '' without a code."""
+    return f"{results.attrs['code']}; {results.attrs['code_site']}." if "code" in results.attrs else ""
 
 
 WHOLE = "Anchors without a given height take the whole force."
