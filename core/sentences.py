@@ -61,10 +61,14 @@ def environment(
     return made
 
 
-def sentence(what: str, fact: Fact, modules: Iterable[Any]) -> str:
-    """Return the sentence of a name for a fact: its macro, `a_b` for `a.b`, in the first register that has it."""
-    macro = what.replace(".", "_")
-    module = next(module for module in modules if hasattr(module, macro))
+def sentence(what: str, fact: Fact, modules: Iterable[Any], shared: Mapping[str, str] = {}) -> str:
+    """Return the sentence of a name for a fact: its macro, `a_b` for `a.b`, in the first register that has it.
+
+    `shared`: names of the sentences of facts that have none of their own.
+    """
+    modules = [*modules]
+    macros = (name.replace(".", "_") for name in (what, shared.get(what, what)))
+    macro, module = next((macro, module) for macro in macros for module in modules if hasattr(module, macro))
     return _GAPS.sub(r"\1", _SPACES.sub(" ", str(getattr(module, macro)(fact)))).strip()
 
 

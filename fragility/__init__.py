@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     from .curves.resurrection import resurrections as resurrections
     from .efficiency.capacity import overturning_capacity as overturning_capacity
     from .efficiency.ranking import rank_measures as rank_measures
-    from .efficiency.sufficiency import (
-        stripe_sufficiency as stripe_sufficiency,
-    )
+    from .efficiency.sufficiency import stripe_sufficiency as stripe_sufficiency
     from .exchange.curve_csv import write_curve_csv as write_curve_csv
     from .exchange.files import ExchangeError as ExchangeError
     from .exchange.nrml.writing import write_nrml as write_nrml
@@ -32,10 +30,7 @@ if TYPE_CHECKING:
     from .fitting.states import Slip as Slip, reached as reached
     from .hazard.curve import HazardCurve as HazardCurve
     from .hazard.files import read_hazard as read_hazard
-    from .hazard.rates import (
-        probability_in as probability_in,
-        rate_from_probability as rate_from_probability,
-    )
+    from .hazard.rates import probability_in as probability_in, rate_from_probability as rate_from_probability
     from .hazard.reading import HazardError as HazardError
     from .numerics.proportions import binomial_interval as binomial_interval, wilson_interval as wilson_interval
     from .risk.annual_rate import annual_rate as annual_rate, rate_share_above as rate_share_above
@@ -53,10 +48,7 @@ if TYPE_CHECKING:
         Uniform as Uniform,
     )
     from .uncertainty.ida import uncertain_ida as uncertain_ida
-    from .uncertainty.indices import (
-        sobol_indices as sobol_indices,
-        tornado as tornado,
-    )
+    from .uncertainty.indices import sobol_indices as sobol_indices, tornado as tornado
     from .uncertainty.inputs import RandomInputs as RandomInputs
     from .uncertainty.response import overturning_response as overturning_response
     from .uncertainty.variance import (

@@ -1,4 +1,4 @@
-"""Tables for a terminal and figures of a study's results, chosen by the kind of the study."""
+"""Figures of a study's results, chosen by the kind of the study."""
 
 from __future__ import annotations
 
@@ -19,34 +19,11 @@ from .text.reached import within_levels
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .tables.table import Table
-
 FRAGILITY, SENSITIVITY = "fragility", "sensitivity"
 MOST_RANKINGS = 8
 """Figures of rankings at the most, one for each block (and floor); the results hold all rankings."""
 
 # (matplotlib loads slowly and is not needed for an error message: each function imports the plots that it needs)
-
-
-def tables(results: xr.Dataset) -> list[Table]:
-    """Return the tables of a study's results."""
-    from .tables import registry  # noqa: PLC0415
-
-    return list(registry.tables(results))
-
-
-def short(results: xr.Dataset) -> list[Table]:
-    """Return the tables that a study ends with on a terminal."""
-    from .tables import registry  # noqa: PLC0415
-
-    return list(registry.tables(results, registry.SHORT))
-
-
-def hints(results: xr.Dataset) -> list[str]:
-    """Return advice on curves and values that could not be found, one line each."""
-    from .tables.fragility import hints as of_curves  # noqa: PLC0415
-
-    return of_curves(results) if "status" in results else []
 
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:

@@ -97,13 +97,7 @@ class SequentialCurve:
     """
 
     def __init__(
-        self,
-        until: Until,
-        low: float,
-        high: float,
-        runs: int = RUNS,
-        seed: int = 0,
-        hazard: HazardCurve | None = None,
+        self, until: Until, low: float, high: float, runs: int = RUNS, seed: int = 0, hazard: HazardCurve | None = None
     ) -> None:
         self.until = until
         self._runs = checks.count("runs_per_motion", runs, at_least=1)

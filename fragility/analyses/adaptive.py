@@ -302,11 +302,7 @@ def first_levels(start: Start, peaks: tuple[Array, Array], scaled: Scaled, measu
 
 
 def _outputs(
-    request: Request,
-    wave: MotionWave,
-    plans: Mapping[tuple[int, int], WavePlan],
-    plan: Plan,
-    measured: Array,
+    request: Request, wave: MotionWave, plans: Mapping[tuple[int, int], WavePlan], plan: Plan, measured: Array
 ) -> tuple[dict[tuple[int, int], dict[str, NDArray[Any]]], Flags]:
     """Run a wave: the outputs (run, motion) of each curve, and whether a block still slides when a motion ends.
 

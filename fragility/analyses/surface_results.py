@@ -358,10 +358,7 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
         **{f"dispersion{end}": (DIMENSIONLESS, words + spread) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
         **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
         **{
-            f"rate_share_{side}": (
-                DIMENSIONLESS,
-                f"share of the rate from {side} the levels of the hazard curve",
-            )
+            f"rate_share_{side}": (DIMENSIONLESS, f"share of the rate from {side} the levels of the hazard curve")
             for side in ("below", "above")
         },
     }

@@ -146,11 +146,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
             ordered.units,
             f"geometric mean of lower and upper: {ordered.long_name}",
         ),
-        "stood_above": (
-            found.stood_above,
-            DIMENSIONLESS,
-            f"whether a level above is without {name}",
-        ),
+        "stood_above": (found.stood_above, DIMENSIONLESS, f"whether a level above is without {name}"),
     }
     coords = {
         name: coordinate

@@ -250,8 +250,7 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     # (a motion that is run both ways counts once, as given: its two capacities are not independent)
     given = as_given(runs)
     found = capacity_trends(
-        [(lower[..., given], upper[..., given]) for lower, upper in ends],
-        [one.isel(motion=given) for one in known],
+        [(lower[..., given], upper[..., given]) for lower, upper in ends], [one.isel(motion=given) for one in known]
     )
     for name, values, text in (
         ("slope", found.slope, "slope of ln capacity on the covariate"),

@@ -20,17 +20,7 @@ from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from .datasets import curve_set
 from .files import write_text
 from .ids import TABLE_MARKS
-from .rows import (
-    CURVE_NUMBERS,
-    CURVE_WORDS,
-    LEVEL,
-    LIMIT_STATE,
-    OVERTURNING,
-    PARAMETERS,
-    CurveRow,
-    CurveSet,
-    Written,
-)
+from .rows import CURVE_NUMBERS, CURVE_WORDS, LEVEL, LIMIT_STATE, OVERTURNING, PARAMETERS, CurveRow, CurveSet, Written
 
 _IN_LEVELS = ("median", "uplift_median", "level", *(name for name, (unit, _) in CURVE_NUMBERS.items() if unit == LEVEL))
 _SPELLED = {"m s-2": "m/s2", "m s-1": "m/s", PER_YEAR: "1/year"}

@@ -367,13 +367,7 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
 
 
 def _sample(
-    fell: Flags,
-    up: Flags | None,
-    x: Array,
-    motions: Any,
-    clusters: Index,
-    threshold: float,
-    first: bool,
+    fell: Flags, up: Flags | None, x: Array, motions: Any, clusters: Index, threshold: float, first: bool
 ) -> Sample:
     """One curve: flags (…, level, motion) with x (level,), or (motion,) with x of these motions; clusters (motion,).
 

@@ -143,13 +143,7 @@ _BRACKETS = re.compile(r"(?P<name>.{1,200}?)\s*[\[(](?P<unit>[^()\[\]]{1,40})[\]
 
 
 def read_plain(
-    lines: Lines,
-    comment: str,
-    names: list[str],
-    separator: str,
-    im: str | None,
-    units: str | None,
-    years: float | None,
+    lines: Lines, comment: str, names: list[str], separator: str, im: str | None, units: str | None, years: float | None
 ) -> HazardCurve:
     """Read the rows of a plain table below its heading `names`: levels, and one or several columns of rates."""
     label, unit = _measure_and_unit(lines, names[0])
@@ -389,13 +383,7 @@ class _SiteRow(NamedTuple):
 
 
 def read_openquake(
-    lines: Lines,
-    comment: str,
-    names: list[str],
-    im: str | None,
-    site: Site,
-    units: str | None,
-    years: float | None,
+    lines: Lines, comment: str, names: list[str], im: str | None, site: Site, units: str | None, years: float | None
 ) -> HazardCurve:
     """Read one site of an OpenQuake export of hazard curves; its comment and column names have been read."""
     label, unnamed = _named_measure(lines, comment, im)

@@ -107,12 +107,7 @@ def size_for_rate(
         for name, end in zip(("lower", "upper"), ends[:2], strict=True):
             long_name = f"{name} end of the {given_percent(level)} interval of the {text} {goal_text}"
             variables[f"{along}_{name}"] = (dims, end, {**attributes, "long_name": long_name})
-    configuration = {
-        "target_rate": goal,
-        "along": along,
-        "blocks": sizes.tolist(),
-        "rates": configuration_of(rates),
-    }
+    configuration = {"target_rate": goal, "along": along, "blocks": sizes.tolist(), "rates": configuration_of(rates)}
     return xr.Dataset(
         variables,
         coords={name: one for name, one in coordinates_on(rates, dims).items() if name != along},

@@ -115,10 +115,7 @@ def product_integral(curves: LognormalCurves, pieces: Pieces) -> Array:
 
 
 def event_integral(
-    curves: CurveArrays,
-    hazard: Pieces,
-    weight: Callable[[Array, Index], Array] | None = None,
-    outside: str = LEAST,
+    curves: CurveArrays, hazard: Pieces, weight: Callable[[Array, Index], Array] | None = None, outside: str = LEAST
 ) -> Array:
     """Return the integral of P (-dH) over all pieces, (curve,), times `weight`(u, curve) >= 0 where given."""
     low, high = lower_end(curves, hazard, outside), _support(curves)[1]

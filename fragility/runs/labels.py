@@ -192,10 +192,7 @@ def law_coordinates(models: Sequence[Model]) -> dict[str, xr.Variable]:
     columns: dict[str, tuple[Any, str]] = {
         "model": (_strings([model.label for model in models]), "damping law with its options"),
         "law": (_strings([model.law for model in models]), "short name of the damping law"),
-        "delta": (
-            [getattr(model, "delta", np.nan) for model in models],
-            "half width of the elastic zone over alpha",
-        ),
+        "delta": ([getattr(model, "delta", np.nan) for model in models], "half width of the elastic zone over alpha"),
     }
     for name, long_name in (
         ("lever", "lever arm of the shaking: h (height of the centre of mass) or R"),

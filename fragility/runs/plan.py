@@ -21,16 +21,7 @@ from ...core.aliases import Array, Index
 from ...models import Block
 from ...models.laws import Model, refuse_endless
 from ...models.oscillator import Oscillator, Stack
-from ...models.runs import (
-    COLUMNS,
-    ENOUGH_OF_ONE,
-    OUTPUTS,
-    TALLY,
-    Specimen,
-    run_mixed,
-    run_specimens,
-    stacked,
-)
+from ...models.runs import COLUMNS, ENOUGH_OF_ONE, OUTPUTS, TALLY, Specimen, run_mixed, run_specimens, stacked
 from ...models.sliding.law import PlaneSlider
 from ...motions.arrays import Record
 from .factors import BlockFactors, Factors, dense

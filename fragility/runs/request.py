@@ -127,13 +127,7 @@ def check_request(
     if FALLEN_OFF in wanted and all(block.edge is None for block in checked):
         raise ValueError(f"outputs: {FALLEN_OFF} needs a block near an edge (Block(…, edge=Edge(…))), got none")
     return Request(
-        checked,
-        laws,
-        wanted,
-        skip,
-        runner_of(client),
-        progress,
-        screen and not isinstance(laws[0], SlidingLaw),
+        checked, laws, wanted, skip, runner_of(client), progress, screen and not isinstance(laws[0], SlidingLaw)
     )
 
 
@@ -189,11 +183,7 @@ def work_of(
 
 
 def collect_both(
-    outputs: Sequence[str],
-    works: Sequence[Work],
-    runner: Runner,
-    progress: Progress | None,
-    least: float | None = None,
+    outputs: Sequence[str], works: Sequence[Work], runner: Runner, progress: Progress | None, least: float | None = None
 ) -> Runs:
     """Do the work about each axis, and put the outputs of the two together (`axes.of_both`)."""
     total = sum(work.runs for work in works)

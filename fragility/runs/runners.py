@@ -149,12 +149,7 @@ class _Window:
     """The graph of some chunks, computed on a thread of its own while the caller takes what is finished."""
 
     def __init__(
-        self,
-        work: Work,
-        chunks: Sequence[Chunk],
-        stop: Callable[[], bool],
-        compute: Callable[..., Any],
-        workers: int,
+        self, work: Work, chunks: Sequence[Chunk], stop: Callable[[], bool], compute: Callable[..., Any], workers: int
     ) -> None:
         self._left = False
         self._chunks = chunks

@@ -96,12 +96,7 @@ def sobol_indices(
         if np.ptp(base[:, k]) == 0.0:
             continue
         result = sobol_analysis.analyze(
-            problem,
-            values[:, k],
-            calc_second_order=False,
-            num_resamples=times,
-            conf_level=level,
-            seed=stream(start, 1),
+            problem, values[:, k], calc_second_order=False, num_resamples=times, conf_level=level, seed=stream(start, 1)
         )
         for name, array in found.items():
             array[:, k] = result[name]
@@ -118,9 +113,7 @@ def sobol_indices(
         dataset[name] = (rest.dims[1:], column.reshape(rest.shape[1:]), described(text, unit))
     options = {"n": size, "samples": points.shape[0], "confidence": level, "replicates": times, "seed": start}
     return dataset.assign_attrs(
-        title="Sobol' indices",
-        **_provenance("Sobol' indices", inputs, rest, options),
-        **options,
+        title="Sobol' indices", **_provenance("Sobol' indices", inputs, rest, options), **options
     )
 
 
@@ -248,10 +241,7 @@ def _evaluate(inputs: RandomInputs, function: Response, points: Array) -> tuple[
 
 
 def _dataset(
-    inputs: RandomInputs,
-    variables: dict[str, tuple[Array, str]],
-    rest: xr.DataArray,
-    units: str = DIMENSIONLESS,
+    inputs: RandomInputs, variables: dict[str, tuple[Array, str]], rest: xr.DataArray, units: str = DIMENSIONLESS
 ) -> xr.Dataset:
     """Arrays (input, column) on input and the function's other dimensions."""
     dims = ("input", *rest.dims[1:])

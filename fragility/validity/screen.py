@@ -20,15 +20,7 @@ from ..runs.request import runner_of
 from ..runs.runners import Runner
 from .characteristics import Characteristics
 from .reasons import reason_names
-from .slab_screen import (
-    DIMS,
-    FACTORS,
-    HALF_WIDTH,
-    Bounds,
-    ScreenInput,
-    screen_input,
-    screened_runs,
-)
+from .slab_screen import DIMS, FACTORS, HALF_WIDTH, Bounds, ScreenInput, screen_input, screened_runs
 from .sparse_screen import NUMBERS, OF_RUNS, ScreenRequest, Shaken, selected, shaken_by, sparse_screen
 from .undecided import count_flips
 

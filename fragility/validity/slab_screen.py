@@ -20,17 +20,7 @@ from ..numerics.slabs import Allocator, Where, put, slabs
 from ..runs.factors import ScaleFactors
 from ..runs.provenance import BED, DESCRIBED, FLOORS, floor_labels, scale_factors
 from .characteristics import Characteristics
-from .reasons import (
-    AIRBORNE,
-    ELASTIC_MODE,
-    SCALED_FAR,
-    SQUAT,
-    UNDECIDED,
-    Reason,
-    Shares,
-    labelled,
-    verdict_of,
-)
+from .reasons import AIRBORNE, ELASTIC_MODE, SCALED_FAR, SQUAT, UNDECIDED, Reason, Shares, labelled, verdict_of
 from .sliding import NEEDS, chances_of, compact, friction_by_block, friction_demands, slides_of
 from .undecided import PERTURBATION, FlipCounts
 

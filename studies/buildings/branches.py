@@ -223,10 +223,7 @@ def rates_over_branches(
         found.keep(DOWNTIME, ("place",), found.of([one.of_joined(one.downtime) for one in every]), per_year(DAY))
     ranges = [
         range_of_a_year(
-            assessments[branch.motions].sel(model=branch.model).data_vars,
-            every[0].levels,
-            branch.hazard,
-            sampling.beta,
+            assessments[branch.motions].sel(model=branch.model).data_vars, every[0].levels, branch.hazard, sampling.beta
         )
         for branch in branches
     ]

@@ -103,7 +103,7 @@ class Piece(NamedTuple):
     chance: annual rate of falling of a piece (1/year), or its probability at the study's level where there is no
     hazard.  levels: shaking (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
     saving: money a year by anchoring the line; payback: years, with the discount rate, infinite where the saving
-    never pays the cost; payback_best: the same of the upper end of the saving's interval.  NaN where something is
+    never pays the cost.  NaN where something is
     not known, or is no ground for advice.  code: what the study's building code says of it, None where there is
     none.  chosen: whether it is among the lines to anchor for the study's budget, None where there is none.
     downtime: expected days a year for which one piece is out of use; injuries: expected number of persons a year
@@ -135,7 +135,6 @@ class Piece(NamedTuple):
     discount: float = DISCOUNT
     tried: tuple[KitEffect, ...] = ()
     doubt: str = ""
-    payback_best: float = math.nan
 
     @property
     def held(self) -> bool:
@@ -275,5 +274,4 @@ def _paid(one: Piece) -> Piece:
         return one
     kit = None if math.isfinite(one.cost) else one.meant
     cost, saving = (one.cost_of_all, one.saving) if kit is None else (kit.cost, kit.saving)
-    best = math.nan if math.isnan(saving.upper) else payback(cost, saving.upper, one.discount)
-    return one._replace(payback=payback(cost, saving.value, one.discount), payback_best=best)
+    return one._replace(payback=payback(cost, saving.value, one.discount))

@@ -132,13 +132,7 @@ def run(
     try:
         # (a total that depends on results is told with the first of them)
         with show_progress(console, "runs", None if plan.at_most else plan.all_runs, plan.aside) as display:
-            results = plan.run(
-                folder,
-                client,
-                resume=not fresh,
-                progress=display.update,
-                watching=display.watching,
-            )
+            results = plan.run(folder, client, resume=not fresh, progress=display.update, watching=display.watching)
             display.finished()
     finally:
         if client is not None:
@@ -175,17 +169,18 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
     from ..facts.notes import notes_of
     from ..facts.say import notes_said
     from ..store.folder import RESULT_NAME
+    from ..tables.registry import SHORT, TABLES, tables as tables_of
     from ..tables.terminal import rendered
     from .verdict import verdict
 
-    tables = show.tables(results) if verbose else show.short(results)
-    answer, validity = verdict(results, bool(tables))
+    tables = [*tables_of(results, TABLES if verbose else SHORT)]
+    answer, validity, remedies = verdict(results, bool(tables))
     if not verbose:
         say(console, *answer)
     for table in tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
     notes = [note for note in notes_said(notes_of(results)) if note not in told]
-    say(console, *show.hints(results), *([f"note: {note}" for note in notes] if verbose else validity))
+    say(console, *remedies, *([f"note: {note}" for note in notes] if verbose else validity))
     more = f" ({counted(len(notes), 'further note')}; --verbose prints them)" if notes and not verbose else ""
     written = show.draw(results, folder)
     drawn = f" and {counted(len(written), 'figure')}" if written else ""

@@ -11,7 +11,7 @@ from ...core.facts import GOOD, INVALID, Fact
 from ..facts import building, curves, sensitivity
 from ..facts.checks import badge, checks_of
 from ..facts.footnotes import footnotes
-from ..facts.say import say
+from ..facts.say import remedy, say
 from ..text.reached import within_levels
 
 BESIDE_TABLE = (
@@ -23,8 +23,8 @@ OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unprice
 """Actions on money, by the beginning of their names."""
 
 
-def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str]]:
-    """Return the answer, and the validity, which stands in the answer's place first where results are not valid.
+def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str], list[str]]:
+    """Return the answer, the validity, which begins the answer where results are not valid, and remedies of curves.
 
     `answered`: whether a short table follows the answer.
     """
@@ -32,11 +32,12 @@ def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str]]:
     bad = [check for check in checks if check.word != GOOD]
     answer = [say(fact, "page") for fact in _facts(within_levels(results), answered)]
     missed = [say(check, "checks") for check in bad if check.what == "adaptive.precision_missed"]
+    unfitted = [remedy(check, "checks") for check in bad if check.what == "curve.unfitted"]
     line = f"validity: {say(badge(checks), 'checks')}"
     invalid = [say(check, "checks") for check in bad if check.word == INVALID]
     if invalid:
-        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *answer, *missed], []
-    return [*answer, *missed], [line]
+        return [" ".join([f"{line}; do not rely on these results.", *invalid]), *answer, *missed], [], unfitted
+    return [*answer, *missed], [line], unfitted
 
 
 def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
@@ -46,7 +47,7 @@ def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
         yield from (fact for fact in building.details(results) if fact.what == "consequence.loss")
         for fact in building.actions(results):
             if fact.what.startswith(OF_MONEY):  # (without the page's table, lines are named)
-                yield replace(fact, what="anchoring.named") if fact.what == "anchoring.lines" else fact
+                yield replace(fact, more={**fact.more, "listed": True}) if fact.what == "anchoring.lines" else fact
     elif "value" in results.dims:
         yield from sensitivity.answer(results)
     else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,7 +23,7 @@ from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import NATURAL_SHAPE, NATURAL_VELOCITY, SPECTRA, Variability
 from ..buildings.notes import AMOUNTS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
-from ..plan.slides import GATED, GATED_RATE, INSTEAD
+from ..plan.slides import INSTEAD
 from ..region.rows import is_pooled
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import BEYOND, LEFT_OUT, NOTABLE, UNDER, extrapolated_shares, possible_change, rate_bounds
@@ -80,7 +81,7 @@ def _model(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact(
             "validity.not_screened_pooled" if pooled else "validity.not_screened",
             word=UNKNOWN,
-            remedy="remedy_common_levels" if pooled else "remedy_again",
+            remedy="remedy_common_levels" if pooled else "remedy_fresh",
         )
         return
     yield _sliding(results)
@@ -121,7 +122,7 @@ def _numbers(results: xr.Dataset) -> Iterator[Fact]:
 
 def _missing(what: str) -> Fact:
     """Return a check that results of an earlier version do not have."""
-    return Fact(what, word=UNKNOWN, remedy="remedy_again", more={"sentence": "missing"})
+    return Fact(what, word=UNKNOWN, remedy="remedy_fresh", more={"sentence": "missing"})
 
 
 def _rocking(results: xr.Dataset) -> Fact:
@@ -140,8 +141,7 @@ def _sliding(results: xr.Dataset) -> Fact:
     if given:
         remedy = "remedy_prevent_sliding"
         if INSTEAD in results:
-            chances = bool({GATED, GATED_RATE} & {*results.variables})
-            remedy = "remedy_sliding_table" if chances else "remedy_slips_table"
+            remedy = "remedy_sliding_table"
     shares = sliding_shares(results)
     share, where = _worst(shares)
     if share < MARKED and not given:
@@ -310,7 +310,10 @@ def _curves(results: xr.Dataset) -> Fact:
         if marked.any() or what == "curve.marked"
     )
     word = GOOD if not marked.any() else INVALID if none.all() else CARE
-    more = {"number": int(marked.sum()), "curves": status.size}
+    more: dict[str, Any] = {"number": int(marked.sum()), "curves": status.size}
+    if what == "curve.unfitted":
+        study, run = json.loads(str(results.attrs["study"])), levels_run(results)
+        more |= {"higher": other_levels(study, True, run), "lower": other_levels(study, False, run)}
     return Fact(what, names=tuple(dict.fromkeys(status[marked])), word=word, remedy="remedy_curves", more=more)
 
 
@@ -339,7 +342,7 @@ def _reached(results: xr.Dataset) -> Iterator[Fact]:
         "account": accounts[0] if accounts else "",
         "unsure": sum(curve.stopped != REACHED for curve in every),
     }
-    yield Fact("adaptive.precision_missed", word=CARE if accounts else GOOD, remedy="remedy_precision", more=more)
+    yield Fact("adaptive.precision_missed", word=CARE if accounts else GOOD, remedy="remedy_interval", more=more)
 
 
 def _scaling(results: xr.Dataset) -> Fact:
@@ -366,7 +369,7 @@ def _hazard(results: xr.Dataset) -> Fact:
         return _missing("rate.beyond_hazard")
     known = results["rate"].notnull() & np.isfinite(results["rate"])
     if not bool(known.any()):
-        return Fact("rate.none", word=INVALID, remedy="remedy_hazard_above")
+        return Fact("rate.none", word=INVALID, remedy="remedy_hazard")
     far = _beyond_hazard({side: results[f"rate_share_{side}"].where(known) for side in SIDES})
     odd = [check for check in (_left_out(results, known), far) if check.word != GOOD]
     if odd:
@@ -422,13 +425,14 @@ def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Fact:
     share, where = _worst(shares[side])
     word = GOOD if share <= NOTABLE else INVALID if mostly(shares[side]) else CARE
     more = {"side": side}
-    return Fact("rate.beyond_hazard", share, names=where, word=word, remedy=f"remedy_hazard_{side}", more=more)
+    return Fact("rate.beyond_hazard", share, names=where, word=word, remedy="remedy_hazard", more=more)
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:
-    """Return the greatest of some shares, and the labels to which it belongs."""
+    """Return the greatest of some shares, and the labels to which it belongs, without the law of a study of one."""
     at = _at_worst(shares)
-    parts = [shares[dim][i] for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords]
+    dims = [*zip(shares.dims, at, strict=True)]
+    parts = [shares[dim][i] for dim, i in dims if dim in shares.coords and (dim != "model" or shares.sizes[dim] > 1)]
     share = float(shares.values[at])
     return share if share > 0.0 else 0.0, tuple(map(_label, parts))
 

@@ -28,15 +28,7 @@ from ..text.one_side import falling_both_ways
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, NO_LEVEL, highest_level
 from ..text.spread import OUTER, sample_range, sources
-from ..text.words import (
-    axis_of,
-    block_title,
-    display_unit,
-    floor_name,
-    is_one_piece,
-    quantity_name,
-    reference_law,
-)
+from ..text.words import axis_of, block_title, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .crossed import Crossing, crossings_between, crossings_of_laws
 from .law_choice import damped_throughout
 
@@ -421,5 +413,5 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
             level, above, what = levels[0], False, "helps" if helps else "hurts" if hurts else "no_effect"
         else:
             continue
-        more = {"other": levels[1], "above": above, **_what(results)}
+        more = {"other": levels[1], "above": above, "motions": number_of_motions(results), **_what(results)}
         yield Fact(f"restraint.{what}_level", level, unit=unit, names=names, more=more)

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...core.facts import Fact
 from ...fragility.hazard.rates import probability_in
-from ...fragility.risk.modelling import LOWER, RANGE, UPPER, USUAL_DISPERSION, capacity_factors
+from ...fragility.risk.modelling import LOWER, RANGE, UPPER, capacity_factors
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS
 from ..text.block_order import HALF, RATE, places
@@ -35,6 +35,7 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
     if beta:
         yearly = "item" not in results.dims or "annual_number" in results
         more = {"yearly": yearly, "spread": str(results.attrs.get("modelling")) == "fractiles"}
+        more["common"] = "item" in results.dims and not more["spread"]
         yield Fact("rate.modelling_included", beta, more=more)
     yield from (note for note in notes_of(results) if note.what == "validity.tests")
     # (sensitivity studies compare laws with the reference themselves)
@@ -48,7 +49,7 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
     if RANGE not in results.attrs:
         return
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
-    more = {"beta": beta, "factors": capacity_factors(beta), "usual": beta == USUAL_DISPERSION, "chance": True}
+    more = {"beta": beta, "factors": capacity_factors(beta), "chance": True}
     here, unit, scale = results.isel(model=at), "", 1.0
     if "item" in results.dims:
         here = here.sel(place=BUILDING)

@@ -20,6 +20,7 @@ from ...motions.supports.stops import RESTITUTION
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, INSTEAD
 from ..text.words import block_title, reference_law, roof_of, scales, storeys_yield
+from .notes import notes_of
 
 MOST_LINES = 6
 """Most records whose corrections are written out."""
@@ -102,8 +103,7 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("motion.polarity_both")
     if "fit_method" in results.attrs:
         yield Fact("curve.fit_method", names=(str(results.attrs["fit_method"]),))
-    one_way = str(results.attrs.get("state")) in {state_name(state) for state in DIRECTIONS}
-    if one_way and str(results.attrs.get("form")) == "isotonic":
+    if _one_way(results) and str(results.attrs.get("form")) == "isotonic":
         yield Fact("curve.isotonic")
     if "rate" in results or "annual_number" in results:
         yield Fact("rate.method")
@@ -123,6 +123,11 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
             "walls": any(block.wall is not None for block in _blocks(results)),
         },
     )
+
+
+def _one_way(results: xr.Dataset) -> bool:
+    """Return whether the curves are of falls to one side."""
+    return str(results.attrs.get("state")) in {state_name(state) for state in DIRECTIONS}
 
 
 def _blocks(results: xr.Dataset) -> Sequence[Block]:
@@ -172,13 +177,12 @@ def _motions(results: xr.Dataset, study: Mapping[str, Any]) -> Fact:
         "elastic": bool(given.get("elastic")),
         "own": unscaled and levels_have_own_motions(results),
         "sets": len(study.get("motion_sets") or []),
-        "both": POLARITY in results.coords,
     }
     return Fact("motion.given", number, more=more)
 
 
 def _law(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the law of the answer, and the number of the others."""
+    """Yield the law of the answer."""
     law = results.coords.get("law")
     if str(results.attrs["kind"]) == "sensitivity":
         values, symbol = results["value"].values, {"e": "e", "delta": "δ"}[str(results.attrs["parameter"])]
@@ -188,8 +192,6 @@ def _law(results: xr.Dataset) -> Iterator[Fact]:
         at, _ = reference_law(results)
         for name in dict.fromkeys(map(str, np.ravel(law.values[at]))):
             yield Fact("law.of_answer", more={"law": name})
-        if results.sizes["model"] > 1:
-            yield Fact("law.others", results.sizes["model"] - 1)
     if "sample" in results.sizes:
         yield Fact("uncertainty.samples", results.sizes["sample"])
 
@@ -220,7 +222,8 @@ def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fac
             yield Fact("support.on", names=(str(table["name"]), *map(str, on)), more=more)
     blocks = _blocks(results)
     if any(block.wall is not None for block in blocks):
-        yield Fact("wall.model")
+        gaps = any(block.wall is not None and block.wall.gap > 0.0 for block in blocks)
+        yield Fact("wall.model", more={"sided": _one_way(results), "gaps": gaps})
         moved = tuple(block_title(block.label) for block in blocks if pushed_by_drift(block))
         if moved:
             yield Fact("wall.pushes", DRIFT, names=moved)
@@ -238,6 +241,8 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("sliding.model")
     if f"{FALL_OFF}_probability" in results:
         yield Fact("sliding.edge_model")
+    if any(note.what == "sliding.checked_freestanding" for note in notes_of(results)):
+        yield Fact("sliding.checked_freestanding")
     given = json.loads(str(results.attrs.get("screen", "{}"))).get("friction")
     dim = "item" if "item" in results.dims else "block"
     if EDGE in results.coords:

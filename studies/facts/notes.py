@@ -28,6 +28,7 @@ SAID_BY = {
     "support.pedestals_as_floor": ("support.moving_pedestal",),
     "support.rolls": ("support.castors",),
     "uncertainty.modelling_none": ("rate.model_range",),
+    "wall.base_no_slip": ("wall.model",),
     "validity.not_modelled": ("validity.left_out",),
 }
 """Notes, and the facts of a page that say them, besides the facts of the same name."""

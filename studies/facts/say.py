@@ -30,6 +30,40 @@ FALLBACKS = {
 }
 """Registers in which the sentences of a register are looked up, where it shares them with others."""
 
+SHARED = {
+    **dict.fromkeys(("anchoring.outside", "anchoring.indicative"), "anchoring_no_advice"),
+    **dict.fromkeys(("anchoring.unpriced", "anchoring.unvalued", "code.unpriced"), "anchoring_incomplete"),
+    "anchoring.with_kit": "anchoring.already",
+    **dict.fromkeys(("axis.bed_along_width", "axis.too_deep"), "axis_width_only"),
+    "building.over_branches": "building.any_fall",
+    **dict.fromkeys(("code.mass_not_given", "code.class_not_given"), "code_not_given"),
+    "comparison.no_losses": "comparison.no_amount",
+    **dict.fromkeys(("comparison.surface", "comparison.too_many"), "comparison_no_intervals"),
+    **dict.fromkeys(("consequence.loss", "consequence.downtime", "consequence.injuries"), "consequence_amount"),
+    "curve.crossing_too": "curve.crossing",
+    **dict.fromkeys(("curve.few_reached", "curve.few_stayed"), "curve_few"),
+    "curve.forced": "curve.one_side",
+    "curve.misfit_low": "curve.misfit",
+    "curve.unfitted": "curve.marked",
+    **dict.fromkeys(("kit.for_budget", "kit.for_target", "kit.target_missed"), "kit_set"),
+    **dict.fromkeys(("kit.no_effect", "kit.too_weak", "kit.worse"), "kit_unfit"),
+    "law.crossing_too": "law.crossing",
+    **dict.fromkeys(("law.use_consistent", "law.use_missing", "law.use_reference"), "law_use"),
+    **dict.fromkeys(
+        ("motion.spectra_accepted", "motion.spectra_alike", "motion.spectra_may_be_chance"), "motion_spectra"
+    ),
+    "rate.extrapolated": "rate.beyond_hazard",
+    **dict.fromkeys(
+        ("rate.share_above_levels", "rate.share_below_levels", "rate.share_beyond_hazard"), "rate_share_beyond"
+    ),
+    **dict.fromkeys(("rate.no_curve", "rate.too_few_runs", "rate.unbounded_branch"), "rate_unknown"),
+    **dict.fromkeys(("restraint.helps", "restraint.hurts"), "restraint_changes"),
+    **dict.fromkeys(("restraint.helps_level", "restraint.hurts_level"), "restraint_changes_level"),
+    "restraint.no_effect_level": "restraint.no_effect",
+    **dict.fromkeys(("sensitivity.delta_settled", "sensitivity.e_settled"), "sensitivity_settled"),
+    "single.elastic_mode": "single.outside",
+}
+"""The sentences of facts without one of their own: of another fact, or (without a dot) of several facts alone."""
 
 FILTERS: sentences.Filters = {
     **sentences.FILTERS,
@@ -58,7 +92,7 @@ def _ends(ends: tuple[float, float], write: Callable[[float], str], between: Cal
 
 def say(fact: Fact, register: str) -> str:
     """Return the sentence of a fact: the macro of its name in the template of a register, `a.b` as `a_b`."""
-    return sentences.sentence(fact.more.get("sentence", fact.what), fact, _modules(register))
+    return sentences.sentence(fact.more.get("sentence", fact.what), fact, _modules(register), SHARED)
 
 
 def remedy(fact: Fact, register: str) -> str:

@@ -10,7 +10,7 @@ import xarray as xr
 from ...core.facts import GOOD, INVALID, Fact, stored
 from ..text.reached import within_levels
 from . import building, curves, sensitivity
-from .checks import REMARKS, badge, checks_of
+from .checks import badge, checks_of
 from .footnotes import footnotes
 from .method import inputs_of, method_of
 from .notes import left_notes
@@ -49,7 +49,7 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
         "method": method,
         "checks": bad,
         "passed": passed,
-        "notes": left_notes(results, (*bad, *method, *below, *(check for check in passed if check.what in REMARKS))),
+        "notes": left_notes(results, (*checks, *method, *below)),
     }
 
 

@@ -477,13 +477,7 @@ class FragilityStudy(BlockStudy, Study):
         )
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
-        results = self.design.run(
-            self.blocks,
-            self.models,
-            self.kept_outputs,
-            client,
-            part_of(progress, 0, self.work),
-        )
+        results = self.design.run(self.blocks, self.models, self.kept_outputs, client, part_of(progress, 0, self.work))
         screened = screen(
             results,
             self.design.motions,

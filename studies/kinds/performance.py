@@ -34,25 +34,11 @@ from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..buildings.anchoring import anchoring
-from ..buildings.assessment import (
-    check_drawn,
-    described,
-    distinct_runs,
-    polarity_of,
-    refuse_modelling,
-    tells_sides,
-)
+from ..buildings.assessment import check_drawn, described, distinct_runs, polarity_of, refuse_modelling, tells_sides
 from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import BEYOND, InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
-from ..buildings.notes import (
-    UNDIRECTED,
-    hazard_notes,
-    hazard_shares,
-    inventory_notes,
-    notes,
-    polarity_notes,
-)
+from ..buildings.notes import UNDIRECTED, hazard_notes, hazard_shares, inventory_notes, notes, polarity_notes
 from ..buildings.pieces import RANKING, SAFETY, budget_set, code_variables
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
@@ -602,12 +588,7 @@ class PerformanceStudy(Study):
             screened = self._screened(found, client, progress)
             spread, said = self._spread(found, client, progress)
         ranked = anchoring(
-            found,
-            self.objective,
-            level=self.at,
-            replicates=self.replicates,
-            seed=self.seed,
-            array=client.array,
+            found, self.objective, level=self.at, replicates=self.replicates, seed=self.seed, array=client.array
         )
         if self.inventory.carried and "annual_loss" in found:
             of_money = anchoring(found, "loss", replicates=self.replicates, seed=self.seed, array=client.array)

@@ -148,11 +148,7 @@ class PooledStudy(BlockStudy, Study):
         named = {"im": self.design.im, "units": run.attrs["units"], "long_name": found.attrs["level_name"]}
         found = found.assign_coords(intensity=(run.dims, run.values, named)).assign(
             status=(dims, np.full(shape, OK), {"units": DIMENSIONLESS, "long_name": "status of the curve"}),
-            converged=(
-                dims,
-                np.ones(shape, np.bool_),
-                {"units": DIMENSIONLESS, "long_name": "whether the fit ended"},
-            ),
+            converged=(dims, np.ones(shape, np.bool_), {"units": DIMENSIONLESS, "long_name": "whether the fit ended"}),
         )
         if self.risk is not None:
             found = found.assign(self._chances(found, self.risk.years)).assign_attrs(years=self.risk.years)

@@ -206,10 +206,7 @@ class SensitivityStudy(BlockStudy, Study):
         return (
             found.assign(placed_screen(screened, self.grid).data_vars)
             .assign_coords(reason=screened["reason"])
-            .assign_attrs(
-                screen=screened.attrs["screen"],
-                notes=stored(screen_facts(varied)),
-            )
+            .assign_attrs(screen=screened.attrs["screen"], notes=stored(screen_facts(varied)))
         )
 
     def _screened(self, runs: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:

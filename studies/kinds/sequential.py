@@ -195,9 +195,6 @@ class SequentialStudy(FragilityStudy):
             renamed.assign_coords(coordinates)
             .assign(found)
             .assign_attrs(
-                **attributes,
-                confidence=self.fit.confidence,
-                state=state_name(self.fit.state),
-                notes=stored(said),
+                **attributes, confidence=self.fit.confidence, state=state_name(self.fit.state), notes=stored(said)
             )
         )

@@ -17,12 +17,7 @@ from ...core.doubts import Doubt
 from ...core.facts import Fact, stored
 from ...core.units import DIMENSIONLESS
 from ...core.wording import counted
-from ...fragility import (
-    RandomInputs,
-    overturning_response,
-    sobol_indices,
-    uncertain_ida,
-)
+from ...fragility import RandomInputs, overturning_response, sobol_indices, uncertain_ida
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name

@@ -25,17 +25,7 @@ from ...fragility.risk.common_measure import per_block
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...motions.intensity.naming import FLOOR, GROUND_FLOORS
-from ..text.curve_notes import (
-    AT_HIGHEST,
-    BEYOND,
-    EXCEEDED,
-    LEFT_OUT,
-    SETTLED,
-    UNDER,
-    family_notes,
-    rate_notes,
-    verb_of,
-)
+from ..text.curve_notes import AT_HIGHEST, BEYOND, EXCEEDED, LEFT_OUT, SETTLED, UNDER, family_notes, rate_notes, verb_of
 from ..text.reached import levels_run, other_levels
 
 if TYPE_CHECKING:

@@ -109,14 +109,13 @@ def anchoring_figure(results: xr.Dataset) -> Figure:
     laws, order = selection.laws(ranking), order_of(ranking)
     height = max(2.2, max(0.3 if axes.has_room() else 0.5, 0.14 * len(laws)) * len(order) + 1.2)
     ax = bars(ranking, laws, axes.new(height))
-    by = "saving over cost" if ranking.attrs["per_cost"] else ""
-    by = "recommendation" if PLACE in ranking.coords else by
+    by_cost = ranking.attrs["per_cost"] and PLACE not in ranking.coords
     return axes.alone(
         ax,
         "Savings from anchoring",
-        f"ranked by {by}" if by else "",
+        "ranked by saving over cost" if by_cost else "",
         f"the first {len(order)} of {ranking.sizes['item']} items" if len(order) < ranking.sizes["item"] else "",
-        f"bars: the item anchored alone, with {percent(float(ranking.attrs['confidence']))} intervals"
+        f"bars: savings with {percent(float(ranking.attrs['confidence']))} intervals"
         + (f", {laws[0].label}" if len(laws) == 1 and laws[0].label else ""),
         MARKED if doubtful_items(ranking)[order].any() else "",
     )

@@ -196,13 +196,13 @@ def risk_figure(results: xr.Dataset) -> Figure:
         of += " and floors" if floors > 1 else ""
         notes.insert(0, f"the {len(rows)} of {of} {falling.ORDERS[falling.RATE]}")
     if outside.startswith("hatched"):
-        notes.append("hatched: from shaking beyond the hazard curve's levels, with an area that is its share")
+        notes.append("hatched: beyond the hazard curve's levels, area: share")
     notes.append(" ".join(outside.split()).removeprefix("hatched: "))
     if FITTED_RATE in found:
         notes.append("rates do not depend on a form of curve; contributions are of the fitted curve")
     ends = _outside_levels(found, 1.0)
     first, last, _ = _window(found, _edges(found))
     if ends is not None and (ends[0] > first or ends[1] < last):
-        notes.append("shaded: outside the levels that were run")
+        notes.append("shaded: outside the levels run")
     axes.heading(figure, f"Annual rate of {found.attrs.get('state', 'overturning')}", *notes, legend=[right])
     return figure

@@ -27,31 +27,25 @@ NARROWEST, WIDEST = 0.72, 1.15
 # Attributes of positions, in points: rounded to a hundredth, which is not visible and halves large figures.
 _PLACES = ("d", "x", "y", "width", "height")
 _DIGITS = re.compile(r"-?\d+\.\d{3,}(?!\d*e)")
+_SENTENCE = re.compile(r"(?<=\.) (?=[A-Z0-9])")
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 class Picture(NamedTuple):
-    """A figure on a page: its file name, its caption, and the image."""
+    """A figure on a page: its file name, its caption without sentences of earlier figures, and the image."""
 
     name: str
     caption: str
     svg: str
     phone: str
     png: bytes
-
-    @property
-    def alt(self) -> str:
-        """The alternative text of the image: the caption, of a long one the first sentences or words."""
-        text = self.caption
-        if len(text) > LONGEST_ALT:
-            stop = text.rfind(". ", 0, LONGEST_ALT)
-            text = text[: stop + 1] if stop > 0 else f"{text[: text.rfind(' ', 0, LONGEST_ALT - 1)]} …"
-        return text
+    alt: str
 
 
 def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
     """Yield figures as pictures; their SVG has no script, no reference outside, unique ids."""
     captions = value_of("captions", "captions")
+    said: dict[str, str] = {}
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         svg, phone, content = "", "", b""
         if narrow is None:
@@ -63,11 +57,19 @@ def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
             content = file.getvalue()
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
-        caption = (
-            captions.get(name) or captions.get(name.rpartition("_")[0]) or f"{name.replace('_', ' ').capitalize()}."
-        )
-        caption = f"{caption} {_plain(str(figure.get_label()))}".strip()
-        yield Picture(name, caption, svg, phone, content)
+        caption = captions.get(name) or captions.get(name.rpartition("_")[0])
+        caption = f"{caption or name.replace('_', ' ').capitalize() + '.'} {_plain(str(figure.get_label()))}".strip()
+        new = {sentence: name for sentence in _SENTENCE.split(caption) if said.get(sentence, name) == name}
+        said |= new
+        yield Picture(name, " ".join(new), svg, phone, content, _alternative(caption))
+
+
+def _alternative(caption: str) -> str:
+    """Return the alternative text of an image: its caption, of a long one the first sentences or words."""
+    if len(caption) <= LONGEST_ALT:
+        return caption
+    stop = caption.rfind(". ", 0, LONGEST_ALT)
+    return caption[: stop + 1] if stop > 0 else f"{caption[: caption.rfind(' ', 0, LONGEST_ALT - 1)]} …"
 
 
 def _plain(text: str) -> str:
@@ -79,10 +81,7 @@ def _plain(text: str) -> str:
 def _settings() -> Iterator[None]:
     import matplotlib as mpl  # noqa: PLC0415 - loads slowly
 
-    with (
-        mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path"}),
-        warnings.catch_warnings(),
-    ):
+    with mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path"}), warnings.catch_warnings():
         # (letters that the font lacks appear as boxes; the tables show the letters)
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         warnings.filterwarnings("ignore", "constrained_layout not applied")

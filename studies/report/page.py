@@ -26,6 +26,7 @@ from ..store.content import check_content
 from ..tables.files import table_json
 from ..tables.inputs import provenance
 from ..tables.page import longest_word, markdown, whole_intervals
+from ..tables.pieces import code_note
 from ..tables.registry import INPUTS, LEAD, TABLES, tables
 from ..tables.table import Table, intervals
 from ..text.error import StudyError, writing
@@ -49,8 +50,10 @@ _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
 MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
-PLAIN = "footnotes", "details", "method"
+PLAIN = "footnotes", "method"
 """Sections that a page prints as they are."""
+IN_TABLES = "gain.chance", "curve.half_level", "curve.rank", "curve.rare", "consequence.loss"
+"""Facts that tables contain, which the appendix does not repeat in words."""
 MOST_STEPS = 3
 """Most actions on the first screen; the others follow in the appendix."""
 MOST_WORDS = 60
@@ -107,11 +110,12 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     (validity,) = facts["validity"]
     said = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in ("answer", "actions", *PLAIN)}
     titles, labels = value_of("titles", "checks"), value_of("titles", "method")
-    answer, more = _first_words(said["answer"])
+    first = _first_words(said["answer"])
+    later = [fact for fact in (*facts["answer"][first:], *facts["details"]) if fact.what not in IN_TABLES]
     page = {
         "title": str(results.attrs.get("title", "")) or "A study",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
-        "answer": answer,
+        "answer": said["answer"][:first],
         "bars": bars_of(within_levels(results)),
         "steps": said["actions"][:MOST_STEPS],
         "further": said["actions"][MOST_STEPS:],
@@ -119,12 +123,11 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "verdict": say(validity, "checks"),
         "lead": _page_tables(results, LEAD),
         **{name: said[name] for name in PLAIN},
-        "details": [*more, *said["details"]],
+        "details": [say(fact, "page") for fact in later],
         "after": next(
             (fact for fact in facts["answer"] if fact.what == "anchoring.after" and math.isfinite(fact.value)), None
         ),
-        "hints": show.hints(results),
-        "tables": _page_tables(results, [name for name in TABLES if name not in LEAD]),
+        "tables": _page_tables(results, TABLES),
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in facts["inputs"]],
         "input_tables": _page_tables(results, INPUTS),
         "checks": [
@@ -154,11 +157,10 @@ def facts_json(path: Path, verify: bool = False) -> dict[str, Any]:
         }
 
 
-def _first_words(sentences: list[str]) -> tuple[list[str], list[str]]:
-    """Return the first sentences, at least one, of at most `MOST_WORDS` words, and the others."""
+def _first_words(sentences: list[str]) -> int:
+    """Return the number of first sentences, at least one, of at most `MOST_WORDS` words."""
     words = np.cumsum([len(sentence.split()) for sentence in sentences])
-    first = max(1, int((words <= MOST_WORDS).sum()))
-    return sentences[:first], sentences[first:]
+    return max(1, int((words <= MOST_WORDS).sum()))
 
 
 def _cover(results: xr.Dataset) -> Iterator[tuple[str, str]]:
@@ -184,8 +186,9 @@ def texts(part: object) -> Iterator[str]:
 
 
 def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
-    """Return the tables of some names, without the sentences that the footnotes of the page say for all of them."""
-    return [table.without(intervals(results), model_note(results)) for table in tables(results, names)]
+    """Return the tables of some names, without the sentences that the page says elsewhere for all of them."""
+    said = intervals(results), model_note(results), code_note(results)
+    return [table.without(*said).common().grouped("recommendation") for table in tables(results, names)]
 
 
 def _study_text(results: xr.Dataset) -> str:

@@ -40,14 +40,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     except (ValueError, RecursionError):
         raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over") from None
-    kinds = {
-        "layout": int,
-        "engine": dict,
-        "identity": str,
-        "study": dict,
-        "work": int,
-        "calls": list,
-    }
+    kinds = {"layout": int, "engine": dict, "identity": str, "study": dict, "work": int, "calls": list}
     if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
         raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
     if found["layout"] != LAYOUT:

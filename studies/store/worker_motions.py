@@ -20,11 +20,7 @@ if TYPE_CHECKING:
 
 
 def cluster(
-    client: Client,
-    configuration: dict[str, Any],
-    digests: Iterable[str],
-    stop: Callable[[], bool],
-    both: bool = False,
+    client: Client, configuration: dict[str, Any], digests: Iterable[str], stop: Callable[[], bool], both: bool = False
 ) -> Cluster:
     """Return the workers of a client, with the function that generates a study's motions (of these digests) there."""
     # (the workers may lack the files, and do not know what yields above the ground makes of each level)

@@ -7,17 +7,13 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.aliases import Flags
 from ...core.units import DIMENSIONLESS
 from ...core.wording import currency_of, given_percent
-from ...fragility.risk.modelling import MODELLING
-from ..buildings.pieces import ranking_of
 from ..buildings.recommendations import Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
-from ..plan.estimates import MEAN as IN_MEAN
-from ..text.words import consequence_name, floor_cell, floor_name, level_name, level_text
-from .table import Column, Marked, Row, Table, intervals, range_of
+from ..text.words import consequence_name, floor_name, level_name, level_text
+from .table import Column, Row, Table, intervals, range_of
 from .unseen import most_rate
 
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
@@ -28,7 +24,6 @@ TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount per year below which it is written for 1,000 years."""
-MOST_RANKED = 10
 CANNOT_FALL = "nothing in that place can fall"
 
 
@@ -47,13 +42,12 @@ def annual(assessment: xr.Dataset, model: int = 0) -> Table:
     rows: list[Row] = []
     for place in here["place"].values:
         values = here.sel(place=place)
-        row: Row = {"place": place_name(str(place)), "pieces": pieces_at(here, str(place))}
+        row: Row = {"place": place_name(str(place))}
         row |= {name: range_of(values, f"annual_{name}") for name in ("number", "loss") if f"annual_{name}" in here}
         row |= {name: range_of(values, f"annual_{name}", 1.0 / years) for name, (years, _) in spans.items()}
         rows.append(row | {"any": _rate(values, "any_rate")})
     columns = (
-        *(Column("place"), Column("pieces", "unanchored pieces", "count")),
-        Column("number", f"{fallen_word(here)} per year", "three"),
+        *(Column("place"), Column("number", f"{fallen_word(here)} per year", "three")),
         Column("loss", "lost per year", "three", currency_of(here)),
         *(Column(name, f"{DRAWN[name]} {years}", "three") for name, (_, years) in spans.items()),
         Column("any", "anything falls, once in", "years3", "years"),
@@ -108,57 +102,14 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
             row[place] = value.value if value is not None and k > 0 and value.value > 0.0 else value
         rows.append(row)
     columns = [Column(place, place_name(place), "years3" if yearly else "share") for place in places]
-    what = "Numbers are mean return periods in years." if yearly else ""
-    title, dash = "Consequences", "nothing in that place has the consequence"
-    return Table(title, [Column("name"), *columns], rows, [*filter(None, (what, intervals(here)))], dash)
-
-
-def savings(results: xr.Dataset, model: int = 0) -> Table:
-    """Return the items of the study's ranking whose anchoring saves most."""
-    return ranked(ranking_of(results), model)
-
-
-def ranked(ranking: xr.Dataset, model: int = 0, most: int = MOST_RANKED) -> Table:
-    """Return the items whose anchoring saves most, as `anchoring` ranks them, with a mark on items without advice."""
-    here = ranking.isel(model=model)
-    scale, unit = objective_unit(ranking)
-    order = np.argsort(here["rank"].values)
-    doubtful = doubtful_items(here)
-    rows: list[Row] = []
-    for i in order[: checks.count("most", most, at_least=1)]:
-        item = here.isel(item=int(i))
-        first, last = int(item["rank_lower"]), int(item["rank_upper"])
-        name = str(item["item"].item())
-        rows.append({
-            "rank": Range(int(item["rank"]), *((first, last) if first < last else (math.nan, math.nan))),
-            "item": Marked(name, MARK) if doubtful[i] else name,
-            "floor": floor_cell(str(item["floor"].item())),
-            "pieces": int(item["count"]),
-            "saving": range_of(item, "saving", 1.0 / scale),
-            "share": float(item["saving_share"]),
-            "cost": float(item["cost"]),
-        })  # fmt: skip
-    columns = (
-        *(Column("rank", "rank", "whole"), Column("item", "item"), Column("floor", "floor")),
-        *(Column("pieces", "pieces", "count"), Column("saving", "saves", "three", unit)),
-        *(Column("share", "share", "share"), Column("cost", "cost", "short", currency_of(ranking))),
-    )
-    saves = f"Savings are of the {ranking.attrs['objective_text']}."
-    marked = f"{MARKED}." if doubtful[order[:most]].any() else ""
-    return Table.of("Savings from anchoring", columns, rows, saves, common_modelling(ranking), marked)
+    title = "Consequences, return periods in years" if yearly else "Consequences"
+    return Table(title, [Column("name"), *columns], rows, [intervals(here)], "no piece there has it")
 
 
 def doubtful_items(ranking: xr.Dataset) -> Flags:
     """Return True for the items of a ranking on whose chance of falling no advice can rest."""
     known = DOUBTFUL in ranking.coords
     return np.asarray(ranking[DOUBTFUL].values if known else np.zeros(ranking.sizes["item"], np.bool_))
-
-
-def common_modelling(ranking: xr.Dataset) -> str:
-    """Return the sentence on the modelling uncertainty that all pieces of a ranking share; '' for none."""
-    held = float(ranking.attrs.get(MODELLING, 0.0)) > 0.0
-    yearly = "at_level" not in ranking.attrs and str(ranking.attrs.get("modelling", IN_MEAN)) == IN_MEAN
-    return "The modelling uncertainty β_m is assumed to be common to all pieces." if held and yearly else ""
 
 
 def span(annual: xr.DataArray) -> tuple[float, str]:

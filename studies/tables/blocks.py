@@ -24,14 +24,14 @@ from .table import Column, Marked, Row, Table, Value, chosen, dispersion_of, end
 MOST, MOST_SHORT = 14, 8
 """Most blocks that a page shows all of; the first blocks of more, and most lines on a terminal."""
 ALL_BLOCKS = "“toppling export” writes all blocks."
-LEAD = "block", "floor", "level", "samples", "rate", "chance", "model_range"
+LEAD = "block", "floor", "level", "samples", "chance", "model_range"
 SHORT = "block", "floor", "level", "others", "chance", "model_range"
 NOT_FOUND = {ALL: "at every level", NONE: "never seen"}
 """In place of a level, by the status of the curve."""
 BEYOND = "{}: {} of the rate comes from shaking {}."
-BEYOND_CURVE, BEYOND_RUNS = "beyond the end of the hazard curve, an extrapolation", "outside the levels that were run"
+BEYOND_CURVE, BEYOND_RUNS = "beyond the hazard curve", "outside the levels run"
 BOTH_WAYS = "†: it may also fall the other way; such falls are not counted, so half need not fall at any level."
-BRANCHES = "Return periods and chances have 90 % ranges over all stated uncertainties."
+BRANCHES = "Chances have 90 % ranges over all stated uncertainties."
 
 
 def lead_blocks(results: xr.Dataset) -> Table:
@@ -75,8 +75,10 @@ def blocks(results: xr.Dataset, most: int) -> Table:
             starred += [far] if far > NOTABLE else []
             extrapolated += shares
             marks = " ".join([*(["*"] if far > NOTABLE else []), *(["‡"] if shares else [])])
-            rate, chance = _rate(curve, laws, float(results.attrs["years"]))
-            row |= {"rate": rate, "chance": Marked(chance, marks) if marks else chance}
+            chance = _chance(curve, laws, float(results.attrs["years"]))
+            bare = chance.value > 0.0 and math.isnan(chance.lower) and math.isnan(chance.upper)
+            marks = f"(no interval) {marks}".strip() if bare else marks
+            row["chance"] = Marked(chance, marks) if marks else chance
         if has_model_range(here, ranged):
             row["model_range"] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
         rows.append(row)
@@ -87,7 +89,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
         Column("level", f"half {infinitive_of(verb_in(here))} at {level_name(here)}", "level2", unit),
         *(Column("dispersion", "β", "dispersion"), Column("others", "other laws", "three", unit)),
         Column("samples", "90 % range over its uncertain properties", "level2", unit),
-        *(Column("rate", "once in", "years", "years"), Column("chance", f"chance in {years}", "chance")),
+        Column("chance", f"chance in {years}", "chance"),
         Column("model_range", MODEL_RANGE, *form, note=model_note(here)),
     )
     notes = [BRANCHES] if "epistemic_rate" in here else []
@@ -108,17 +110,15 @@ def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:
     return Range(math.inf, highest, math.inf) if level.value == math.inf else level
 
 
-def _rate(curve: xr.Dataset, laws: xr.Dataset, years: float) -> tuple[Range, Range]:
-    """Return the rate and the chance in so many years, over all branches if there are any."""
-    if "epistemic_rate" not in laws:
-        rate = range_of(curve, "rate")
-        chance = range_of(curve, "risk_probability")
-        if math.isnan(rate.value):  # (a bound without a rate: every run overturned)
-            return rate._replace(upper=math.nan), chance._replace(upper=math.nan)
-        return rate, chance
-    ends = laws["epistemic_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values.tolist()
-    rate = Range(float(laws["epistemic_rate"]), *ends)
-    return rate, Range(*(float(probability_in(np.float64(end), years)) for end in rate))
+def _chance(curve: xr.Dataset, laws: xr.Dataset, years: float) -> Range:
+    """Return the chance in so many years, over all branches if there are any."""
+    if "epistemic_rate" in laws:
+        ends = laws["epistemic_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values.tolist()
+        rates = (float(laws["epistemic_rate"]), *ends)
+        return Range(*(float(probability_in(np.float64(rate), years)) for rate in rates))
+    chance = range_of(curve, "risk_probability")
+    # (a bound without a rate: every run overturned)
+    return chance._replace(upper=math.nan) if math.isnan(float(curve["rate"])) else chance
 
 
 def _model_range(curve: xr.Dataset, laws: xr.Dataset, name: str, scale: float, years: float) -> Range | None:

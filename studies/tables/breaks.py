@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
+from ...core.aliases import Array
 from ..buildings.recommendations import Range
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
 from ..text.words import by_place, display_unit, quantity_name, reference_law
@@ -24,11 +25,17 @@ def breaks_by_level(of: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArr
     names = list(of)[:MOST_COLUMNS]
     rows: list[Row | str] = [
         {"level": float(level) / scale, **{name: Range(*(float(end[k]) for end in of[name])) for name in names}}
-        for k, level in enumerate(levels.values)
+        for k, level in enumerate(levels.values[: _levels_below_all([of[name][0].values for name in names])])
     ]
     columns = Column("level", quantity_name(levels), "two", unit), *(Column(name, name, "observed") for name in names)
     first = f"The table has {len(names)} of {len(of):,} {what}." if len(of) > len(names) else ""
     return Table.of(f"Breaks of {what}", columns, rows, "Numbers are shares of the motions.", *notes, first)
+
+
+def _levels_below_all(shares: Sequence[Array]) -> int:
+    """Return the number of levels up to the first from which on every motion breaks every restraint."""
+    some = np.flatnonzero((np.array(shares) < 1.0).any(axis=0))
+    return int(some[-1]) + 2 if some.size else 1
 
 
 def breaks(results: xr.Dataset) -> Table:

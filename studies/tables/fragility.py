@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from itertools import product
@@ -12,49 +11,24 @@ import xarray as xr
 
 from ...core.units import PER_YEAR
 from ...core.wording import given_percent, percent, years_text
-from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
+from ...motions.intensity.naming import GROUND
 from ..buildings.recommendations import Range
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import RATE, shown
-from ..text.curve_notes import infinitive_of, reached_of, state_in, verb_in
-from ..text.reached import levels_run, other_levels, within_levels
+from ..text.curve_notes import infinitive_of, verb_in
+from ..text.reached import within_levels
 from ..text.spread import sample_range
 from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
 from .table import ENDS, Column, Marked, Row, Table, chosen, dispersion_of, ends_of, intervals, range_of
 
-# Advice where there is no curve, by the status of the fit (separated data have a curve, and a note).
-ADVICE = {
-    "no overturning": "nothing {did} at any level; {higher}",
-    "all overturned": "everything {did} at every level; {lower}",
-    "one level": "one level gives no curve; take more levels",
-    "not increasing": "fewer blocks {did} at higher levels; look at the motions",
-    "flat": "barely more blocks {did} at higher levels; take more motions or a wider range of levels",
-    "not converged": "the likelihood has no clear maximum; take more motions",
-}
-
-
-def hints(results: xr.Dataset) -> list[str]:
-    """One line for each reason why a curve is missing."""
-    status = results["status"].values.ravel().astype(str)
-    state = state_in(results)
-    did = "fell" if state == state_name(OVERTURNED) else reached_of(state)
-    study = json.loads(str(results.attrs["study"]))
-    run = levels_run(results)
-    cures = {"higher": other_levels(study, True, run), "lower": other_levels(study, False, run)}
-    lines = []
-    for one in dict.fromkeys(status.tolist()):
-        if one in ADVICE:
-            number = int((status == one).sum())
-            of = f" ({number:,} of {status.size:,} curves)" if status.size > 1 else ""
-            lines.append(f"{one}{of}: {ADVICE[one].format(did=did, **cures)}")
-    return lines
-
 
 def curves(results: xr.Dataset) -> Table:
-    """Return the levels at which half fall, and dispersions of the fitted curves, the laws of each block together."""
-    here = shown(results)
+    """Return the levels at which half fall, dispersions and annual rates, the laws of each block together."""
+    yearly = "rate" in results
+    here = shown(results, RATE) if yearly else shown(results)
+    years = years_text(float(here.attrs["years"])) if yearly else ""
     scale, unit = display_unit(axis_of(here))
     fractions = here["fraction"].values.tolist() if "fraction_level" in here else []
     rows: list[Row | str] = []
@@ -68,57 +42,36 @@ def curves(results: xr.Dataset) -> Table:
             if bool(curve["converged"]):
                 row |= {"level": range_of(curve, "half_level", scale), "dispersion": dispersion_of(curve)}
                 row |= {f"P = {p:g}": range_of(curve.sel(fraction=p), "fraction_level", scale) for p in fractions}
-            rows.append(row)
+            rows.append(row | (_rates(curve) if yearly else {}))
     fall = infinitive_of(verb_in(here))
     columns = (
         *(Column("law", "law"), Column("level", f"half {fall} at {level_name(here)}", "level", unit)),
         Column("dispersion", "dispersion β", "dispersion"),
         *(Column(f"P = {p:g}", f"{given_percent(p)} {fall} at", "level", unit, priority=2) for p in fractions),
         Column("samples", "medians of 90 % of the samples", "level", unit),
+        *(Column("rate", "once in", "years3", "years"), Column("chance", f"in {years}", "chance3")),
+        Column("sample_rates", "mean of the samples, 90 % of them", "years3", "years"),
     )
-    uplift = "Dispersions are of the blocks that uplift." if "uplift_median" in here else ""
-    both = "Motions and inputs vary together." if "sample_median" in here else ""
-    return Table.of("Fragility curves", columns, rows, intervals(here), uplift, both, chosen(here))
-
-
-def rates(results: xr.Dataset) -> Table:
-    """Return annual rates, and probabilities in the study's years, the laws of each block together."""
-    here = shown(results, RATE)
-    years = years_text(float(here.attrs["years"]))
-    scale, unit = display_unit(axis_of(here))
-    low = LOW_SHARE if "fraction_level" in here and LOW_SHARE in here["fraction"].values else math.nan
-    sampled = "sample_rate_mean" in here
-    rows: list[Row | str] = []
-    for label, place in by_place(here, here["rate"].dims):
-        rows.append(label)
-        for j, model in enumerate(here["model"].values):
-            curve = here.isel(place).isel(model=j)
-            row: Row = {"law": str(model), "rate": "no curve"}
-            rate = range_of(curve, "rate")
-            if math.isfinite(rate.value):
-                row |= {"rate": rate, "year": float(probability_in(np.float64(rate.value), 1.0))}
-                row |= {"chance": range_of(curve, "risk_probability"), "half": _run(curve["half_level"].item() / scale)}
-                row["low"] = _run(low_level(curve) / scale)
-            if sampled and math.isfinite(rate.value):
-                ends = curve["sample_rate_quantile"].values.tolist()
-                row |= {"samples": Range(curve["sample_rate_mean"].item(), ends[0], ends[-1])}
-                row |= {"chance": curve["sample_risk_probability_mean"].item()}
-            rows.append(row)
-    columns = (
-        *(Column("law", "law"), Column("rate", "once in", "years3", "years")),
-        *(Column("year", "in a year", "chance3"), Column("chance", f"in {years}", "chance3")),
-        Column("samples", "mean of the samples, 90 % of them", "years3", "years"),
-        Column("low", f"{100.0 * low:g} % at {level_name(here)}", "two", unit, priority=2),
-        Column("half", f"50 % at {level_name(here)}", "two", unit, priority=2),
+    notes = (
+        "Dispersions are of the blocks that uplift." if "uplift_median" in here else "",
+        "Motions and inputs vary together." if "sample_median" in here else "",
+        f"Chances in {years} are means over the samples." if "sample_rate_mean" in here else "",
     )
-    title = "Return periods and chances"
-    means = f"Chances in {years} are means over the samples." if sampled else ""
-    return Table.of(title, columns, rows, intervals(here), "The hazard curve is as given.", means, chosen(here))
+    title = "Fragility curves and rates" if yearly else "Fragility curves"
+    return Table.of(title, columns, rows, intervals(here), *notes, chosen(here))
 
 
-def _run(level: float) -> float:
-    """Return a level, NaN if it lies beyond the levels that were run."""
-    return level if 0.0 < level < math.inf else math.nan
+def _rates(curve: xr.Dataset) -> Row:
+    """Return the annual rate of one curve and the chance in the study's years; of samples, their means."""
+    rate = range_of(curve, "rate")
+    if not math.isfinite(rate.value):
+        return {"rate": "no curve"}
+    row: Row = {"rate": rate, "chance": range_of(curve, "risk_probability")}
+    if "sample_rate_mean" in curve:
+        ends = curve["sample_rate_quantile"].values.tolist()
+        row["sample_rates"] = Range(curve["sample_rate_mean"].item(), ends[0], ends[-1])
+        row["chance"] = curve["sample_risk_probability_mean"].item()
+    return row
 
 
 def low_level(curve: xr.Dataset) -> float:
@@ -206,7 +159,12 @@ def measures(results: xr.Dataset, most: int = 4) -> Table:
                 dispersion = dispersion_of(value, "amplitude_dispersion")
                 row[law] = dispersion if bool(value["distinguishable"]) else Marked(dispersion, "≈")
             rows.append(row)
-    columns = Column("measure", "measure"), *(Column(law, law, "dispersion") for law in names)
+    common = f" of the {GROUND}"
+    lines = [row for row in rows if not isinstance(row, str)]
+    common = common if all(str(row["measure"]).endswith(common) for row in lines) else ""
+    for row in lines:
+        row["measure"] = str(row["measure"]).removesuffix(common)
+    columns = Column("measure", f"measure{common}"), *(Column(law, law, "dispersion") for law in names)
     best = f"The table has the best {most} of up to {number} measures." if number > most else ""
     return Table("Dispersion by intensity measure", columns, rows, [*filter(None, (SAME, best, chosen(ranking)))])
 

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.wording import years_text
 from ...fragility.risk.ratios import Ratio
 from ..buildings.recommendations import Range
 from ..plan.gains import GAIN, MOST, OTHER
@@ -54,23 +53,19 @@ def gains(results: xr.Dataset) -> Table:
     rows: list[Row] = [
         {
             "name": f"{gain.block}, {gain.floor}" if gain.floor else gain.block,
-            "law": gain.law,
-            "chance": gain.chance,
+            "law": gain.law if results.sizes["model"] > 1 else None,
             "other": gain.other,
-            "of_other": gain.of_other,
             "ratio": Range(*gain.ratio),
             "verdict": verdict_of(gain.ratio) or None,
         }
         for gain in gains_of(results, list(range(results.sizes["model"])))
     ]
-    years = years_text(float(results.attrs["years"]))
     columns = (
-        *(Column("name", "block"), Column("law", "law"), Column("chance", f"in {years}", "chance")),
-        *(Column("other", "compared with"), Column("of_other", f"in {years}", "chance")),
-        *(Column("ratio", "ratio", "ratio"), Column("verdict", "result")),
+        *(Column("name", "block"), Column("law", "law"), Column("other", "compared with")),
+        *(Column("ratio", "ratio of chances", "ratio"), Column("verdict", "result")),
     )
     first = f"The table has the first {MOST} blocks." if len({row["name"] for row in rows}) >= MOST else ""
     return Table.of("Effects of walls and restraints", columns, rows, intervals(results), PAIRED, first)
 
 
-PAIRED = "Both blocks of a ratio are shaken by the same motions."
+PAIRED = "Both blocks have the same motions."

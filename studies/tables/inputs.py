@@ -6,18 +6,19 @@ import json
 import math
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
 from ...core.wording import currency_of, given_number
 from ...fragility.curves.published import fema_p58
 from ...fragility.runs.provenance import SCENE, blocks_of
 from ...models import Block
+from ..buildings.pieces import pieces_of
 from ..facts.building import recommended_lines
 from ..store.outputs import file_digest
-from ..tables.table import Column, Row, Table, chosen
 from ..text.block_order import shown
-from ..text.words import block_title, consequence_name, floor_cell, roof_of
+from ..text.words import block_title, consequence_name, floor_cell, reference_law, roof_of
+from .blocks import MOST_SHORT
+from .table import Column, Row, Table, chosen
 
 
 def anchoring(results: xr.Dataset) -> Table:
@@ -45,15 +46,20 @@ def anchoring(results: xr.Dataset) -> Table:
         Column("cost", "cost", "given", money),
     )
     rest: Row = {"item": "Total", "floor": "", "consequences": "", "force": ""}
-    return Table("Table 1. What to anchor", columns, [*rows, rest | total] if rows else [])
+    budget = f"Budget: {given_number(float(results.attrs.get('budget', math.nan)))} {money}".rstrip() + "."
+    notes = [budget] if "budget" in results.attrs else []
+    return Table("Table 1. What to anchor", columns, [*rows, rest | total] if rows else [], notes)
 
 
 def sizes(results: xr.Dataset) -> Table:
     """Return the table of the blocks' sizes."""
     dim = "item" if "item" in results.dims else "block"
-    results = shown(results)
+    results, most = shown(results), 0
+    if dim == "item":  # (the pieces in the order of the other tables)
+        lines = pieces_of(results, reference_law(results)[0])
+        results, most = results.sel(item=[line.item for line in lines]), MOST_SHORT
     columns = [column for column in SIZES if column.key in results.coords and results[column.key].dims == (dim,)]
-    labels = [str(label) for label in np.atleast_1d(results[dim].values)] if columns and dim in results.dims else []
+    labels = results[dim].values.astype(str).tolist() if columns and dim in results.dims else []
     medians = fema_p58()["median"].to_series()
     stands = SCENE in results.coords and bool(labels)
     blocks = blocks_of(results if dim == "block" else results.rename(item="block")) if stands else ()
@@ -68,14 +74,13 @@ def sizes(results: xr.Dataset) -> Table:
     ]
     more = Column("p58", "FEMA P-58 median PGV", "two", "m/s"), Column("stands", "stands")
     title = "Items of the inventory" if dim == "item" else "Sizes of the blocks"
-    return Table.of(title, (Column("name", dim), *columns, *more), rows, chosen(results))
+    return Table.of(title, (Column("name", dim), *columns, *more), rows, chosen(results), most=most)
 
 
 SIZES = (
     *(Column("width", "width", "short", "m"), Column("height", "height", "short", "m")),
     *(Column("cm_height", "mass centre", "short", "m"), Column("alpha", "α", "short", "rad")),
-    *(Column("R", "R", "short", "m"), Column("p", "p", "short", "rad/s"), Column("floor", "floor")),
-    *(Column("direction", "direction of its width", "short"), Column("count", "pieces", "count")),
+    *(Column("p", "p", "short", "rad/s"), Column("direction", "direction of its width", "short")),
 )
 
 
@@ -108,10 +113,9 @@ def provenance(results: xr.Dataset, path: Path, state: str) -> Table:
         ("toppling", str(results.attrs.get("toppling_version", ""))),
         ("packages", packages),
         ("processor", str(results.attrs.get("processor", results.attrs.get("machines", ""))).strip('[]"')),
-        ("layout of the results (schema)", str(results.attrs.get("schema", ""))),
+        ("schema", str(results.attrs.get("schema", ""))),
         ("identity of the study", str(results.attrs.get("identity", ""))),
-        ("result file", path.name),
-        ("its contents", state),
+        ("result file", f"{path.name}, {state}"),
         ("its SHA-256", file_digest(path)),
     ]
     columns = Column("what"), Column("value")

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ...core.doubts import first_of
-from ...core.wording import about_percent, currency_of, given_number, given_percent
+from ...core.wording import about_percent, currency_of, given_percent
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.pieces import SHARES, pieces_of
-from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
+from ..buildings.recommendations import UNKNOWN, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
 from ..codes.check import UNSTATED_DANGER
@@ -28,7 +27,6 @@ BRANCHES = (
     "Chances are means and 90 % ranges over all stated uncertainties. Other numbers are of one law, one set of motions "
     "and one hazard curve."
 )
-UNCHECKED = "Code requirements are not checked."
 MOST_ROWS, MOST_SHORT = 60, 8
 """Most pieces that a table shows, and most on a terminal by default."""
 FRACTILES = "", "_5_percent", "_95_percent"
@@ -88,47 +86,33 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
             "anchored_with": piece.kit,
             "recommendation": piece.recommendation,
             "kit": "" if piece.meant is None or piece.held else piece.meant.kit,
-            "code": None if piece.code is None else piece.code.status,
-            "within_budget": "anchor" if piece.chosen else None,
             "consequences": ", ".join(map(consequence_name, piece.consequences)) or None,
-            # (a mean is computed, a value is as it was given)
-            "value": float(f"{piece.value:.2g}" if mean.get(piece.item) else piece.value) or None,
+            "value": float(f"{piece.value:.2g}") if mean.get(piece.item) and piece.value else None,
             "anchoring_cost": piece.cost,
-            "payback": Range(
-                piece.payback, piece.payback_best if piece.recommendation == UNRESOLVED else math.nan, math.nan
-            ),
+            "saves": None if mean else piece.saving,
             "breaks": None if math.isnan(breaks.value) else bounded(breaks, bound),
         }
         if not piece.held:
             rate = spread.get(piece.item, piece.chance)
             row["chance"] = bounded(in_years(rate, YEARS) if yearly else piece.chance, bound)
-            if yearly:
-                row["chance_in_a_year"] = in_years(rate, 1.0).value or Range(0.0, math.nan, bound_of(results, 1.0))
             row |= {"model_range": _model_range(values), "lost": piece.saving.value if mean else None}
             row |= {name: years * getattr(piece, name).value or None for name, (years, _) in spans.items()}
             if results.sizes["level"] > 1:
-                row |= {f"level_{k}": level / scale for k, level in enumerate(piece.levels)}
+                row["level"] = piece.levels[-1] / scale
         rows.append(row)
-    levels = f"Levels are {level_name(results)}."
-    bought = f"The budget is {given_number(float(results.attrs.get('budget', math.nan)))} {money}".rstrip() + "."
-    paid = f"Paybacks are at a discount rate of {given_percent(every[0].discount if every else 0.0)}."
+    judged = f"Recommendations discount savings at {given_percent(every[0].discount if every else 0.0)}."
     columns = [
         *(Column("item", "piece"), Column("room", "room"), Column("floor", "floor")),
         *(Column("pieces", "number", "count"), Column("anchored_with", "held by")),
-        Column("chance_in_a_year", "falls in a year, each", "chance"),
         Column("chance", f"falls in {YEARS:g} years, each" if yearly else "falls, each", "chance"),
         Column("model_range", MODEL_RANGE, "chance", note=model_note(results)),
         Column("breaks", f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks", "chance"),
-        *(Column("recommendation", "recommendation"), Column("kit", "with kit"), Column("code", "code")),
-        Column("within_budget", "within the budget", note=bought),
-        *(
-            Column(f"level_{k}", f"{100.0 * share:g} % fall at", "level2", unit, priority=2, note=levels)
-            for k, share in enumerate(SHARES)
-        ),
+        *(Column("recommendation", "recommendation"), Column("kit", "with kit")),
+        Column("level", f"half fall at {level_name(results)}", "level2", unit, priority=2),
         Column("consequences", "consequence"),
-        Column("value", "mean cost, each" if mean else "value, each", "given", money, priority=2),
-        Column("anchoring_cost", "anchoring, each", "given", money, priority=2),
-        Column("payback", "payback", "payback", "years", note=paid),
+        Column("value", "mean cost, each", "given", money, priority=2),
+        Column("anchoring_cost", "anchoring, each", "given", money, priority=2, note=judged),
+        Column("saves", "saves per year, all", "three", money, priority=2),
         Column("lost", "lost per year, all", "two", money, priority=2),
         *(
             Column(name, f"{DRAWN[name]} {years}, {'each' if name == 'downtime' else 'all'}", "two", priority=2)
@@ -142,14 +126,13 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         rows,
         BRANCHES if spread else intervals(results),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
-        f"Code: {results.attrs['code']}." if "code" in results.attrs else UNCHECKED,
     )
 
 
 def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
     """Return the first pieces with their chance of falling and the recommendation."""
     at = reference_law(results)[0]
-    table = pieces(results, at).only(*SHORT)
+    table = pieces(results, at).only(*SHORT).without(model_note(results))  # (the answer says it)
     every = pieces_of(results, at)
     # (pieces are in the order of what to do about them: one below may fall more often than one above)
     least = min((piece.chance.value for piece in every[:most] if not piece.held), default=math.inf)
@@ -169,44 +152,50 @@ def danger(results: xr.Dataset, model: int = 0) -> Table:
 
 def worth(results: xr.Dataset, model: int = 0) -> Table:
     """Return the levels at which each piece falls, its value, and what anchoring it costs and saves."""
-    table = pieces(results, model).apart("Levels and values of the pieces", ("item", "room", "floor"), WORTH)
-    return table.first(MOST_ROWS)
+    table = pieces(results, model).apart("Levels and values", ("item",), WORTH)
+    return table.first(MOST_SHORT)
 
 
 SHORT = "item", "floor", "pieces", "chance", "model_range", "recommendation"
 """Columns of the short table."""
-WORTH = *(f"level_{k}" for k in range(len(SHARES))), "value", "anchoring_cost", "payback", "lost", *DRAWN
+WORTH = "level", "value", "anchoring_cost", "saves", "lost", *DRAWN
 """Columns of the second table."""
 
 
 def codes(results: xr.Dataset) -> Table:
     """Return what the building code says of each piece, with the design forces."""
-    rows, unstated = list[Row](), list[str]()
+    rows, unstated, moments = list[Row](), 0, False
     for piece in pieces_of(results):
         code = piece.code
         assert code is not None  # (the study names a code)
         if code.missing == UNSTATED_DANGER:
-            unstated.append(piece.item)
+            unstated += 1
             continue
+        moments |= math.isfinite(code.demand) and code.demand != code.force
         missing = code.factors if math.isnan(code.coefficient) else ""
-        row: Row = {"item": piece.item, "floor": floor_cell(piece.floor), "status": code.status}
+        row: Row = {"item": piece.item, "status": code.status}
         row["clause"] = "; ".join(filter(None, (code.clause, missing)))
         rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
     columns = (
-        *(Column("item", "piece"), Column("floor", "floor"), Column("status", "code says")),
-        *(Column("clause", "by clause"), Column("coefficient", "force / weight", "three")),
-        *(Column("force", "force, each", "three", "N"), Column("demand", "anchor force, each", "three", "N")),
+        *(Column("item", "piece"), Column("status", "code says")),
+        *(Column("clause", "clause"), Column("coefficient", "force / weight", "three")),
+        *(Column("force", "force, each", "three", "N"), Column("demand", "on its anchors", "three", "N")),
         Column("ratio", "demand / strength", "two"),
     )
-    checked = f"{results.attrs['code']}; {results.attrs['code_site']}."
-    why = f"Not checked, because {UNSTATED_DANGER}: {first_of(unstated)}." if unstated else ""
-    return Table.of("Code requirements", columns, rows, checked, why, ANCHORS, most=MOST_ROWS)
+    anchors = MOMENTS if moments else WHOLE
+    left = f"{LEFT_OUT}, and {unstated} lines whose danger to people is not stated." if unstated else f"{LEFT_OUT}."
+    table = Table.of("Code requirements", columns, rows, code_note(results), anchors, left, most=MOST_ROWS)
+    return table.but([] if moments else ["demand"])
 
 
-ANCHORS = (
-    "The horizontal force on the anchors follows from moments about the base if their height is given, and is else the "
-    "whole force. The share of the base and the fixing to the building are not checked."
-)
+def code_note(results: xr.Dataset) -> str:
+    """Return the sentence of a note on the building code, with its values of the site; '' without a code."""
+    return f"{results.attrs['code']}; {results.attrs['code_site']}." if "code" in results.attrs else ""
+
+
+WHOLE = "Anchors without a given height take the whole force."
+MOMENTS = f"Forces on anchors follow from moments about the base. {WHOLE}"
+LEFT_OUT = "Not checked: the share of the base, the fixing to the building"
 
 
 def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False) -> Table:

@@ -73,7 +73,6 @@ REGISTRY = {
     "spread": Entry(has("lack_of_fit"), region.spread),
     "events": Entry(has("fallen_mean"), region.events),
     "curves": Entry(OF_BLOCKS, fragility.curves),
-    "rates": Entry(_both(OF_BLOCKS, has("rate")), fragility.rates),
     "precision": Entry(
         _both(has("stopped_because"), lambda results: "block" in results["stopped_because"].dims), precision.precision
     ),
@@ -95,7 +94,6 @@ REGISTRY = {
     "item_falls": Entry(_both(OF_PIECES, has(INSTEAD, "contact")), item_slides.falls, by_law=True),
     "totals": Entry(OF_PIECES, assessment.totals, by_law=True),
     "consequences": Entry(_both(OF_PIECES, has("consequence")), assessment.consequences, by_law=True),
-    "ranking": Entry(OF_PIECES, assessment.savings, by_law=True),
     "axes": Entry(has(AXIS, f"{SIDEWAYS.name}_share"), axes.axes),
     "branch_rates": Entry(has("epistemic_rate", "epistemic_any_rate"), branches.branch_rates),
     "branch_amounts": Entry(has(*(f"epistemic_annual_{name}" for name in branches.AMOUNTS)), branches.amount_branches),
@@ -105,8 +103,6 @@ REGISTRY = {
     "codes": Entry(_both(OF_PIECES, has("code")), pieces.codes),
     "ratios": Entry(has("median_ratio"), sensitivity.median_ratios),
     "short_ratios": Entry(has("median_ratio"), sensitivity.short_ratios),
-    "overturnings": Entry(has("median_ratio"), sensitivity.overturnings),
-    "flips": Entry(has("median_ratio"), sensitivity.flips),
     "inventory": Entry(has("block", "item"), inputs.sizes),
 }
 """All tables by name."""
@@ -116,10 +112,10 @@ LEAD = "anchoring", "lead_blocks", "spread", "block_levels"
 SHORT = "short_blocks", "short_pieces", "short_ratios", "short_kits"
 """Tables on a terminal."""
 TABLES = (
-    *("surfaces", "spread", "events", "curves", "rates", "precision", "gains", "breaks", "edges", "slides"),
-    *("shares", "indices", "pieces", "worth", "kits", "item_slides", "item_falls", "totals", "consequences", "ranking"),
+    *("surfaces", "spread", "events", "curves", "precision", "gains", "breaks", "edges", "slides"),
+    *("shares", "indices", "pieces", "worth", "kits", "item_slides", "item_falls", "totals", "consequences"),
     *("axes", "selections", "branch_rates", "branch_amounts", "branch_consequences", "sizes", "measures"),
-    *("static_checks", "kit_breaks", "codes", "ratios", "overturnings", "flips"),
+    *("static_checks", "kit_breaks", "codes", "ratios"),
 )
 """Tables of the appendix, and of a terminal that prints everything."""
 INPUTS = ("inventory",)

@@ -37,10 +37,7 @@ def selections(results: xr.Dataset) -> Table:
         Column("pgv", "error of the median PGV", "signed"),
         *(Column("factors", "scale factors", "two"), Column("agrees", "agrees")),
     )
-    note = (
-        "Errors and ratios compare the selected motions of each level with the target. "
-        "ε is the number of standard deviations by which the level exceeds the predicted median."
-    )
+    note = "ε: standard deviations of the level above the predicted median."
     return Table.of("Agreement of the selected motions with the hazard", columns, rows, note)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -176,48 +175,19 @@ def laws_apart(results: xr.Dataset) -> list[tuple[str, float]]:
 def median_ratios(results: xr.Dataset) -> Table:
     """Return the medians divided by the reference medians, the laws of each block together."""
     here = shown(results)
-    ratio = here["median_ratio"].sel(comparison=reference_of(here))
-    blocks = [(block_title(str(block)), ratio.sel(block=block)) for block in here["block"].values]
-    return _table(here, f"Median over that of {reference_name(here)}", blocks, "times")
+    ratio, marks = here["median_ratio"].sel(comparison=reference_of(here)), marks_of(here)
+    names = [f"{value:g}" for value in here["value"].values.tolist()]
+    rows: list[Row | str] = []
+    for i, block in enumerate(here["block"].values):
+        rows.append(block_title(str(block)))
+        for model in here["model"].values:
+            values = ratio.sel(block=block, model=model).values.tolist()
+            cells = [mark or value for value, mark in zip(values, marks[i].tolist(), strict=True)]
+            rows.append({"name": str(model), **dict(zip(names, cells, strict=True))})
+    notes = [*filter(None, (*_legend(here, marks), chosen(here)))]
+    return Table(f"Median over that of {reference_name(here)}", _values(here, "times"), rows, notes, NO_CURVE)
 
 
 def short_ratios(results: xr.Dataset) -> Table:
     """Return the first rows of the medians divided by the reference medians, for a terminal."""
     return median_ratios(results).first(MOST_SHORT)
-
-
-def overturnings(results: xr.Dataset) -> Table:
-    """Return the probabilities of overturning at the level given by `level_between`."""
-    here = shown(results)
-    return _table(here, "Probability of overturning", _between(here, here["probability"]), "share")
-
-
-def flips(results: xr.Dataset) -> Table:
-    """Return the shares of outcomes that differ from the reference outcomes, at the level given by `level_between`."""
-    here = shown(results)
-    flipped = here["flipped"].sel(comparison=reference_of(here))
-    return _table(here, f"Outcomes that differ from {reference_name(here)}", _between(here, flipped), "share")
-
-
-def _between(here: xr.Dataset, values: xr.DataArray) -> list[tuple[str, xr.DataArray]]:
-    """Return the name of each block with its level, and its values at that level."""
-    found = []
-    for block in here["block"].values:
-        at = level_between(here.sel(block=block))
-        found.append((f"{block_title(str(block))}, at {level_at(here, at)}", values.sel(block=block).isel(level=at)))
-    return found
-
-
-def _table(results: xr.Dataset, title: str, blocks: Sequence[tuple[str, xr.DataArray]], format_: str) -> Table:
-    """Return the table of a value of each block, a row per law."""
-    marks = marks_of(results)
-    names = [f"{value:g}" for value in results["value"].values.tolist()]
-    rows: list[Row | str] = []
-    for block, (heading, values) in enumerate(blocks):
-        rows.append(heading)
-        for model in results["model"].values:
-            pairs = zip(values.sel(model=model).values.tolist(), marks[block].tolist(), strict=True)
-            cells = [mark or value for value, mark in pairs]
-            rows.append({"name": str(model), **dict(zip(names, cells, strict=True))})
-    notes = [*filter(None, (*_legend(results, marks), chosen(results)))]
-    return Table(title, _values(results, format_), rows, notes, NO_CURVE)

@@ -118,11 +118,7 @@ def edges(results: xr.Dataset) -> Table:
     return Table.of(f"Falls over edges {_when(results)}", columns, rows, intervals(results), most=MOST)
 
 
-EDGES = {
-    "off": "slides off",
-    "over": "overturns, if it could not slide",
-    "either": "overturns or slides off",
-}
+EDGES = {"off": "slides off", "over": "overturns, if it could not slide", "either": "overturns or slides off"}
 """Columns of the table of edges."""
 
 

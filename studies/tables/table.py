@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,8 @@ from ..text.words import NOT_REACHED
 ENDS = "", "_lower", "_upper"
 DASH = "–"
 """Cell of a value that is not known or does not apply."""
+FEWEST_ALIKE = 3
+"""Fewest rows of a table in whose note the columns of one value are."""
 INTERVALS = "Ranges in brackets are {} intervals."
 
 
@@ -193,6 +196,26 @@ class Table:
         columns = [column._replace(note="" if column.note in sentences else column.note) for column in self.columns]
         return replace(self, columns=columns, notes=[note for note in self.notes if note not in sentences])
 
+    def common(self) -> Table:
+        """Return the table with columns of one value in all of its rows, three or more, as a sentence of its note."""
+        if len(self.lines) < FEWEST_ALIKE:
+            return self
+        texts = {column: {*self.texts(column.key)} for column in self.columns[1:]}
+        alike = {column: cells.pop() for column, cells in texts.items() if len(cells) == 1 and DASH not in cells}
+        alike = {column: text for column, text in alike.items() if not (column.numeric and "(" in text)}
+        same = "; ".join(f"{column.title} {text} {column.unit}".rstrip() for column, text in alike.items())
+        table = self.but(column.key for column in alike)
+        return replace(table, notes=[f"In all rows: {same}.", *self.notes]) if alike else self
+
+    def grouped(self, key: str) -> Table:
+        """Return the table with a heading for each group of rows of one text in a column, in place of the column."""
+        if key not in {column.key for column in self.columns}:
+            return self
+        rows: list[Row | str] = []
+        for text, group in groupby(self.lines, key=lambda row: str(row.get(key))):
+            rows += [text, *group]
+        return replace(self.but([key]), rows=rows)
+
     def first(self, most: int) -> Table:
         """Return the table with its first lines, at most `most`."""
         number = len(self.lines)
@@ -201,7 +224,9 @@ class Table:
         (last,) = (i for i, row in enumerate(self.rows) if row is self.lines[most])
         rows = self.rows[:last]
         rows = rows[:-1] if isinstance(rows[-1], str) else rows
-        return replace(self, rows=rows, notes=[*self.notes, f"The table has {most} of {number:,} rows."])
+        return replace(
+            self, rows=rows, notes=[*self.notes, f"The table has {most} of {number:,} rows, the result file all."]
+        )
 
 
 def _blank(value: Value) -> bool:
@@ -315,13 +340,6 @@ def _years(write: Write) -> Format:
     return text
 
 
-def _payback(value: float, best: float, _: float) -> str:
-    """Return a payback, years: never if the saving does not pay the cost; `best` is of the saving's upper end."""
-    if math.isinf(value) and math.isfinite(best):
-        return f"never; {two_digits(best)} at best"
-    return DASH if math.isnan(value) else "never" if math.isinf(value) else two_digits(value)
-
-
 def _dispersion(value: float, low: float, high: float) -> str:
     """Return a dispersion; in words if the curve is flat over all levels."""
     if math.isnan(value):
@@ -358,7 +376,7 @@ FORMATS: dict[str, Format] = {
     "level2": _level(two_digits),
     "years": _years(about_years),
     "years3": _years(in_years),
-    "payback": _payback,
+    "payback": lambda value, *_: DASH if math.isnan(value) else "never" if math.isinf(value) else two_digits(value),
     "dispersion": _dispersion,
 }
 """Text of a value with the ends of its interval (NaN without) by the name of its format."""

@@ -44,7 +44,7 @@ LAW_NAMES = {
     "viscous": "viscous damping",
 }
 """Laws in words, by their short names."""
-CONSEQUENCES = {"blocks-exit": "blocked exit", "release": "release of a hazardous substance"}
+CONSEQUENCES = {"blocks-exit": "blocked exit", "release": "hazardous release"}
 """Consequences that are written in other words than in an inventory."""
 INPUTS = {
     "alpha": "slenderness α",

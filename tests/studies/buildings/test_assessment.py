@@ -26,7 +26,7 @@ from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.anchoring import anchoring_figure
 from toppling.studies.plots.assessment import exceedance_figure, levels_figure
-from toppling.studies.tables.assessment import annual, at_level, consequences, ranked
+from toppling.studies.tables.assessment import annual, at_level, consequences
 
 mpl.use("Agg")
 
@@ -631,9 +631,8 @@ def test_hostile(options, error, message):
 class TestTablesAndFigures:
     def test_annual_values(self, found):
         table = annual(found)
-        assert [column.key for column in table.columns] == ["place", "pieces", "number", "loss", "any"]
+        assert [column.key for column in table.columns] == ["place", "number", "loss", "any"]
         assert table.column("place") == ["building", "ground", "floor 1", "floor 3"]
-        assert table.column("pieces") == [12, 2, 0, 10]
         assert "–" in table.note
         loss = float(found.annual_loss.isel(model=0).sel(place="building"))
         assert table.lines[0]["loss"].value == loss
@@ -655,19 +654,10 @@ class TestTablesAndFigures:
         assert yearly.column("name") == ["injury", "blocked exit"]
         rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
         assert yearly.lines[0]["building"].value == rate
-        assert "years" in yearly.note
+        assert "years" in yearly.title
         given = consequences(found.drop_vars("annual_number").assign_attrs(at_level=LEVELS[3]), 1)
         assert "%" in given.texts("building")[0]
         assert given.texts("floor 1")[0] == "–"
-
-    def test_ranking(self, found):
-        table = ranked(anchoring(found), most=2)
-        headings = ["rank", "item", "floor", "pieces", "saves, EUR per year", "share", "cost, EUR"]
-        assert [column.heading for column in table.columns] == headings
-        assert len(table.rows) == 2
-        table = ranked(anchoring(found, "blocks-exit"))
-        assert table.columns[4].heading.startswith("saves, ")
-        assert len(table.rows) == 2
 
     @pytest.mark.parametrize(
         ("value", "text"),

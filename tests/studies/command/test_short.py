@@ -45,7 +45,7 @@ def test_results_that_are_not_valid_are_said_to_be_so_before_anything_is_advised
 def test_everything_with_verbose(study, capsys):
     assert main(["run", str(study), "--out", str(study.parent / "out"), "--verbose"]) == 0
     text = capsys.readouterr().out
-    assert "Return periods" in text
+    assert "Fragility curves and rates" in text
     assert "vertical shaking" in text
     assert all(f"shelf {i}" in text for i in range(12))
 

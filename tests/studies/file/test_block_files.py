@@ -32,6 +32,7 @@ from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.store.progress import Display
 from toppling.studies.store.watch import Watch
+from toppling.studies.tables.registry import tables
 from toppling.studies.text.block_order import MOST_BLOCKS, RATE, chosen_of, places, shown
 
 STUDY = """title = "Many"
@@ -352,7 +353,7 @@ class TestManyBlocks:
 
     @pytest.mark.slow
     def test_titles_say_that_they_are_not_all(self, results):
-        (table,) = show.tables(results)
+        (table,) = tables(results)
         assert f"{MOST_BLOCKS} of 120" in table.note
         assert len(table.rows) == 3 * MOST_BLOCKS
         figure = dict(show.figures(results))["fragility"]

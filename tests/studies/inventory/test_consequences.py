@@ -296,7 +296,7 @@ class TestEndsOfTheHazardCurve:
         assert note.more["shares"] == [[loss, "loss"], [downtime, "downtime"]]
         assert (note.more["side"], note.more["formula"]) == ("above", False)
         check = check_of(found, "hazard curve")
-        assert (check.word, check.names) == (CARE, ("annual loss", LAW.label))
+        assert (check.word, check.names) == (CARE, ("annual loss",))
 
     @pytest.mark.parametrize(("first", "side"), [(0, "below"), (2, "above")])
     def test_notes_on_the_ends_of_the_levels(self, monkeypatch, first, side):

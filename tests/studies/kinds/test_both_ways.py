@@ -154,7 +154,7 @@ class TestResults:
             assert number_of_motions(results) == 9
             assert results.sizes["motion"] == 18
             given = next(inputs_of(results))
-            assert (given.value, given.more["both"]) == (9, True)
+            assert given.value == 9
             assert "motion.polarity_both" in {fact.what for fact in method_of(results)}
             notes = {fact.what: fact.more for fact in notes_of(results)}
             assert notes["validity.few_motions"]["motions"] == 9

@@ -253,7 +253,7 @@ class TestPerformance:
         assert set(ranked.item.values) == {"shelf", "cabinet"}
         assert ranked.attrs["objective"] == "loss"
         out = capsys.readouterr().out
-        titles = "Pieces", "Expected per year", "Savings from anchoring"
+        titles = "Pieces", "Expected per year"
         assert [out.index(title) for title in titles] == sorted(out.index(title) for title in titles)
         assert sorted(one.name for one in (tmp_path / "out").glob("*.png")) == [
             "anchoring.png", "exceedance.png", "loss.png", "number.png",

@@ -11,7 +11,6 @@ from check_facts import check as check_of, facts_of
 
 import toppling as tp
 from toppling.core.facts import Fact, facts_in
-from toppling.studies import show
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.facts import building
 from toppling.studies.facts.checks import checks_of
@@ -19,6 +18,7 @@ from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.item_slides import NOT_MODELLED, item_slides
 from toppling.studies.tables.pieces import exported_pieces, pieces
+from toppling.studies.tables.registry import tables
 from toppling.studies.text.error import StudyError
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
@@ -130,7 +130,7 @@ class TestLaboratory:
         assert own["sliding_off_in_50_years"].value == pytest.approx(-np.expm1(-50.0 * rate))
         assert np.isnan(rows["instrument trolley"]["sliding_off_in_50_years"].value)
         assert "sliding_off_at_level" not in [column.key for column in table.columns]
-        headings = [column.title for shown in show.tables(laboratory) for column in shown.columns]
+        headings = [column.title for shown in tables(laboratory) for column in shown.columns]
         assert "slides off it" in headings
 
 

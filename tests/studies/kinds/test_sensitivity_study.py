@@ -20,6 +20,7 @@ from toppling.studies.plots.sensitivity import (
     sensitivity,
 )
 from toppling.studies.sensitivity.findings import Curves, excess, flipped, swing, trend
+from toppling.studies.tables.registry import tables
 
 DELTA = """
 [sensitivity]
@@ -359,4 +360,4 @@ class TestFigures:
 
     def test_tables(self, over_delta, over_e):
         for results in (over_delta, over_e):
-            assert [len([*table.groups]) for table in show.tables(results)] == [2] * 3
+            assert [len([*table.groups]) for table in tables(results)] == [2]

@@ -234,7 +234,7 @@ def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
     fact = next(curves.answer(results))
     assert np.isnan([fact.lower, fact.upper]).all()
     assert "(interval not known)" in say(fact, "page")
-    assert "no interval" in lead_blocks(results).texts("rate")[0]
+    assert "no interval" in lead_blocks(results).texts("chance")[0]
     assert write_report(tmp_path / "out/results.nc", tmp_path / "report.html")
 
 
@@ -512,7 +512,7 @@ def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     write_report(path)
     html = path.with_name("report.html").read_text(encoding="utf-8")
     check = check_of(results, "sliding")
-    assert (check.what, check.remedy) == ("sliding.share", "remedy_slips_table")
+    assert (check.what, check.remedy) == ("sliding.share", "remedy_sliding_table")
     assert remedy(check, "checks") in html
 
 

@@ -2,10 +2,13 @@
 
 import re
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from report_pages import STUDIES, loaded
 
+import toppling as tp
+from toppling.studies.facts.say import _module
 from toppling.studies.report.page import MOST_STEPS, MOST_WORDS, content
 from toppling.studies.store.content import AS_WRITTEN
 
@@ -29,3 +32,10 @@ def test_no_sentence_stands_on_a_page_twice(page):
     said += [text for _, text in page["inputs"]] + [finding for _, _, finding, _ in page["checks"]]
     counts = Counter(sentence for text in said for sentence in re.split(r"(?<=[.?]) (?=[A-Z“])", text))
     assert [sentence for sentence, number in counts.items() if number > 1] == []
+
+
+def test_every_check_has_the_template_of_its_remedy():
+    code = (Path(tp.__file__).parent / "studies/facts/checks.py").read_text(encoding="utf-8")
+    remedies = set(re.findall(r'"(remedy_\w+)"', code))
+    assert len(remedies) > 15
+    assert [name for name in sorted(remedies) if not hasattr(_module("checks"), name)] == []

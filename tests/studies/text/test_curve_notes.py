@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 import xarray as xr
-from check_facts import numbers_in
+from check_facts import check as check_of, numbers_in
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
@@ -15,7 +15,7 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.tables.fragility import curves, hints, measures, rates, sizes
+from toppling.studies.tables.fragility import curves, measures, sizes
 from toppling.studies.text.curve_notes import (
     curve_notes,
     misfit_notes,
@@ -128,7 +128,6 @@ class TestCurves:
         notes = {fact.what: fact for fact in notes_of(found)}
         assert notes["curve.separated"].value == notes["curve.separated"].more["of"] == 4
         assert notes["validity.few_motions"].more["motions"] == 1
-        assert not hints(found)  # not twice
 
     def test_one_value_is_no_range(self):
         one, two = (tp.ida(PIECES[:n], LAWS, shakes()[:1], [2.0]) for n in (1, 2))
@@ -249,7 +248,7 @@ class TestRates:
         assert curves(found).columns[1].title.startswith("half uplift at ")
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
-        assert sum("no width" in cell for cell in rates(found).texts("rate")) == 2
+        assert sum("no width" in cell for cell in curves(found).texts("rate")) == 2
         (note,) = (one for one in notes_of(found) if one.what == "rate.no_width")
         assert (note.value, note.more["of"]) == (2, 4)
         assert [name.split()[:3:2] for name in note.names] == [["narrow", "housner"], ["wide", "housner"]]
@@ -384,7 +383,7 @@ class TestUncertainRates:
         study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
         assert main(["run", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         out = capsys.readouterr().out
-        assert all(title in out for title in ("Fragility curves", "Return periods"))
+        assert all(title in out for title in ("Fragility curves and rates", "once in"))
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv", "--model", "housner"]) == 0
         assert numbers_in(capsys.readouterr().out)[0] == 2
         rows = (tmp_path / "out/export/curves.csv").read_text(encoding="utf-8").splitlines()
@@ -512,14 +511,9 @@ class TestTables:
         found["rate"][0, 0], found["rate_lower"][0, 0], found["rate_upper"][0, 0] = 1 / 2137.0, 0.0, 1 / 1804.0
         for end, value in (("", 0.023456), ("_lower", 0.0), ("_upper", 0.0271)):
             found[f"risk_probability{end}"][0, 0] = value
-        ends = (found["fraction_level"][0, 0, 0], found["half_level"][0, 0])
-        table = rates(found)
-        texts = [table.texts(key)[0] for key in ("rate", "year", "chance")]
-        assert texts == ["2,140 (above 1,800)", "0.0468\u00a0%", "2.35\u00a0% (0–2.71)"]
-        levels = [table.lines[0][key] for key in ("low", "half")]
-        assert levels == pytest.approx([float(level) / 9.80665 for level in ends])
-        assert table.columns[-1].heading.startswith("50 % at")
-        assert table.columns[-1].heading.endswith(", g")
+        table = curves(found)
+        texts = [table.texts(key)[0] for key in ("rate", "chance")]
+        assert texts == ["2,140 (above 1,800)", "2.35\u00a0% (0–2.71)"]
 
     def test_open_intervals_are_words(self, tmp_path):
         """No terminal table says inf: of no level."""
@@ -544,14 +538,14 @@ class TestTables:
         assert "measures" not in every.note
         assert any(measure.startswith("√(Arias intensity)") for measure in every.column("measure"))
 
-    def test_hints_are_of_the_state(self, tmp_path):
+    def test_the_remedy_of_curves_that_are_not_fitted_is_of_the_levels(self, tmp_path):
         low = IDA.replace("to = 12.0", "to = 1.1")
         found = study(
             tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, low, SCREEN, "[fit]\nstate = 0.5\n"
         ).run()
-        (hint,) = hints(found)
-        assert numbers_in(hint) == [2, 2, 0.5]
-        assert hint.endswith("raise ida.levels.to")
+        check = check_of(found, "curves")
+        assert (check.what, check.names) == ("curve.unfitted", ("no overturning",))
+        assert (check.more["number"], check.more["higher"]) == (2, "raise ida.levels.to")
 
 
 class TestOneSide:

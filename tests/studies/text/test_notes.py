@@ -8,7 +8,7 @@ import xarray as xr
 from toppling.core.facts import Fact, doubted, facts_in, stored
 from toppling.fragility.validity.notes import TEMPLATES as OF_SCREENS
 from toppling.studies.facts.notes import left_notes, notes_of, of_branch
-from toppling.studies.facts.say import TEMPLATES, notes_said
+from toppling.studies.facts.say import SHARED, TEMPLATES, notes_said
 
 MORE = {
     **{"of": 4, "values": [0.2], "fewest": 5, "widest": 2.0, "state": "overturning", "samples": 9, "branches": 2},
@@ -46,7 +46,12 @@ NAMES = [
     macro.replace("_", ".", 1)
     for folder, name in ((TEMPLATES, "notes"), (OF_SCREENS, "screen"))
     for macro in re.findall(r"{% macro ([a-z]+_\w+)\(f\)", (folder / f"{name}.j2").read_text(encoding="utf-8"))
-    if macro != "motion_of_branch"
+    if macro != "motion_of_branch" and macro not in SHARED.values()
+]
+NAMES += [
+    *("axis.bed_along_width", "axis.too_deep", "code.mass_not_given", "code.class_not_given", "curve.few_reached"),
+    *("curve.few_stayed", "curve.forced", "curve.misfit_low", "rate.extrapolated", "rate.share_above_levels"),
+    *("rate.share_below_levels", "rate.share_beyond_hazard", "anchoring.with_kit", "single.elastic_mode"),
 ]
 
 

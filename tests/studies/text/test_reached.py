@@ -10,8 +10,8 @@ from check_facts import check as check_of, facts_of
 import toppling as tp
 from toppling.core.facts import UNKNOWN
 from toppling.studies.facts import curves
-from toppling.studies.show import tables
 from toppling.studies.tables.blocks import lead_blocks, short_blocks
+from toppling.studies.tables.registry import tables
 from toppling.studies.tables.table import Column, dispersion_of
 from toppling.studies.text.block_order import places
 from toppling.studies.text.reached import highest_level, open_ends, within_levels

@@ -1,0 +1,45 @@
+"""Tables say once what all rows or groups of rows have in common; captions do not repeat earlier captions."""
+
+import matplotlib.pyplot as plt
+
+from toppling.studies.report.figures import pictures_of
+from toppling.studies.tables.table import Column, Table
+
+COLUMNS = Column("name", "piece"), Column("height", "height", "short", "m"), Column("law", "law")
+
+
+def rows(*pieces):
+    return [{"name": name, "height": height, "law": law} for name, height, law in pieces]
+
+
+def test_a_column_of_one_value_is_in_the_note():
+    table = Table.of("Sizes", COLUMNS, rows(("a", 1.6, "x"), ("b", 1.6, "y"), ("c", 1.6, None))).common()
+    assert [column.key for column in table.columns] == ["name", "law"]
+    assert "height 1.6 m" in table.note
+
+
+def test_two_rows_or_dashes_keep_their_columns():
+    two = Table.of("Sizes", COLUMNS, rows(("a", 1.6, "x"), ("b", 1.6, "y")))
+    assert two.common() == two
+    dashes = Table("Sizes", COLUMNS, rows(("a", 1.6, None), ("b", 1.7, None), ("c", 1.8, None)))
+    assert dashes.common() == dashes
+
+
+def test_groups_have_a_heading_in_place_of_a_column():
+    table = Table.of("Sizes", COLUMNS, rows(("a", 1.6, "x"), ("b", 1.7, "x"), ("c", 1.8, "y"))).grouped("law")
+    assert [heading for heading, _ in table.groups] == ["x", "y"]
+    assert [row["name"] for row in table.lines] == ["a", "b", "c"]
+    assert "law" not in [column.key for column in table.columns]
+
+
+def test_a_caption_does_not_repeat_earlier_captions():
+    def draw():
+        for name, block in (("measures_1", "A"), ("measures_2", "B")):
+            figure = plt.figure()
+            figure.set_label(f"{block}. 20 motions.")
+            yield name, figure
+
+    first, second = pictures_of(draw, png=True)
+    assert first.caption.endswith("A. 20 motions.")
+    assert second.caption == "B."
+    assert second.alt.endswith("B. 20 motions.")
