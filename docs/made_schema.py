@@ -17,7 +17,7 @@ from pydantic.fields import FieldInfo
 from toppling.studies.file.include import INCLUDE, tables_of
 from toppling.studies.file.rules import ANALYSES
 from toppling.studies.file.schema import StudyFile
-from toppling.studies.file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, suffix_of
+from toppling.studies.file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, sentences_of, suffix_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -29,11 +29,13 @@ def study_schema() -> dict[str, Any]:
     partial: list[tuple[dict[str, Any], Any]] = []
     for table in all_tables():
         own = schema if table is StudyFile else definitions[table.__name__]
+        sentences = sentences_of(table)
         for name, field in table.model_fields.items():
             key = field.alias or name
-            own["properties"][key] = made = _property(own["properties"][key], key, field)
+            said = {"description": sentences.get(key, ""), **own["properties"][key]}
+            own["properties"][key] = made = _property(said, key, field)
             partial += [(made, one.table) for one in field.metadata if isinstance(one, PartialTable)]
-        own["description"] = (table.__doc__ or "").strip()
+        own["description"] = (table.__doc__ or "").partition("\n\n")[0]
     for made, tables in partial:
         made["properties"] = merged([definitions[table.__name__] for table in tables_of(tables)])
         made["additionalProperties"] = False

@@ -109,24 +109,22 @@ ModellingClass = Annotated[
 
 
 class LevelsTable(Table):
-    """Levels of the intensity measure: a list of values, or from, to, number and spacing."""
+    """Levels of the intensity measure: a list of values, or from, to, number and spacing.
 
-    values: Annotated[
-        list[float] | None,
-        KeyInfo(unit="as `unit` says"),
-        Field(min_length=1, max_length=100_000, description="The levels, increasing."),
-    ] = None
-    from_: Annotated[
-        float | None,
-        KeyInfo(unit="as `unit` says"),
-        Field(alias="from", ge=0.0, le=MOST_LEVEL, description="First level."),
-    ] = None
-    to: Annotated[
-        float | None, KeyInfo(unit="as `unit` says"), Field(ge=0.0, le=MOST_LEVEL, description="Last level.")
-    ] = None
-    number: Annotated[int | None, Field(ge=1, le=100_000, description="Number of levels.")] = None
-    spacing: Annotated[Literal["linear", "log"], Field(description="Spacing of the levels.")] = "linear"
-    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
+    values: The levels, increasing.
+    from: First level.
+    to: Last level.
+    number: Number of levels.
+    spacing: Spacing of the levels.
+    unit: Unit of the levels.
+    """
+
+    values: Annotated[list[float] | None, KeyInfo(unit="as `unit` says"), Field(min_length=1, max_length=100000)] = None
+    from_: Annotated[float | None, KeyInfo(unit="as `unit` says"), Field(alias="from", ge=0.0, le=MOST_LEVEL)] = None
+    to: Annotated[float | None, KeyInfo(unit="as `unit` says"), Field(ge=0.0, le=MOST_LEVEL)] = None
+    number: Annotated[int | None, Field(ge=1, le=100000)] = None
+    spacing: Literal["linear", "log"] = "linear"
+    unit: Annotated[str, one_of(LEVEL_UNITS)]
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -202,84 +200,85 @@ def _word_or_table(value: Any) -> str:
 
 
 class IdaTable(Table):
-    """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own."""
+    """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own.
 
-    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
-    im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    im: Intensity measure: by name, or with its period in s, as Sa(1.0).
+    im_at: Where the motions of a building are measured.
+    levels: Levels of the measure; or a word: adaptive (levels follow from the runs before), pooled (so they do,
+        and one surface holds the curves of all blocks).
+    """
+
+    im: Named = "pga"
+    im_at: Annotated[Where, KeyInfo("floor")] = None
     polarity: Polarity = None
     levels: Annotated[
         Annotated[LevelsTable, Tag("table")] | Annotated[Literal["adaptive", "pooled"], Tag("word")],
         Discriminator(_word_or_table),
-        Field(
-            description="Levels of the measure; or a word: adaptive (levels follow from the runs before), pooled (so "
-            "they do, and one surface holds the curves of all blocks)."
-        ),
     ]
 
 
 class EventsTable(Table):
-    """Events in each of which a sample of the region is run, so that it is known how much of it falls at once."""
+    """Events in each of which a sample of the region is run, so that it is known how much of it falls at once.
 
-    levels: Annotated[LevelsTable, Field(description="Levels of the measure that the events have.")]
+    levels: Levels of the measure that the events have.
+    motions: Events at each level, of a generator.
+    sample: Blocks of the region that are run, drawn at random.
+    """
+
+    levels: LevelsTable
     motions: Annotated[
-        int | None,
-        KeyInfo(f"{EVENTS}; a set of motions is taken whole"),
-        Field(ge=FEWEST_EVENTS, le=20_000, description="Events at each level, of a generator."),
+        int | None, KeyInfo(f"{EVENTS}; a set of motions is taken whole"), Field(ge=FEWEST_EVENTS, le=20000)
     ] = None
-    sample: Annotated[
-        int, Field(ge=2, le=20_000, description="Blocks of the region that are run, drawn at random.")
-    ] = SAMPLE
+    sample: Annotated[int, Field(ge=2, le=20000)] = SAMPLE
 
 
 class NumberTable(Table):
-    """Numbers of motions of an analysis at adaptive levels or with a pooled surface."""
+    """Numbers of motions of an analysis at adaptive levels or with a pooled surface.
 
-    least: Annotated[int, Field(ge=FEWEST, description="Motions before the first look at the precision.")] = LEAST
+    least: Motions before the first look at the precision.
+    most: Motions in all.
+    """
+
+    least: Annotated[int, Field(ge=FEWEST)] = LEAST
     most: Annotated[
-        int | None,
-        KeyInfo(f"all there are, at most {MOST:,}, of a pooled surface {MOST_POOLED:,}"),
-        Field(ge=FEWEST, description="Motions in all."),
+        int | None, KeyInfo(f"all there are, at most {MOST:,}, of a pooled surface {MOST_POOLED:,}"), Field(ge=FEWEST)
     ] = None
 
 
 class ChanceTable(Table):
-    """A probability of overturning that is to be known: at which level, and how well."""
+    """A probability of overturning that is to be known: at which level, and how well.
 
-    level: Annotated[float, KeyInfo(unit="as `unit` says"), Field(gt=0.0, le=MOST_LEVEL, description="Its level.")]
-    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the level.")]
-    within: Annotated[
-        float, Field(ge=FINEST, lt=0.5, description="Half width of the 95 % interval of the probability.")
-    ]
+    level: Its level.
+    unit: Unit of the level.
+    within: Half width of the 95 % interval of the probability.
+    """
+
+    level: Annotated[float, KeyInfo(unit="as `unit` says"), Field(gt=0.0, le=MOST_LEVEL)]
+    unit: Annotated[str, one_of(LEVEL_UNITS)]
+    within: Annotated[float, Field(ge=FINEST, lt=0.5)]
 
 
 _Share = Annotated[float | None, KeyInfo("not asked for"), Field(ge=FINEST, lt=1.0)]
 
 
 class UntilTable(Table):
-    """Precision at which an analysis at adaptive levels stops, for every block under every law, or a pooled one."""
+    """Precision at which an analysis at adaptive levels stops, for every block under every law, or a pooled one.
 
-    median: Annotated[
-        _Share,
-        KeyInfo("0.1 where nothing else is asked for"),
-        Field(
-            description="Half width of the 95 % interval of the level at which half overturn, as a share of it; "
-            "of a pooled surface, of all blocks at once."
-        ),
-    ] = None
-    dispersion: Annotated[_Share, Field(description="The same of the dispersion.")] = None
-    rate: Annotated[
-        _Share,
-        Field(
-            description="The same of the annual rate, which is estimated without a form of curve; needs [hazard] "
-            "of the measure `ida.im`."
-        ),
-    ] = None
-    probability: Annotated[
-        ChanceTable | None, KeyInfo("not asked for"), Field(description="A probability at one level.")
-    ] = None
-    motions: Annotated[
-        NumberTable | None, KeyInfo("64 at least"), Field(description="Bounds of the number of motions.")
-    ] = None
+    median: Half width of the 95 % interval of the level at which half overturn, as a share of it; of a pooled
+        surface, of all blocks at once.
+    dispersion: The same of the dispersion.
+    rate: The same of the annual rate, which is estimated without a form of curve; needs [hazard] of the measure
+        `ida.im`.
+    probability: A probability at one level.
+    motions: Bounds of the number of motions.
+    seed: Seed of the levels and of the order of motions that are read; a generator has `motions.seed`.
+    """
+
+    median: Annotated[_Share, KeyInfo("0.1 where nothing else is asked for")] = None
+    dispersion: _Share = None
+    rate: _Share = None
+    probability: Annotated[ChanceTable | None, KeyInfo("not asked for")] = None
+    motions: Annotated[NumberTable | None, KeyInfo("64 at least")] = None
     runs_per_motion: Annotated[
         int | None,
         KeyInfo(f"{RUNS}, of a pooled surface {BLOCKS_A_MOTION}"),
@@ -290,13 +289,7 @@ class UntilTable(Table):
             "roughly, or each of another block of the surface.",
         ),
     ] = None
-    seed: Annotated[
-        int,
-        Field(
-            ge=0,
-            description="Seed of the levels and of the order of motions that are read; a generator has `motions.seed`.",
-        ),
-    ] = 0
+    seed: Annotated[int, Field(ge=0)] = 0
 
     def build(self, im: str, motions: int, usual: int = MOST) -> Until:
         """Return the precision, for so many motions that there are; ValueError where there is none such."""
@@ -319,39 +312,34 @@ class UntilTable(Table):
 
 
 class StripeTable(OwnTarget):
-    """One stripe: its level, and what its motions have that [motions] has not."""
+    """One stripe: its level, and what its motions have that [motions] has not.
 
-    level: Annotated[float, KeyInfo(unit="as `unit` of [stripes] says"), Field(description="Level of the measure.")]
-    motions: Annotated[
-        dict[str, Any] | None,
-        PartialTable(Motions),
-        KeyInfo("none"),
-        Field(description="Keys of [motions] that are others at this level."),
-    ] = None
+    level: Level of the measure.
+    motions: Keys of [motions] that are others at this level.
+    """
+
+    level: Annotated[float, KeyInfo(unit="as `unit` of [stripes] says")]
+    motions: Annotated[dict[str, Any] | None, PartialTable(Motions), KeyInfo("none")] = None
 
 
 class StripesTable(Table):
-    """Multiple stripes: motions that differ from level to level."""
+    """Multiple stripes: motions that differ from level to level.
 
-    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
-    im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    im: Intensity measure: by name, or with its period in s, as Sa(1.0).
+    im_at: Where the motions of a building are measured.
+    unit: Unit of the levels.
+    scale: Whether motions are scaled to their level, or taken as they are because they were chosen for it.
+    select: Selection of the motions of each stripe.
+    at: The stripes, with increasing levels.
+    """
+
+    im: Named = "pga"
+    im_at: Annotated[Where, KeyInfo("floor")] = None
     polarity: Polarity = None
-    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
-    scale: Annotated[
-        bool,
-        Field(
-            description="Whether motions are scaled to their level, or taken as they are because they were "
-            "chosen for it."
-        ),
-    ] = True
-    select: Annotated[
-        SelectTable | None,
-        KeyInfo("no selection: every motion is run"),
-        Field(description="Selection of the motions of each stripe."),
-    ] = None
-    at: Annotated[
-        list[StripeTable], Field(min_length=1, max_length=1000, description="The stripes, with increasing levels.")
-    ]
+    unit: Annotated[str, one_of(LEVEL_UNITS)]
+    scale: bool = True
+    select: Annotated[SelectTable | None, KeyInfo("no selection: every motion is run")] = None
+    at: Annotated[list[StripeTable], Field(min_length=1, max_length=1000)]
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
@@ -370,30 +358,36 @@ class StripesTable(Table):
 
 
 class CloudTable(Table):
-    """Cloud: every motion once, as it is."""
+    """Cloud: every motion once, as it is.
 
-    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
-    im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    im: Intensity measure: by name, or with its period in s, as Sa(1.0).
+    im_at: Where the motions of a building are measured.
+    """
+
+    im: Named = "pga"
+    im_at: Annotated[Where, KeyInfo("floor")] = None
     polarity: Polarity = None
 
 
 class ScreenTable(Table):
-    """Validity screen: how many flags are tested."""
+    """Validity screen: how many flags are tested.
 
-    undecided: Annotated[
-        float | None,
-        KeyInfo(0.08),
-        Field(
-            ge=0.0,
-            le=1.0,
-            description="Share of the motions run again, up to four times, under perturbations of a millionth; "
-            "none with a `fit.state` other than a fall.",
-        ),
-    ] = None
+    undecided: Share of the motions run again, up to four times, under perturbations of a millionth; none with a
+        `fit.state` other than a fall.
+    """
+
+    undecided: Annotated[float | None, KeyInfo(0.08), Field(ge=0.0, le=1.0)] = None
 
 
 class FrictionTable(Table):
-    """Friction between pieces and floor: for the screen, and for what slides and how far."""
+    """Friction between pieces and floor: for the screen, and for what slides and how far.
+
+    kinetic_ratio: Kinetic over static friction.
+    slips_m: Slips whose chances are wanted; the defaults are judgement: a piece touches a neighbour, tears its
+        service line, blocks an aisle.
+    shared: Whether the pieces of a line of an inventory share one coefficient of friction; with
+        [performance.variability] its `pieces` says it.
+    """
 
     static: Annotated[Static | None, KeyInfo("that of contact")] = None
     dispersion: Annotated[Spread | None, KeyInfo("taken as known exactly, with a note")] = None
@@ -402,30 +396,14 @@ class FrictionTable(Table):
         KeyInfo("none: static is given"),
         Field(description=f"Instead of static: {', '.join(CONTACTS)} (judgement). `castors` are refused: they roll."),
     ] = None
-    kinetic_ratio: Annotated[
-        float | None,
-        KeyInfo("1, or that of contact"),
-        Field(gt=0.0, le=1.0, description="Kinetic over static friction."),
-    ] = None
+    kinetic_ratio: Annotated[float | None, KeyInfo("1, or that of contact"), Field(gt=0.0, le=1.0)] = None
     slips_m: Annotated[
         list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
         KeyInfo("0.05, 0.1, 0.3"),
-        Field(
-            min_length=1,
-            max_length=10,
-            description="Slips whose chances are wanted; the defaults are judgement: a piece touches a "
-            "neighbour, tears its service line, blocks an aisle.",
-        ),
+        Field(min_length=1, max_length=10),
     ] = None
     trip_mm: Annotated[Trip | None, KeyInfo("no obstacle")] = None
-    shared: Annotated[
-        bool | None,
-        KeyInfo("true"),
-        Field(
-            description="Whether the pieces of a line of an inventory share one coefficient of friction; with "
-            "[performance.variability] its `pieces` says it."
-        ),
-    ] = None
+    shared: Annotated[bool | None, KeyInfo("true")] = None
 
     @model_validator(mode="after")
     def _one_friction(self) -> Self:
@@ -465,22 +443,22 @@ class FrictionTable(Table):
 
 
 class VariabilityTable(Table):
-    """How pieces of one line of an inventory differ."""
+    """How pieces of one line of an inventory differ.
 
-    restitution_sd: Annotated[
-        float | None, KeyInfo(0.0), Field(ge=0.0, description="Standard deviation of the restitution.")
-    ] = None
-    slenderness_dispersion: Annotated[
-        float | None, KeyInfo(0.0), Field(ge=0.0, description="Dispersion of the slenderness.")
-    ] = None
-    pieces: Annotated[
-        str | None, one_of(PIECES), KeyInfo("independent"), Field(description="Each its own draw, or one for all.")
-    ] = None
-    variants: Annotated[int | None, KeyInfo(16), Field(ge=1, description="Variants of each block that are run.")] = None
-    realisations: Annotated[
-        int | None, KeyInfo(20), Field(ge=1, description="Fillings of the building under each motion.")
-    ] = None
-    seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of the draws.")] = None
+    restitution_sd: Standard deviation of the restitution.
+    slenderness_dispersion: Dispersion of the slenderness.
+    pieces: Each its own draw, or one for all.
+    variants: Variants of each block that are run.
+    realisations: Fillings of the building under each motion.
+    seed: Seed of the draws.
+    """
+
+    restitution_sd: Annotated[float | None, KeyInfo(0.0), Field(ge=0.0)] = None
+    slenderness_dispersion: Annotated[float | None, KeyInfo(0.0), Field(ge=0.0)] = None
+    pieces: Annotated[str | None, one_of(PIECES), KeyInfo("independent")] = None
+    variants: Annotated[int | None, KeyInfo(16), Field(ge=1)] = None
+    realisations: Annotated[int | None, KeyInfo(20), Field(ge=1)] = None
+    seed: Annotated[int | None, KeyInfo(0), Field(ge=0)] = None
 
     def build(self) -> Variability:
         """Make the variability; ValueError where a value is out of range."""
@@ -488,22 +466,18 @@ class VariabilityTable(Table):
 
 
 class TargetTable(Table):
-    """What the cheapest set of kits is to achieve: the most that is allowed, all of it together."""
+    """What the cheapest set of kits is to achieve: the most that is allowed, all of it together.
 
-    falls: Annotated[float | None, KeyInfo("no limit"), Field(ge=0.0, description="Expected falls.")] = None
-    front_falls: Annotated[
-        float | None,
-        KeyInfo("no limit"),
-        Field(ge=0.0, description="Expected forward falls, into the room."),
-    ] = None
-    injuries: Annotated[float | None, KeyInfo("no limit"), Field(ge=0.0, description="Expected injured persons.")] = (
-        None
-    )
-    loss: Annotated[
-        float | None,
-        KeyInfo("no limit", unit="the inventory's currency"),
-        Field(ge=0.0, description="Expected loss."),
-    ] = None
+    falls: Expected falls.
+    front_falls: Expected forward falls, into the room.
+    injuries: Expected injured persons.
+    loss: Expected loss.
+    """
+
+    falls: Annotated[float | None, KeyInfo("no limit"), Field(ge=0.0)] = None
+    front_falls: Annotated[float | None, KeyInfo("no limit"), Field(ge=0.0)] = None
+    injuries: Annotated[float | None, KeyInfo("no limit"), Field(ge=0.0)] = None
+    loss: Annotated[float | None, KeyInfo("no limit", unit="the inventory's currency"), Field(ge=0.0)] = None
 
     @model_validator(mode="after")
     def _something(self) -> Self:
@@ -519,89 +493,50 @@ class TargetTable(Table):
 
 
 class PerformanceTable(Table):
-    """Performance assessment: an inventory, shaken jointly."""
+    """Performance assessment: an inventory, shaken jointly.
 
-    inventory: Annotated[
-        str, RelativePath(), Field(description="CSV or XLSX of what stands where, relative to the study file.")
-    ]
-    im: Annotated[
-        Named,
-        Field(description="Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0)."),
-    ] = "pga"
-    levels: Annotated[
-        LevelsTable | None,
-        KeyInfo("the motions as they are, a scenario"),
-        Field(description="Its levels; with `motions.floors_index` those of the index."),
-    ] = None
+    inventory: CSV or XLSX of what stands where, relative to the study file.
+    im: Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0).
+    levels: Its levels; with `motions.floors_index` those of the index.
+    polarity: Whether motions are run both ways (ü and −ü), as two outcomes of one earthquake.
+    variability: How pieces of one line differ.
+    objective: What anchoring saves: loss, number, any, or a consequence in the inventory.
+    at_level: Level of the table and the ranking without a hazard.
+    safety: Consequences in the inventory that rank before money.
+    sort: Order of the pieces in their table.
+    discount_rate: Discount rate of what anchoring saves in later years; 0: no discounting.
+    consequence_correlation: Correlation of the normal scores of cost, downtime and injuries of one piece, where
+        the inventory gives distributions.
+    code: A building code.
+    budget: Money for anchoring: the best set for it is chosen, of kits where given.
+    kits: Restraints that are tried on every piece that they fit and that is not anchored for good.
+    target: What the cheapest set of kits is to achieve, in a year or at the level of the table.
+    """
+
+    inventory: Annotated[str, RelativePath()]
+    im: Named = "pga"
+    levels: Annotated[LevelsTable | None, KeyInfo("the motions as they are, a scenario")] = None
     polarity: Annotated[
         str | None,
         one_of(POLARITIES),
         KeyInfo("`both` where front and back of a piece differ, or of one with a kit, else `as recorded`"),
-        Field(description="Whether motions are run both ways (ü and −ü), as two outcomes of one earthquake."),
     ] = None
-    variability: Annotated[
-        VariabilityTable | None,
-        KeyInfo("alike: they fall together"),
-        Field(description="How pieces of one line differ."),
-    ] = None
-    objective: Annotated[
-        str | None,
-        KeyInfo("`loss`, or `number` where nothing has a value"),
-        Field(description="What anchoring saves: loss, number, any, or a consequence in the inventory."),
-    ] = None
-    at_level: Annotated[
-        float | None,
-        KeyInfo("the middle one", unit="as `levels.unit` says"),
-        Field(gt=0.0, description="Level of the table and the ranking without a hazard."),
-    ] = None
-    safety: Annotated[
-        list[str] | None,
-        KeyInfo("`injury`, `blocks-exit`, `release`"),
-        Field(description="Consequences in the inventory that rank before money."),
-    ] = None
-    sort: Annotated[
-        Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"],
-        Field(description="Order of the pieces in their table."),
-    ] = "recommendation"
-    discount_rate: Annotated[
-        float,
-        KeyInfo(unit="1/year"),
-        Field(ge=0.0, le=0.5, description="Discount rate of what anchoring saves in later years; 0: no discounting."),
-    ] = 0.04
+    variability: Annotated[VariabilityTable | None, KeyInfo("alike: they fall together")] = None
+    objective: Annotated[str | None, KeyInfo("`loss`, or `number` where nothing has a value")] = None
+    at_level: Annotated[float | None, KeyInfo("the middle one", unit="as `levels.unit` says"), Field(gt=0.0)] = None
+    safety: Annotated[list[str] | None, KeyInfo("`injury`, `blocks-exit`, `release`")] = None
+    sort: Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"] = "recommendation"
+    discount_rate: Annotated[float, KeyInfo(unit="1/year"), Field(ge=0.0, le=0.5)] = 0.04
     modelling_dispersion: Modelling = 0.0
     modelling: ModelledIn = "mean"
     modelling_class: ModellingClass = None
-    consequence_correlation: Annotated[
-        float,
-        Field(
-            ge=0.0,
-            le=1.0,
-            description="Correlation of the normal scores of cost, downtime and injuries of one piece, where the "
-            "inventory gives distributions.",
-        ),
-    ] = 1.0
-    code: Annotated[
-        Codes | None, KeyInfo("code requirements are not checked"), Field(description="A building code.")
-    ] = None
+    consequence_correlation: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+    code: Annotated[Codes | None, KeyInfo("code requirements are not checked")] = None
     budget: Annotated[
-        float | None,
-        KeyInfo("no set is chosen", unit="the inventory's currency"),
-        Field(gt=0.0, le=1e15, description="Money for anchoring: the best set for it is chosen, of kits where given."),
+        float | None, KeyInfo("no set is chosen", unit="the inventory's currency"), Field(gt=0.0, le=1000000000000000.0)
     ] = None
-    kits: Annotated[
-        list[str] | None,
-        KeyInfo("none"),
-        Field(
-            min_length=1,
-            max_length=20,
-            description="Restraints that are tried on every piece that they fit and that is not anchored for good.",
-        ),
-    ] = None
-    target: Annotated[
-        TargetTable | None,
-        KeyInfo("no set is chosen"),
-        Field(description="What the cheapest set of kits is to achieve, in a year or at the level of the table."),
-    ] = None
+    kits: Annotated[list[str] | None, KeyInfo("none"), Field(min_length=1, max_length=20)] = None
+    target: Annotated[TargetTable | None, KeyInfo("no set is chosen")] = None
     replicates: Replicates = 1000
     seed: Seed = 0
 
@@ -613,45 +548,28 @@ class PerformanceTable(Table):
 
 
 class FitTable(Table):
-    """How curves are fitted to the runs."""
+    """How curves are fitted to the runs.
 
-    form: Annotated[
-        str,
-        one_of(FORMS),
-        KeyInfo("`lognormal`; `isotonic` where `state` is `front` or `back`"),
-        Field(description="Shape of the curves; all but isotonic rise to 1, as falls to one side need not."),
-    ] = LOGNORMAL
-    method: Annotated[
-        str,
-        one_of(METHODS),
-        Field(
-            description="What they are fitted to: the runs at each level, or each motion's first overturning, "
-            "which closer levels find earlier."
-        ),
-    ] = "binomial"
-    intervals: Annotated[
-        str | None,
-        one_of(INTERVALS),
-        KeyInfo("`bootstrap` for ida, else `profile`"),
-        Field(description="Kind of intervals; the bootstrap draws motions."),
-    ] = None
-    fractiles: Annotated[
-        list[Annotated[float, Field(gt=0.0, lt=1.0)]] | None,
-        KeyInfo("none"),
-        Field(description="Probabilities whose levels are wanted."),
-    ] = None
-    penalty: Annotated[
-        str, one_of(PENALTIES), Field(description="Penalised likelihood: never, of separated data, or always.")
-    ] = "auto"
+    form: Shape of the curves; all but isotonic rise to 1, as falls to one side need not.
+    method: What they are fitted to: the runs at each level, or each motion's first overturning, which closer
+        levels find earlier.
+    intervals: Kind of intervals; the bootstrap draws motions.
+    fractiles: Probabilities whose levels are wanted.
+    penalty: Penalised likelihood: never, of separated data, or always.
+    state: What counts: overturned, front (a fall away from the wall, into the room) or back, uplifted, or |θ|/α
+        above a number.
+    """
+
+    form: Annotated[str, one_of(FORMS), KeyInfo("`lognormal`; `isotonic` where `state` is `front` or `back`")] = (
+        LOGNORMAL
+    )
+    method: Annotated[str, one_of(METHODS)] = "binomial"
+    intervals: Annotated[str | None, one_of(INTERVALS), KeyInfo("`bootstrap` for ida, else `profile`")] = None
+    fractiles: Annotated[list[Annotated[float, Field(gt=0.0, lt=1.0)]] | None, KeyInfo("none")] = None
+    penalty: Annotated[str, one_of(PENALTIES)] = "auto"
     replicates: Replicates = 1000
     seed: Seed = 0
-    state: Annotated[
-        str | float,
-        Field(
-            description="What counts: overturned, front (a fall away from the wall, into the room) or back, uplifted, "
-            "or |θ|/α above a number."
-        ),
-    ] = "overturned"
+    state: str | float = "overturned"
     confidence: Confidence = 0.95
     modelling_dispersion: Modelling = 0.0
     modelling: ModelledIn = "mean"
@@ -705,10 +623,9 @@ class FitTable(Table):
 
 
 class MeasuresTable(Table):
-    """Which measure serves best: every plain one, and others."""
+    """Which measure serves best: every plain one, and others.
 
-    also: Annotated[
-        list[Named] | None,
-        KeyInfo("none"),
-        Field(description="Measures with parameters, such as Sa(1.0), beside all plain ones."),
-    ] = None
+    also: Measures with parameters, such as Sa(1.0), beside all plain ones.
+    """
+
+    also: Annotated[list[Named] | None, KeyInfo("none")] = None

@@ -30,26 +30,21 @@ MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
 
 
 class RestraintTable(Derived):
-    """A restraint: what it is, where it acts, and when it breaks."""
+    """A restraint: what it is, where it acts, and when it breaks.
 
-    kind: Annotated[str, Field(description="What it is; straps and cables act to the front only.")]
+    kind: What it is; straps and cables act to the front only.
+    cost: Cost of fixing one piece of an inventory with it.
+    target: Chance of falling, in `hazard.years` or at the one level, to be kept: the strength for it is looked
+        for, from an eighth to 32 times `strength_n`, within 5 %. For fragility studies on one floor at levels
+        that all motions share.
+    """
+
+    kind: str
     strength_n: Annotated[float, Field(gt=0.0, description=declared(Restraint)["strength"].sentence)]
     cost: Annotated[
-        float | None,
-        KeyInfo("not known", unit="the inventory's currency"),
-        Field(ge=0.0, le=1e15, description="Cost of fixing one piece of an inventory with it."),
+        float | None, KeyInfo("not known", unit="the inventory's currency"), Field(ge=0.0, le=1000000000000000.0)
     ] = None
-    target: Annotated[
-        float | None,
-        KeyInfo("no strength is looked for"),
-        Field(
-            gt=0.0,
-            lt=1.0,
-            description="Chance of falling, in `hazard.years` or at the one level, to be kept: the strength for "
-            "it is looked for, from an eighth to 32 times `strength_n`, within 5 %. For fragility "
-            "studies on one floor at levels that all motions share.",
-        ),
-    ] = None
+    target: Annotated[float | None, KeyInfo("no strength is looked for"), Field(gt=0.0, lt=1.0)] = None
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -99,16 +94,14 @@ SIZES = ("width_m", "height_m", "cm_height_m", "inertia_factor")
 
 
 class _Piece(Table):
-    """A catalogue name or outer sizes, and what stands around a piece."""
+    """A catalogue name or outer sizes, and what stands around a piece.
 
-    catalogue: Annotated[str | None, Field(description="Name of a catalogue item (see `toppling catalogue`).")] = None
-    placed: Annotated[
-        bool,
-        Field(
-            description="The catalogue item as it usually stands, unfixed: back to a wall at the catalogue's "
-            "gap, or free."
-        ),
-    ] = False
+    catalogue: Name of a catalogue item (see `toppling catalogue`).
+    placed: The catalogue item as it usually stands, unfixed: back to a wall at the catalogue's gap, or free.
+    """
+
+    catalogue: str | None = None
+    placed: bool = False
 
     @property
     def ways(self) -> dict[str, tuple[str, ...]]:
@@ -178,20 +171,18 @@ else:
 
 
 class BlockTable(PieceTable):
-    """One block: a catalogue name, or outer sizes, or slenderness and size."""
+    """One block: a catalogue name, or outer sizes, or slenderness and size.
 
-    name: Annotated[
-        str | None, KeyInfo("what it is"), Field(min_length=1, max_length=200, description="Label in results.")
-    ] = None
-    alpha_rad: Annotated[
-        float | None, Field(gt=0.0, lt=0.5 * math.pi, description="Slenderness, instead of sizes.")
-    ] = None
-    R_m: Annotated[float | None, Field(gt=0.0, description="Size R, instead of sizes.")] = None
-    restraint: Annotated[
-        str | Restraints | None,
-        KeyInfo("none"),
-        Field(description="Name of a table of `restraints`, or such a table."),
-    ] = None
+    name: Label in results.
+    alpha_rad: Slenderness, instead of sizes.
+    R_m: Size R, instead of sizes.
+    restraint: Name of a table of `restraints`, or such a table.
+    """
+
+    name: Annotated[str | None, KeyInfo("what it is"), Field(min_length=1, max_length=200)] = None
+    alpha_rad: Annotated[float | None, Field(gt=0.0, lt=0.5 * math.pi)] = None
+    R_m: Annotated[float | None, Field(gt=0.0)] = None
+    restraint: Annotated[str | Restraints | None, KeyInfo("none")] = None
     friction: Annotated[Static | None, KeyInfo("that of [friction], which it needs; not in `blocks_file`")] = None
     friction_dispersion: Annotated[Spread | None, KeyInfo("taken as known exactly, with a note")] = None
     contact: Annotated[

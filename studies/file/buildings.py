@@ -27,10 +27,14 @@ YIELDING = ("hardening", "p_delta", "strength_dispersion", "seed")
 
 
 class IsolationTable(Derived):
-    """Isolators below a building, of its whole weight, and the slab on them."""
+    """Isolators below a building, of its whole weight, and the slab on them.
 
-    kind: Annotated[str, Field(description="Linear, or bilinear: lead rubber; or friction pendulums, yielding early.")]
-    base_mass_kg: Annotated[float, Field(gt=0.0, description="Mass of the slab above them, kg.")]
+    kind: Linear, or bilinear: lead rubber; or friction pendulums, yielding early.
+    base_mass_kg: Mass of the slab above them, kg.
+    """
+
+    kind: str
+    base_mass_kg: Annotated[float, Field(gt=0.0)]
 
 
 _NOT_BELOW_BUILDINGS = dict.fromkeys(("mass_ratio", "one_way", "clearance", "stop_frequency", "stop_restitution"))
@@ -45,17 +49,14 @@ else:
 
 
 class BuildingTable(Derived):
-    """A building between the motions and the blocks: elastic, with storeys that yield, or on isolators."""
+    """A building between the motions and the blocks: elastic, with storeys that yield, or on isolators.
 
-    kind: Annotated[str, Field(description="A uniform cantilever, masses on springs, or none.")]
-    name: Annotated[
-        str | None,
-        Field(
-            min_length=1,
-            max_length=200,
-            description="Its name, where there are several: its floors are called after it.",
-        ),
-    ] = None
+    kind: A uniform cantilever, masses on springs, or none.
+    name: Its name, where there are several: its floors are called after it.
+    """
+
+    kind: str
+    name: Annotated[str | None, Field(min_length=1, max_length=200)] = None
 
     def build(self) -> shaking.Building | shaking.YieldingBuilding:
         """Make the building; ValueError where values do not go together."""
@@ -148,13 +149,12 @@ class BuildingTable(Derived):
 
 
 class FloorsTable(BuildingTable):
-    """A building with floors, which bends and shears as a uniform cantilever."""
+    """A building with floors, which bends and shears as a uniform cantilever.
 
-    floors: Annotated[
-        list[Annotated[int, Field(ge=0)]] | None,
-        KeyInfo("all"),
-        Field(description="Floors with blocks; 0 is the ground."),
-    ] = None
+    floors: Floors with blocks; 0 is the ground.
+    """
+
+    floors: Annotated[list[Annotated[int, Field(ge=0)]] | None, KeyInfo("all")] = None
 
 
 class GroundTable(BuildingTable):
@@ -170,29 +170,20 @@ class GroundTable(BuildingTable):
 
 
 class StoreysTable(FloorsTable):
-    """A building of masses on springs, which may yield or stand on isolators."""
+    """A building of masses on springs, which may yield or stand on isolators.
 
-    system: Annotated[
-        str | None,
-        one_of(SYSTEMS),
-        Field(
-            description="Seismic force-resisting system: a default strength from the site's code hazard (judgement)."
-        ),
-    ] = None
-    sds_g: Annotated[
-        float | None,
-        KeyInfo("that of [performance.code]"),
-        Field(gt=0.0, le=10.0, description="S_DS of the site by ASCE 7, in g, for `system`."),
-    ] = None
-    sd1_g: Annotated[float | None, Field(gt=0.0, le=10.0, description="S_D1 of the site, in g, for `system`.")] = None
-    importance: Annotated[
-        float | None,
-        KeyInfo(1.0),
-        Field(ge=1.0, le=LARGEST_IMPORTANCE, description="Importance factor I_e of the building, for `system`."),
-    ] = None
-    isolation: Annotated[
-        Isolation | None, Field(description="Isolators below the building; floor 0 is the slab on them.")
-    ] = None
+    system: Seismic force-resisting system: a default strength from the site's code hazard (judgement).
+    sds_g: S_DS of the site by ASCE 7, in g, for `system`.
+    sd1_g: S_D1 of the site, in g, for `system`.
+    importance: Importance factor I_e of the building, for `system`.
+    isolation: Isolators below the building; floor 0 is the slab on them.
+    """
+
+    system: Annotated[str | None, one_of(SYSTEMS)] = None
+    sds_g: Annotated[float | None, KeyInfo("that of [performance.code]"), Field(gt=0.0, le=10.0)] = None
+    sd1_g: Annotated[float | None, Field(gt=0.0, le=10.0)] = None
+    importance: Annotated[float | None, KeyInfo(1.0), Field(ge=1.0, le=LARGEST_IMPORTANCE)] = None
+    isolation: Isolation | None = None
 
     def build(self) -> shaking.Building | shaking.YieldingBuilding:
         strength = self.default_strength

@@ -15,13 +15,16 @@ from .table import KeyInfo, Table, one_of
 
 
 class FactorsTable(Table):
-    """Component factors of ASCE/SEI 7-22 for one class of pieces, from its tables 13.5-1 and 13.6-1."""
+    """Component factors of ASCE/SEI 7-22 for one class of pieces, from its tables 13.5-1 and 13.6-1.
 
-    c_ar: Annotated[float, Field(gt=0.0, le=10.0, description="C_AR above grade.")]
-    c_ar_at_grade: Annotated[
-        float | None, KeyInfo("as `c_ar`"), Field(gt=0.0, le=10.0, description="C_AR at or below grade.")
-    ] = None
-    r_po: Annotated[float, Field(gt=0.0, le=10.0, description="Component strength factor R_po.")]
+    c_ar: C_AR above grade.
+    c_ar_at_grade: C_AR at or below grade.
+    r_po: Component strength factor R_po.
+    """
+
+    c_ar: Annotated[float, Field(gt=0.0, le=10.0)]
+    c_ar_at_grade: Annotated[float | None, KeyInfo("as `c_ar`"), Field(gt=0.0, le=10.0)] = None
+    r_po: Annotated[float, Field(gt=0.0, le=10.0)]
 
     def build(self) -> Factors:
         """Return the factors."""
@@ -29,12 +32,14 @@ class FactorsTable(Table):
 
 
 class CodeTable(Table):
-    """A building code: which pieces it requires to be anchored, for which force, and whether anchors are enough."""
+    """A building code: which pieces it requires to be anchored, for which force, and whether anchors are enough.
 
-    standard: Annotated[str, Field(description="The code: ASCE/SEI 7-22, chapter 13, or EN 1998-1, 4.3.5.")]
-    importance: Annotated[
-        float, Field(ge=1.0, le=1.5, description="I_p or γ_a of pieces that state none in `code_importance`.")
-    ] = 1.0
+    standard: The code: ASCE/SEI 7-22, chapter 13, or EN 1998-1, 4.3.5.
+    importance: I_p or γ_a of pieces that state none in `code_importance`.
+    """
+
+    standard: str
+    importance: Annotated[float, Field(ge=1.0, le=1.5)] = 1.0
 
     def build(self, building: Building | None) -> Code:
         """Make the code for a building; ValueError where values do not belong to it."""
@@ -42,19 +47,19 @@ class CodeTable(Table):
 
 
 class Asce7Table(CodeTable):
-    """ASCE/SEI 7-22, chapter 13, at a site."""
+    """ASCE/SEI 7-22, chapter 13, at a site.
 
-    sds_g: Annotated[float, Field(gt=0.0, le=4.0, description="S_DS, in g.")]
-    design_category: Annotated[str, one_of(CATEGORIES), Field(description="Seismic design category.")]
-    factors: Annotated[
-        dict[str, FactorsTable] | None,
-        KeyInfo("none: no forces"),
-        Field(
-            description="C_AR and R_po of each class of pieces (storage, laboratory, equipment), from tables "
-            "13.5-1 and 13.6-1, which are not reproduced."
-        ),
-    ] = None
-    r_mu: Annotated[float, Field(ge=1.3, le=10.0, description="R_μ of the building.")] = 1.3
+    sds_g: S_DS, in g.
+    design_category: Seismic design category.
+    factors: C_AR and R_po of each class of pieces (storage, laboratory, equipment), from tables 13.5-1 and
+        13.6-1, which are not reproduced.
+    r_mu: R_μ of the building.
+    """
+
+    sds_g: Annotated[float, Field(gt=0.0, le=4.0)]
+    design_category: Annotated[str, one_of(CATEGORIES)]
+    factors: Annotated[dict[str, FactorsTable] | None, KeyInfo("none: no forces")] = None
+    r_mu: Annotated[float, Field(ge=1.3, le=10.0)] = 1.3
 
     def build(self, building: Building | None) -> Code:
         if self.importance not in (1.0, 1.5):
@@ -68,16 +73,18 @@ class Asce7Table(CodeTable):
 
 
 class Eurocode8Table(CodeTable):
-    """EN 1998-1, 4.3.5, at a site."""
+    """EN 1998-1, 4.3.5, at a site.
 
-    ag_g: Annotated[float, Field(gt=0.0, le=1.5, description="a_g = γ_I a_gR, in g.")]
-    soil_factor: Annotated[float, Field(ge=0.5, le=5.0, description="Soil factor S.")]
-    component_period_s: Annotated[
-        float, Field(ge=0.0, le=5.0, description="Period T_a of the anchored pieces, s; 0: rigid and rigidly held.")
-    ]
-    q_a: Annotated[
-        float | None, KeyInfo("2 for storage, else 1"), Field(ge=1.0, le=2.0, description="Behaviour factor q_a.")
-    ] = None
+    ag_g: a_g = γ_I a_gR, in g.
+    soil_factor: Soil factor S.
+    component_period_s: Period T_a of the anchored pieces, s; 0: rigid and rigidly held.
+    q_a: Behaviour factor q_a.
+    """
+
+    ag_g: Annotated[float, Field(gt=0.0, le=1.5)]
+    soil_factor: Annotated[float, Field(ge=0.5, le=5.0)]
+    component_period_s: Annotated[float, Field(ge=0.0, le=5.0)]
+    q_a: Annotated[float | None, KeyInfo("2 for storage, else 1"), Field(ge=1.0, le=2.0)] = None
 
     def build(self, building: Building | None) -> Code:
         period = None if building is None else float(building.periods[0])

@@ -24,30 +24,22 @@ COMMON = {"years", "probability", "along", "below", "above", "at"}
 
 
 class HazardTable(Table):
-    """Hazard curve of the measure of the levels, and the questions asked with it."""
+    """Hazard curve of the measure of the levels, and the questions asked with it.
 
-    at: Annotated[
-        str,
-        one_of(("ground", "floor")),
-        Field(description="What the curve is of: the site, or the one floor on which all blocks stand."),
-    ] = "ground"
-    below: Annotated[
-        str,
-        one_of(BELOW_RULES),
-        Field(description="Shaking below the curve's lowest level: extended with its slope, or none."),
-    ] = "extend"
-    above: Annotated[
-        str,
-        one_of(ABOVE_RULES),
-        Field(description="Shaking above the highest level: extended with its slope, held there, or none."),
-    ] = "extend"
-    years: Annotated[float, KeyInfo(unit="years"), Field(gt=0.0, description="Time of the probabilities.")] = 50.0
-    probability: Annotated[
-        float | None,
-        KeyInfo("not asked"),
-        Field(gt=0.0, lt=1.0, description="Target in that time: which size meets it?"),
-    ] = None
-    along: Annotated[str | None, one_of(ALONG), Field(description="Which size of the blocks is asked for.")] = None
+    at: What the curve is of: the site, or the one floor on which all blocks stand.
+    below: Shaking below the curve's lowest level: extended with its slope, or none.
+    above: Shaking above the highest level: extended with its slope, held there, or none.
+    years: Time of the probabilities.
+    probability: Target in that time: which size meets it?
+    along: Which size of the blocks is asked for.
+    """
+
+    at: Annotated[str, one_of(("ground", "floor"))] = "ground"
+    below: Annotated[str, one_of(BELOW_RULES)] = "extend"
+    above: Annotated[str, one_of(ABOVE_RULES)] = "extend"
+    years: Annotated[float, KeyInfo(unit="years"), Field(gt=0.0)] = 50.0
+    probability: Annotated[float | None, KeyInfo("not asked"), Field(gt=0.0, lt=1.0)] = None
+    along: Annotated[str | None, one_of(ALONG)] = None
 
     @model_validator(mode="after")
     def _one_target(self) -> Self:
@@ -71,19 +63,18 @@ class HazardTable(Table):
 
 
 class HazardFileTable(HazardTable):
-    """Hazard curve of a file."""
+    """Hazard curve of a file.
 
-    file: Annotated[
-        str, RelativePath(), Field(description="CSV or JSON of a hazard curve, relative to the study file.")
-    ]
-    site: Annotated[
-        int | str | Annotated[tuple[float, float], Field(strict=False)] | None,
-        Field(description="Which site of the file: number, name, [lon, lat]."),
-    ] = None
-    component: Annotated[str | None, KeyInfo("Total"), Field(description="Which curve of a USGS response.")] = None
-    unit: Annotated[
-        str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels, where the file states none.")
-    ] = None
+    file: CSV or JSON of a hazard curve, relative to the study file.
+    site: Which site of the file: number, name, [lon, lat].
+    component: Which curve of a USGS response.
+    unit: Unit of the levels, where the file states none.
+    """
+
+    file: Annotated[str, RelativePath()]
+    site: int | str | Annotated[tuple[float, float], Field(strict=False)] | None = None
+    component: Annotated[str | None, KeyInfo("Total")] = None
+    unit: Annotated[str | None, one_of(LEVEL_UNITS)] = None
 
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
         path, component = folder / self.file, self.component or "Total"
@@ -91,9 +82,12 @@ class HazardFileTable(HazardTable):
 
 
 class HazardLawTable(HazardTable):
-    """Hazard curve that is given here, in a unit."""
+    """Hazard curve that is given here, in a unit.
 
-    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
+    unit: Unit of the levels.
+    """
+
+    unit: Annotated[str, one_of(LEVEL_UNITS)]
 
     def build(self, im: str, folder: Path) -> HazardCurve:
         name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
@@ -111,31 +105,42 @@ K0 = Annotated[
 
 
 class PowerLawTable(HazardLawTable):
-    """Hazard curve k0 x^-k."""
+    """Hazard curve k0 x^-k.
+
+    k: Exponent of the power law k0 x^-k.
+    """
 
     k0: K0
-    k: Annotated[float, Field(description="Exponent of the power law k0 x^-k.")]
+    k: float
 
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
         return HazardCurve.power_law(self.k0, self.k, measure, self.unit)
 
 
 class LogQuadraticTable(HazardLawTable):
-    """Hazard curve k0 exp(-k2 ln²x - k1 ln x)."""
+    """Hazard curve k0 exp(-k2 ln²x - k1 ln x).
+
+    k1: Of the second-order law k0 exp(-k2 ln²x - k1 ln x).
+    k2: Curvature of the second-order law.
+    """
 
     k0: K0
-    k1: Annotated[float, Field(description="Of the second-order law k0 exp(-k2 ln²x - k1 ln x).")]
-    k2: Annotated[float, Field(description="Curvature of the second-order law.")]
+    k1: float
+    k2: float
 
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
         return HazardCurve.log_quadratic(self.k0, self.k1, self.k2, measure, self.unit)
 
 
 class HazardPointsTable(HazardLawTable):
-    """Hazard curve through points."""
+    """Hazard curve through points.
 
-    levels: Annotated[list[float], KeyInfo(unit="as `unit` says"), Field(description="Levels of a curve given here.")]
-    rates: Annotated[list[float], KeyInfo(unit="1/yr"), Field(description="Their annual rates of exceedance.")]
+    levels: Levels of a curve given here.
+    rates: Their annual rates of exceedance.
+    """
+
+    levels: Annotated[list[float], KeyInfo(unit="as `unit` says")]
+    rates: Annotated[list[float], KeyInfo(unit="1/yr")]
 
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
         refuse_unordered("hazard.levels", self.levels, self.unit)
@@ -211,25 +216,16 @@ Named = Annotated[str, Field(min_length=1, max_length=200, description="Its name
 
 
 class BranchTable(Table):
-    """Alternatives of one kind, with the weights that somebody gives them."""
+    """Alternatives of one kind, with the weights that somebody gives them.
 
-    of: Annotated[
-        str, one_of(OF), Field(description="What they are alternatives of; without models, the reference law counts.")
-    ]
-    names: Annotated[
-        list[str],
-        Field(
-            min_length=1,
-            max_length=100,
-            description=(
-                "Labels or short names of laws; `motions` or names of `motion_sets`; `hazard` or names of `hazards`."
-            ),
-        ),
-    ]
-    weights: Annotated[
-        list[Annotated[float, Field(gt=0.0, le=1.0)]],
-        Field(min_length=1, max_length=100, description="Their weights, which sum to 1."),
-    ]
+    of: What they are alternatives of; without models, the reference law counts.
+    names: Labels or short names of laws; `motions` or names of `motion_sets`; `hazard` or names of `hazards`.
+    weights: Their weights, which sum to 1.
+    """
+
+    of: Annotated[str, one_of(OF)]
+    names: Annotated[list[str], Field(min_length=1, max_length=100)]
+    weights: Annotated[list[Annotated[float, Field(gt=0.0, le=1.0)]], Field(min_length=1, max_length=100)]
 
     @model_validator(mode="after")
     def _of_one_size(self) -> Self:
@@ -253,17 +249,23 @@ class BranchTable(Table):
 
 
 class MotionSetTable(Table):
-    """Other motions that may be the right ones."""
+    """Other motions that may be the right ones.
+
+    motions: What shakes them instead of [motions].
+    """
 
     name: Named
-    motions: Annotated[Motions, Field(description="What shakes them instead of [motions].")]
+    motions: Motions
 
 
 class HazardSetTable(Table):
-    """Another hazard curve that may be the right one."""
+    """Another hazard curve that may be the right one.
+
+    hazard: The curve, instead of that of [hazard].
+    """
 
     name: Named
-    hazard: Annotated[Hazards, Field(description="The curve, instead of that of [hazard].")]
+    hazard: Hazards
 
     @model_validator(mode="after")
     def _curve_alone(self) -> Self:

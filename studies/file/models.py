@@ -20,9 +20,12 @@ ALIKE = 1e-9
 
 
 class ModelTable(Derived):
-    """One damping law and its options."""
+    """One damping law and its options.
 
-    law: Annotated[str, Field(description="Short name of the damping law.")]
+    law: Short name of the damping law.
+    """
+
+    law: str
 
     def build(self, blocks: Sequence[Block] = ()) -> Law:
         """Make the law; ValueError where options do not go together."""
@@ -31,29 +34,19 @@ class ModelTable(Derived):
 
 
 class SupportedModelTable(ModelTable):
-    """One damping law whose elastic zone may be a soft support, and its options."""
+    """One damping law whose elastic zone may be a soft support, and its options.
 
-    settlement_mm: Annotated[
-        float | None,
-        Field(
-            gt=0.0,
-            description="Instead of delta and rest: settlement d0 of two soft feet under the block's weight, mm, at "
-            "most a tenth of its half width b. Then δ = d0/(bα), at most 0.3 and the same for all blocks. Not for "
-            "inventories.",
-        ),
-    ] = None
-    rocking_frequency_hz: Annotated[
-        float | None,
-        Field(
-            gt=0.0,
-            description="Instead of delta and rest: measured frequency of rocking on a soft support before uplift, Hz.",
-        ),
-    ] = None
-    body_frequency_hz: Annotated[
-        float | None,
-        KeyInfo("a rigid body"),
-        Field(gt=0.0, description="With it: frequency of the body on a rigid base, Hz."),
-    ] = None
+    settlement_mm: Instead of delta and rest: settlement d0 of two soft feet under the block's weight, mm, at
+        most a tenth of its half width b. Then δ = d0/(bα), at most 0.3 and the same for all blocks. Not for
+        inventories.
+    rocking_frequency_hz: Instead of delta and rest: measured frequency of rocking on a soft support before
+        uplift, Hz.
+    body_frequency_hz: With it: frequency of the body on a rigid base, Hz.
+    """
+
+    settlement_mm: Annotated[float | None, Field(gt=0.0)] = None
+    rocking_frequency_hz: Annotated[float | None, Field(gt=0.0)] = None
+    body_frequency_hz: Annotated[float | None, KeyInfo("a rigid body"), Field(gt=0.0)] = None
 
     def build(self, blocks: Sequence[Block] = ()) -> Law:
         """Make the law; ValueError for a wrong option. Soft supports of `blocks` give delta where it is not given."""

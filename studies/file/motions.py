@@ -60,7 +60,6 @@ Elastic = Annotated[
         "were elastic."
     ),
 ]
-Seed = Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of what is drawn.")]
 Step = Annotated[float | None, KeyInfo("the files' own"), Field(gt=0.0, description="Time step, s, of files without.")]
 Unit = Annotated[
     str | None,
@@ -122,22 +121,23 @@ class MotionsTable(Derived):
 
 
 class SimulatedMotions(MotionsTable):
-    """Motions of a stochastic generator."""
+    """Motions of a stochastic generator.
+
+    generator: Name of a stochastic generator.
+    number: Number of motions.
+    seed: Seed of the motions.
+    component: `pair`: both components shake.
+    correlation: Of a pair: expected correlation of the two components.
+    """
 
     source = "generator"
-    generator: Annotated[str, Field(description="Name of a stochastic generator.")]
-    number: Annotated[int, Field(ge=1, description="Number of motions.")]
-    seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of the motions.")] = None
-    component: Annotated[
-        Literal["pair"] | None, KeyInfo("one"), Field(description="`pair`: both components shake.")
-    ] = None
+    generator: str
+    number: Annotated[int, Field(ge=1)]
+    seed: Annotated[int | None, KeyInfo(0), Field(ge=0)] = None
+    component: Annotated[Literal["pair"] | None, KeyInfo("one")] = None
     axes: Axes = None
     azimuth: Azimuth = None
-    correlation: Annotated[
-        float | None,
-        KeyInfo(0.0),
-        Field(ge=-1.0, le=1.0, description="Of a pair: expected correlation of the two components."),
-    ] = None
+    correlation: Annotated[float | None, KeyInfo(0.0), Field(ge=-1.0, le=1.0)] = None
 
     def samples(self, folder: Path) -> float:
         made: Any = self.made_by(folder)
@@ -174,23 +174,23 @@ class SimulatedMotions(MotionsTable):
 
 
 class ScenarioMotions(SimulatedMotions):
-    """Motions of a generator that knows the earthquake and the site."""
+    """Motions of a generator that knows the earthquake and the site.
 
-    match_gmm: Annotated[
-        bool | None,
-        KeyInfo(False),
-        Field(
-            description="Whether each motion is scaled to a PGV drawn from the ground-motion model of Boore et al. "
-            "(2014): its median, event and record terms."
-        ),
-    ] = None
+    match_gmm: Whether each motion is scaled to a PGV drawn from the ground-motion model of Boore et al. (2014):
+        its median, event and record terms.
+    """
+
+    match_gmm: Annotated[bool | None, KeyInfo(False)] = None
 
 
 class PulseMotions(MotionsTable):
-    """A textbook pulse."""
+    """A textbook pulse.
+
+    pulse: Name of a textbook pulse.
+    """
 
     source = "pulse"
-    pulse: Annotated[str, Field(description="Name of a textbook pulse.")]
+    pulse: str
 
     def samples(self, folder: Path) -> float:
         made = self.made_by(folder)
@@ -207,64 +207,41 @@ class PulseMotions(MotionsTable):
 
 
 class RecordMotions(MotionsTable):
-    """Records of earthquakes in files."""
+    """Records of earthquakes in files.
+
+    records: Record files: paths or patterns (* and **), relative to the study file.
+    component: Component that shakes, where records are joined to recordings by the names of their files;
+        measures such as RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both
+        components shake.
+    vertical: With `component`: the vertical component shakes, too.
+    seed: Seed of random azimuths.
+    baseline_order: Order of the polynomial that is subtracted from records: 0 their mean, 1 a straight line.
+    window: Shares of the Arias intensity between which records are kept, as [0.05, 0.95].
+    taper_s: Half cosine at both ends of records, s.
+    highpass_hz: Corner of a high-pass of records, Hz.
+    lowpass_hz: Corner of a low-pass of records, Hz.
+    order: Order of these Butterworth filters, which run both ways: no phase shift.
+    """
 
     source = "records"
-    records: Annotated[
-        str | list[str],
-        RelativePath(pattern=True),
-        Field(description="Record files: paths or patterns (* and **), relative to the study file."),
-    ]
+    records: Annotated[str | list[str], RelativePath(pattern=True)]
     component: Annotated[
-        str | None,
-        one_of((*HORIZONTAL, VERTICAL, PAIR)),
-        KeyInfo("every horizontal component is a motion"),
-        Field(
-            description="Component that shakes, where records are joined to recordings by the names of their files; "
-            "measures such as RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both "
-            "components shake."
-        ),
+        str | None, one_of((*HORIZONTAL, VERTICAL, PAIR)), KeyInfo("every horizontal component is a motion")
     ] = None
-    vertical: Annotated[
-        bool | None, KeyInfo(False), Field(description="With `component`: the vertical component shakes, too.")
-    ] = None
+    vertical: Annotated[bool | None, KeyInfo(False)] = None
     axes: Axes = None
     azimuth: Azimuth = None
-    seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of random azimuths.")] = None
+    seed: Annotated[int | None, KeyInfo(0), Field(ge=0)] = None
     dt_s: Step = None
     unit: Unit = None
-    baseline_order: Annotated[
-        int | None,
-        KeyInfo("not corrected"),
-        Field(
-            ge=0,
-            le=10,
-            description="Order of the polynomial that is subtracted from records: 0 their mean, 1 a straight line.",
-        ),
-    ] = None
+    baseline_order: Annotated[int | None, KeyInfo("not corrected"), Field(ge=0, le=10)] = None
     window: Annotated[
-        list[Annotated[float, Field(ge=0.0, le=1.0)]] | None,
-        KeyInfo("whole"),
-        Field(
-            min_length=2,
-            max_length=2,
-            description="Shares of the Arias intensity between which records are kept, as [0.05, 0.95].",
-        ),
+        list[Annotated[float, Field(ge=0.0, le=1.0)]] | None, KeyInfo("whole"), Field(min_length=2, max_length=2)
     ] = None
-    taper_s: Annotated[
-        float | None, KeyInfo("none"), Field(gt=0.0, description="Half cosine at both ends of records, s.")
-    ] = None
-    highpass_hz: Annotated[
-        float | None, KeyInfo("none"), Field(gt=0.0, description="Corner of a high-pass of records, Hz.")
-    ] = None
-    lowpass_hz: Annotated[
-        float | None, KeyInfo("none"), Field(gt=0.0, description="Corner of a low-pass of records, Hz.")
-    ] = None
-    order: Annotated[
-        int | None,
-        KeyInfo(4),
-        Field(ge=1, le=10, description="Order of these Butterworth filters, which run both ways: no phase shift."),
-    ] = None
+    taper_s: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
+    highpass_hz: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
+    lowpass_hz: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
+    order: Annotated[int | None, KeyInfo(4), Field(ge=1, le=10)] = None
 
     @model_validator(mode="after")
     def _of_what_is_there(self) -> Self:
@@ -320,17 +297,14 @@ class RecordMotions(MotionsTable):
 
 
 class FloorMotions(MotionsTable):
-    """Floor histories of another program."""
+    """Floor histories of another program.
+
+    floors_file: Floor histories of another program, paths or patterns as for records: CSV with the header
+        `time, motion/floor [unit], …`, or netCDF (motion, floor, time).
+    """
 
     source = "floors_file"
-    floors_file: Annotated[
-        str | list[str],
-        RelativePath(pattern=True),
-        Field(
-            description="Floor histories of another program, paths or patterns as for records: CSV with the header "
-            "`time, motion/floor [unit], …`, or netCDF (motion, floor, time)."
-        ),
-    ]
+    floors_file: Annotated[str | list[str], RelativePath(pattern=True)]
     elastic: Elastic = None
 
     def build(self, folder: Path = Path(), first: int = 0) -> list[xr.DataArray]:
@@ -342,23 +316,17 @@ class FloorMotions(MotionsTable):
 
 
 class IndexedFloorMotions(MotionsTable):
-    """Floor histories of an own building model, one file or column for each level, motion, floor and direction."""
+    """Floor histories of an own building model, one file or column for each level, motion, floor and direction.
+
+    floors_index: CSV that names the floor histories of an own building model by level, motion, floor and
+        direction; of a performance study.
+    component: `pair`: both directions shake; else the inventory says which direction shakes a piece.
+    """
 
     source = "floors_index"
-    floors_index: Annotated[
-        str,
-        RelativePath(),
-        Field(
-            description="CSV that names the floor histories of an own building model by level, motion, floor and "
-            "direction; of a performance study."
-        ),
-    ]
+    floors_index: Annotated[str, RelativePath()]
     elastic: Elastic = None
-    component: Annotated[
-        Literal["pair"] | None,
-        KeyInfo("the direction of each piece"),
-        Field(description="`pair`: both directions shake; else the inventory says which direction shakes a piece."),
-    ] = None
+    component: Annotated[Literal["pair"] | None, KeyInfo("the direction of each piece")] = None
     axes: Axes = None
     dt_s: Step = None
     unit: Unit = None
@@ -368,9 +336,12 @@ class IndexedFloorMotions(MotionsTable):
 
 
 class EnvelopeTable(Derived):
-    """Intensity envelope of a simulated motion."""
+    """Intensity envelope of a simulated motion.
 
-    kind: Annotated[str, Field(description="Its shape.")]
+    kind: Its shape.
+    """
+
+    kind: str
 
 
 ENVELOPES = choice(

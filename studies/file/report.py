@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import StringConstraints, model_validator
 
 from .table import Table
 
@@ -12,12 +12,18 @@ Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max
 
 
 class ReportTable(Table):
-    """The cover of a report: texts that change neither the study nor its results."""
+    """The cover of a report: texts that change neither the study nor its results.
 
-    client: Annotated[Line | None, Field(description="For whom the report is.")] = None
-    site: Annotated[Line | None, Field(description="Where the pieces stand.")] = None
-    author: Annotated[Line | None, Field(description="Who made the study.")] = None
-    date: Annotated[Line | None, Field(description="Date of the report, as text.")] = None
+    client: For whom the report is.
+    site: Where the pieces stand.
+    author: Who made the study.
+    date: Date of the report, as text.
+    """
+
+    client: Line | None = None
+    site: Line | None = None
+    author: Line | None = None
+    date: Line | None = None
 
     @model_validator(mode="after")
     def _not_empty(self) -> Self:

@@ -93,126 +93,80 @@ LOOKED_AT = 64
 
 
 class StudyFile(Table):
-    """A study: blocks x damping laws x motions, as one kind of analysis."""
+    """A study: blocks x damping laws x motions, as one kind of analysis.
 
-    include: Annotated[
-        list[str] | None,
-        KeyInfo("none"),
-        RelativePath(),
-        Field(description="Files whose tables become this file's, relative to it; its own keys come before theirs."),
-    ] = None
-    title: Annotated[str, Field(min_length=1, max_length=200, description="Title of the study; it must be given.")]
-    blocks: Annotated[
-        list[BlockTable] | None,
-        Field(
-            min_length=1,
-            max_length=2000,
-            description="The blocks, one table each, at most 2,000; a performance study has an inventory instead.",
-        ),
-    ] = None
-    blocks_file: Annotated[
-        str | None,
-        KeyInfo("none"),
-        RelativePath(),
-        Field(
-            description="Instead of blocks: a CSV of up to a million (2,000 with [uncertainty] or "
-            "[sensitivity]), one line each, its columns their keys."
-        ),
-    ] = None
+    include: Files whose tables become this file's, relative to it; its own keys come before theirs.
+    title: Title of the study; it must be given.
+    blocks: The blocks, one table each, at most 2,000; a performance study has an inventory instead.
+    blocks_file: Instead of blocks: a CSV of up to a million (2,000 with [uncertainty] or [sensitivity]), one
+        line each, its columns their keys.
+    restraints: Straps, brackets and others that blocks, lines of an inventory and kits name.
+    models: The damping laws, one table each.
+    motions: What shakes them.
+    building: What stands between the motions and them.
+    buildings: Several, side by side, each with a name.
+    support: A bench or an isolator between the floor and them.
+    supports: Benches and platforms that lines of an inventory name.
+    ida: Every motion at every level.
+    until: Precision at which adaptive levels stop.
+    events: How much of a region falls in one event, from a sample of it.
+    stripes: Motions that differ from level to level.
+    cloud: Every motion once, as it is.
+    screen: The validity screen.
+    friction: What keeps blocks from sliding.
+    report: What the cover of the report says.
+    accept: Kinds of doubts that are meant so and not noted: slips of units, offsets, drifts.
+    outputs: Results kept of every run; `overturned` alone is fastest. Outputs of walls and restraints need such
+        blocks, `airborne` needs `motions.vertical`, `axis` needs both components.
+    fit: How curves are fitted.
+    measures: Which measure serves best.
+    uncertainty: What is not known of blocks and laws.
+    sensitivity: How results depend on delta or e.
+    performance: An inventory, shaken jointly.
+    hazard: How often the ground shakes, for what a year brings.
+    branches: Weights of what is not known, one table for each kind.
+    motion_sets: Other motions, for branches of motions.
+    hazards: Other hazard curves, for branches of the hazard.
+    """
+
+    include: Annotated[list[str] | None, KeyInfo("none"), RelativePath()] = None
+    title: Annotated[str, Field(min_length=1, max_length=200)]
+    blocks: Annotated[list[BlockTable] | None, Field(min_length=1, max_length=2000)] = None
+    blocks_file: Annotated[str | None, KeyInfo("none"), RelativePath()] = None
     restraints: Annotated[
         dict[Annotated[str, Field(min_length=1, max_length=100)], Restraints] | None,
         KeyInfo("none"),
-        Field(
-            min_length=1,
-            max_length=100,
-            description="Straps, brackets and others that blocks, lines of an inventory and kits name.",
-        ),
+        Field(min_length=1, max_length=100),
     ] = None
-    models: Annotated[
-        list[Models], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
-    ]
-    motions: Annotated[Motions, Field(description="What shakes them.")]
-    building: Annotated[
-        Buildings | None,
-        KeyInfo("none: they stand on the ground"),
-        Field(description="What stands between the motions and them."),
-    ] = None
-    buildings: Annotated[
-        list[Buildings] | None,
-        KeyInfo("none"),
-        Field(min_length=1, max_length=100, description="Several, side by side, each with a name."),
-    ] = None
-    support: Annotated[
-        Supports | None,
-        KeyInfo("none: they stand on the floor"),
-        Field(description="A bench or an isolator between the floor and them."),
-    ] = None
-    supports: Annotated[
-        list[NamedSupports] | None,
-        KeyInfo("none"),
-        Field(min_length=1, max_length=100, description="Benches and platforms that lines of an inventory name."),
-    ] = None
-    ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
-    until: Annotated[
-        UntilTable | None,
-        KeyInfo("the median within 10 %"),
-        Field(description="Precision at which adaptive levels stop."),
-    ] = None
-    events: Annotated[
-        EventsTable | None,
-        KeyInfo("none"),
-        Field(description="How much of a region falls in one event, from a sample of it."),
-    ] = None
-    stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
-    cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
-    screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
-    friction: Annotated[
-        FrictionTable | None,
-        KeyInfo("not known: a need above 1 counts as sliding"),
-        Field(description="What keeps blocks from sliding."),
-    ] = None
-    report: Annotated[
-        ReportTable | None, KeyInfo("none: no cover"), Field(description="What the cover of the report says.")
-    ] = None
+    models: Annotated[list[Models], Field(min_length=1, max_length=100)]
+    motions: Motions
+    building: Annotated[Buildings | None, KeyInfo("none: they stand on the ground")] = None
+    buildings: Annotated[list[Buildings] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    support: Annotated[Supports | None, KeyInfo("none: they stand on the floor")] = None
+    supports: Annotated[list[NamedSupports] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    ida: IdaTable | None = None
+    until: Annotated[UntilTable | None, KeyInfo("the median within 10 %")] = None
+    events: Annotated[EventsTable | None, KeyInfo("none")] = None
+    stripes: StripesTable | None = None
+    cloud: CloudTable | None = None
+    screen: ScreenTable | None = None
+    friction: Annotated[FrictionTable | None, KeyInfo("not known: a need above 1 counts as sliding")] = None
+    report: Annotated[ReportTable | None, KeyInfo("none: no cover")] = None
 
-    accept: Annotated[
-        list[Annotated[str, one_of(KINDS)]] | None,
-        KeyInfo("none"),
-        Field(description="Kinds of doubts that are meant so and not noted: slips of units, offsets, drifts."),
-    ] = None
-    outputs: Annotated[
-        list[Annotated[str, one_of(OF_ROCKING)]] | None,
-        KeyInfo("overturned, peak_rotation"),
-        Field(
-            description="Results kept of every run; `overturned` alone is fastest. Outputs of walls and "
-            "restraints need such blocks, `airborne` needs `motions.vertical`, `axis` needs both "
-            "components."
-        ),
-    ] = None
-    fit: Annotated[FitTable | None, Field(description="How curves are fitted.")] = None
-    measures: Annotated[MeasuresTable | None, Field(description="Which measure serves best.")] = None
-    uncertainty: Annotated[UncertaintyTable | None, Field(description="What is not known of blocks and laws.")] = None
+    accept: Annotated[list[Annotated[str, one_of(KINDS)]] | None, KeyInfo("none")] = None
+    outputs: Annotated[list[Annotated[str, one_of(OF_ROCKING)]] | None, KeyInfo("overturned, peak_rotation")] = None
+    fit: FitTable | None = None
+    measures: MeasuresTable | None = None
+    uncertainty: UncertaintyTable | None = None
 
-    sensitivity: Annotated[SensitivityTable | None, Field(description="How results depend on delta or e.")] = None
+    sensitivity: SensitivityTable | None = None
 
-    performance: Annotated[PerformanceTable | None, Field(description="An inventory, shaken jointly.")] = None
-    hazard: Annotated[Hazards | None, Field(description="How often the ground shakes, for what a year brings.")] = None
+    performance: PerformanceTable | None = None
+    hazard: Hazards | None = None
 
-    branches: Annotated[
-        list[BranchTable] | None,
-        KeyInfo("none"),
-        Field(min_length=1, max_length=3, description="Weights of what is not known, one table for each kind."),
-    ] = None
-    motion_sets: Annotated[
-        list[MotionSetTable] | None,
-        KeyInfo("none"),
-        Field(min_length=1, max_length=20, description="Other motions, for branches of motions."),
-    ] = None
-    hazards: Annotated[
-        list[HazardSetTable] | None,
-        KeyInfo("none"),
-        Field(min_length=1, max_length=100, description="Other hazard curves, for branches of the hazard."),
-    ] = None
+    branches: Annotated[list[BranchTable] | None, KeyInfo("none"), Field(min_length=1, max_length=3)] = None
+    motion_sets: Annotated[list[MotionSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=20)] = None
+    hazards: Annotated[list[HazardSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
 
     @field_validator("title")
     @classmethod

@@ -32,98 +32,58 @@ OF_RUPTURES = ("vs30_m_s", "faulting", "model", "measures")
 
 
 class OwnTarget(Table):
-    """What a stripe's motions are to agree with, where that is not the same at all levels."""
+    """What a stripe's motions are to agree with, where that is not the same at all levels.
 
-    target: Annotated[
-        str | None,
-        KeyInfo("that of [stripes.select]"),
-        RelativePath(),
-        Field(description="Of a selection: the target of this level, instead of that of all."),
-    ] = None
-    disaggregation: Annotated[
-        str | None,
-        KeyInfo("that of [stripes.select]"),
-        RelativePath(),
-        Field(description="Of a selection: the disaggregation of this level, instead of that of all."),
-    ] = None
+    target: Of a selection: the target of this level, instead of that of all.
+    disaggregation: Of a selection: the disaggregation of this level, instead of that of all.
+    """
+
+    target: Annotated[str | None, KeyInfo("that of [stripes.select]"), RelativePath()] = None
+    disaggregation: Annotated[str | None, KeyInfo("that of [stripes.select]"), RelativePath()] = None
 
 
 class SelectTable(Table):
-    """Selection of each stripe's motions, so that their measures are distributed as the hazard asks."""
+    """Selection of each stripe's motions, so that their measures are distributed as the hazard asks.
 
-    number: Annotated[
-        int, Field(ge=1, description="Motions of each stripe; twice as many candidates must be within the factors.")
-    ]
-    target: Annotated[
-        str | None,
-        KeyInfo("from `disaggregation`"),
-        RelativePath(),
-        Field(
-            description="CSV `measure,unit,median,sigma` (of the logarithm) of the earthquake, not of the level, "
-            "with `rupture,weight` in front for several earthquakes; or OpenQuake's conditional "
-            "spectra, which are of their own levels. Relative to the study file."
-        ),
-    ] = None
-    statistic: Annotated[
-        str | None, KeyInfo("mean"), Field(description="Which curve of OpenQuake's file, or column of disaggregation.")
-    ] = None
-    correlations: Annotated[
-        str | None,
-        KeyInfo("Baker & Jayaram (2008), Bradley (2011, 2012)"),
-        RelativePath(),
-        Field(
-            description="CSV of correlations: a square table with the measures as heading and first column (a "
-            "number is a period of Sa)."
-        ),
-    ] = None
-    disaggregation: Annotated[
-        str | None,
-        KeyInfo("from `target`"),
-        RelativePath(),
-        Field(
-            description="Instead of a target: OpenQuake's `Mag_Dist` CSV or the USGS' JSON, whose magnitudes and "
-            "distances weigh the medians of a ground-motion model."
-        ),
-    ] = None
-    vs30_m_s: Annotated[float | None, Field(gt=0.0, description="With a disaggregation: V_S30 of the site.")] = None
-    faulting: Annotated[
-        str | None, one_of(FAULTINGS), KeyInfo("strike-slip"), Field(description="With it: faulting.")
-    ] = None
-    model: Annotated[str | None, one_of(MODELS), KeyInfo("BSSA14"), Field(description="Its ground-motion model.")] = (
-        None
-    )
+    number: Motions of each stripe; twice as many candidates must be within the factors.
+    target: CSV `measure,unit,median,sigma` (of the logarithm) of the earthquake, not of the level, with
+        `rupture,weight` in front for several earthquakes; or OpenQuake's conditional spectra, which are of
+        their own levels. Relative to the study file.
+    statistic: Which curve of OpenQuake's file, or column of disaggregation.
+    correlations: CSV of correlations: a square table with the measures as heading and first column (a number is
+        a period of Sa).
+    disaggregation: Instead of a target: OpenQuake's `Mag_Dist` CSV or the USGS' JSON, whose magnitudes and
+        distances weigh the medians of a ground-motion model.
+    vs30_m_s: With a disaggregation: V_S30 of the site.
+    faulting: With it: faulting.
+    model: Its ground-motion model.
+    measures: With it: the measures that are to agree.
+    factor: Least and greatest factor of a motion.
+    weights: Weights of measures in the choice.
+    seed: Seed of the choice.
+    outside: Whether a stripe is left out whose median is off by more than 10 %, or whose scatter lies outside
+        0.8 to 1.25 of the target's, in any measure.
+    also: Further candidates, each table as [motions]: one simulated earthquake alone is too uniform.
+    """
+
+    number: Annotated[int, Field(ge=1)]
+    target: Annotated[str | None, KeyInfo("from `disaggregation`"), RelativePath()] = None
+    statistic: Annotated[str | None, KeyInfo("mean")] = None
+    correlations: Annotated[str | None, KeyInfo("Baker & Jayaram (2008), Bradley (2011, 2012)"), RelativePath()] = None
+    disaggregation: Annotated[str | None, KeyInfo("from `target`"), RelativePath()] = None
+    vs30_m_s: Annotated[float | None, Field(gt=0.0)] = None
+    faulting: Annotated[str | None, one_of(FAULTINGS), KeyInfo("strike-slip")] = None
+    model: Annotated[str | None, one_of(MODELS), KeyInfo("BSSA14")] = None
     measures: Annotated[
-        list[str] | None,
-        KeyInfo("Sa from 0.1 to 4 s, pgv, d5_95"),
-        Field(min_length=1, max_length=200, description="With it: the measures that are to agree."),
+        list[str] | None, KeyInfo("Sa from 0.1 to 4 s, pgv, d5_95"), Field(min_length=1, max_length=200)
     ] = None
     factor: Annotated[
-        list[Annotated[float, Field(gt=0.0)]] | None,
-        KeyInfo("[0.25, 4]", unit="1"),
-        Field(min_length=2, max_length=2, description="Least and greatest factor of a motion."),
+        list[Annotated[float, Field(gt=0.0)]] | None, KeyInfo("[0.25, 4]", unit="1"), Field(min_length=2, max_length=2)
     ] = None
-    weights: Annotated[
-        dict[str, float] | None, KeyInfo("1 each", unit="1"), Field(description="Weights of measures in the choice.")
-    ] = None
-    seed: Annotated[int, Field(ge=0, description="Seed of the choice.")] = 0
-    outside: Annotated[
-        str | None,
-        one_of((LEAVE_OUT, KEEP)),
-        KeyInfo(LEAVE_OUT),
-        Field(
-            description="Whether a stripe is left out whose median is off by more than 10 %, or whose scatter "
-            "lies outside 0.8 to 1.25 of the target's, in any measure."
-        ),
-    ] = None
-    also: Annotated[
-        list[Motions] | None,
-        KeyInfo("none"),
-        Field(
-            min_length=1,
-            max_length=100,
-            description="Further candidates, each table as [motions]: one simulated earthquake alone is too uniform.",
-        ),
-    ] = None
+    weights: Annotated[dict[str, float] | None, KeyInfo("1 each", unit="1")] = None
+    seed: Annotated[int, Field(ge=0)] = 0
+    outside: Annotated[str | None, one_of((LEAVE_OUT, KEEP)), KeyInfo(LEAVE_OUT)] = None
+    also: Annotated[list[Motions] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
 
     @model_validator(mode="after")
     def _one_target(self) -> Self:

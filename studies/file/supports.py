@@ -14,9 +14,12 @@ from .derived import Derived, choice, derived
 
 
 class SupportTable(Derived):
-    """What the blocks stand on: a bench, or an isolated platform."""
+    """What the blocks stand on: a bench, or an isolated platform.
 
-    kind: Annotated[str, Field(description="A bench (or table, rack), or how a platform is isolated.")]
+    kind: A bench (or table, rack), or how a platform is isolated.
+    """
+
+    kind: str
     one_way: Annotated[bool, Field(description=declared(shaking.Support)["one_way"].sentence)] = False
 
     def made(self) -> shaking.Support | shaking.Isolator:
@@ -49,9 +52,12 @@ class SupportTable(Derived):
 
 
 class NamedSupportTable(SupportTable):
-    """A bench or an isolated platform that lines of an inventory name."""
+    """A bench or an isolated platform that lines of an inventory name.
 
-    name: Annotated[str, Field(min_length=1, max_length=100, description="Its name, in the column `support`.")]
+    name: Its name, in the column `support`.
+    """
+
+    name: Annotated[str, Field(min_length=1, max_length=100)]
 
     @property
     def where(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -200,7 +201,7 @@ class RelativePath:
 
 
 class Table(BaseModel):
-    """A table of a study file: keys that it does not know are refused."""
+    """A table of a study file: keys that it does not know are refused; its docstring has a line for each key."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
     alternative: ClassVar[tuple[Any, str] | None] = None
@@ -209,6 +210,15 @@ class Table(BaseModel):
     def given(self, key: str) -> Any:
         """Return the value of a key; None where it is not given, or belongs to another of several tables."""
         return getattr(self, key, None)
+
+
+_KEY = re.compile(r"^(\w+): (.+(?:\n    .+)*)", re.MULTILINE)
+
+
+def sentences_of(table: type[Table]) -> dict[str, str]:
+    """Return what the docstrings of a table and its bases say of its keys, a line ``key: sentence`` each."""
+    docs = [inspect.cleandoc(kind.__doc__ or "") for kind in reversed(table.__mro__) if issubclass(kind, Table)]
+    return {key: " ".join(text.split()) for doc in docs for key, text in _KEY.findall(doc)}
 
 
 @dataclass(frozen=True)

@@ -35,9 +35,12 @@ Upper = Annotated[float | None, OF_INPUT, Field(description="Upper end of the su
 
 
 class InputTable(Table):
-    """One uncertain input: its distribution."""
+    """One uncertain input: its distribution.
 
-    distribution: Annotated[str, Field(description="Its kind.")]
+    distribution: Its kind.
+    """
+
+    distribution: str
     makes: ClassVar[type[Distribution]]
 
     def build(self, factor: float = 1.0) -> Distribution:
@@ -52,54 +55,70 @@ class InputTable(Table):
 
 
 class NormalTable(InputTable):
-    """A normal distribution, cut at its ends."""
+    """A normal distribution, cut at its ends.
+
+    mean: Mean, before truncation.
+    std: Standard deviation, before truncation.
+    """
 
     makes = Normal
-    mean: Annotated[float, OF_INPUT, Field(description="Mean, before truncation.")]
-    std: Annotated[float, OF_INPUT, Field(description="Standard deviation, before truncation.")]
+    mean: Annotated[float, OF_INPUT]
+    std: Annotated[float, OF_INPUT]
     lower: Lower = None
     upper: Upper = None
 
 
 class LognormalTable(InputTable):
-    """A lognormal distribution, cut at its ends."""
+    """A lognormal distribution, cut at its ends.
+
+    median: Median, before truncation.
+    dispersion: Logarithmic standard deviation.
+    """
 
     makes = Lognormal
-    median: Annotated[float, OF_INPUT, Field(description="Median, before truncation.")]
-    dispersion: Annotated[float, Field(description="Logarithmic standard deviation.")]
+    median: Annotated[float, OF_INPUT]
+    dispersion: float
     lower: Lower = None
     upper: Upper = None
 
 
 class UniformTable(InputTable):
-    """A uniform distribution."""
+    """A uniform distribution.
+
+    lower: Lower end of the support.
+    upper: Upper end of the support.
+    """
 
     makes = Uniform
-    lower: Annotated[float, OF_INPUT, Field(description="Lower end of the support.")]
-    upper: Annotated[float, OF_INPUT, Field(description="Upper end of the support.")]
+    lower: Annotated[float, OF_INPUT]
+    upper: Annotated[float, OF_INPUT]
 
 
 class BetaTable(InputTable):
-    """A beta distribution between its ends."""
+    """A beta distribution between its ends.
+
+    a: First shape.
+    b: Second shape.
+    lower: Lower end of the support.
+    upper: Upper end of the support.
+    """
 
     makes = Beta
-    a: Annotated[float, Field(description="First shape.")]
-    b: Annotated[float, Field(description="Second shape.")]
-    lower: Annotated[float, OF_INPUT, Field(description="Lower end of the support.")] = 0.0
-    upper: Annotated[float, OF_INPUT, Field(description="Upper end of the support.")] = 1.0
+    a: float
+    b: float
+    lower: Annotated[float, OF_INPUT] = 0.0
+    upper: Annotated[float, OF_INPUT] = 1.0
 
 
 class LeastTable(InputTable):
-    """The least of several lognormal values."""
+    """The least of several lognormal values.
 
-    medians: Annotated[
-        list[Annotated[float, Field(gt=0.0)]],
-        OF_INPUT,
-        Field(min_length=1, max_length=20, description="Medians of lognormal parts, of which the input is the least."),
-    ]
-    dispersions: Annotated[
-        list[Annotated[float, Field(gt=0.0)]], Field(description="Dispersions of the parts, one each.")
-    ]
+    medians: Medians of lognormal parts, of which the input is the least.
+    dispersions: Dispersions of the parts, one each.
+    """
+
+    medians: Annotated[list[Annotated[float, Field(gt=0.0)]], OF_INPUT, Field(min_length=1, max_length=20)]
+    dispersions: list[Annotated[float, Field(gt=0.0)]]
 
     def build(self, factor: float = 1.0) -> Distribution:
         if len(self.medians) != len(self.dispersions):
@@ -111,12 +130,14 @@ class LeastTable(InputTable):
 
 
 class ChoiceTable(InputTable):
-    """A choice among laws."""
+    """A choice among laws.
 
-    values: Annotated[list[str], Field(description="What is chosen from: laws.")]
-    weights: Annotated[
-        list[Annotated[float, Field(ge=0.0)]] | None, KeyInfo("equal"), Field(description="Weights of the laws.")
-    ] = None
+    values: What is chosen from: laws.
+    weights: Weights of the laws.
+    """
+
+    values: list[str]
+    weights: Annotated[list[Annotated[float, Field(ge=0.0)]] | None, KeyInfo("equal")] = None
 
     def build(self, factor: float = 1.0) -> Distribution:
         weights = self.weights or [1.0] * len(self.values)
@@ -145,10 +166,14 @@ else:
 
 
 class CorrelationTable(Table):
-    """Rank correlation of two inputs."""
+    """Rank correlation of two inputs.
 
-    of: Annotated[tuple[str, str], Field(strict=False, description="The two inputs.")]
-    rank: Annotated[float, Field(ge=-1.0, le=1.0, description="Spearman's correlation.")]
+    of: The two inputs.
+    rank: Spearman's correlation.
+    """
+
+    of: Annotated[tuple[str, str], Field(strict=False)]
+    rank: Annotated[float, Field(ge=-1.0, le=1.0)]
 
 
 def _known(name: str) -> str:
@@ -157,7 +182,12 @@ def _known(name: str) -> str:
 
 
 class UncertaintyTable(Table):
-    """What is uncertain, and which indices are wanted."""
+    """What is uncertain, and which indices are wanted.
+
+    correlations: Rank correlations.
+    samples: Number of Latin hypercube samples.
+    seed: Seed of the samples.
+    """
 
     inputs: Annotated[
         dict[str, Inputs],
@@ -166,11 +196,9 @@ class UncertaintyTable(Table):
             description=f"Uncertain inputs by name: {', '.join(INPUTS)}; those of a restraint are of each block's.",
         ),
     ]
-    correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none"), Field(description="Rank correlations.")] = (
-        None
-    )
-    samples: Annotated[int, Field(ge=2, le=1_000_000, description="Number of Latin hypercube samples.")] = 64
-    seed: Annotated[int, Field(ge=0, description="Seed of the samples.")] = 0
+    correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none")] = None
+    samples: Annotated[int, Field(ge=2, le=1000000)] = 64
+    seed: Annotated[int, Field(ge=0)] = 0
     sobol: Sobol = None
 
     def build(self) -> RandomInputs:
@@ -211,26 +239,21 @@ class Sweep(NamedTuple):
 
 
 class SensitivityTable(Table):
-    """How results depend on delta or e."""
+    """How results depend on delta or e.
 
-    parameter: Annotated[
-        Literal["delta", "e"],
-        Field(description="What is varied; the laws must not give it, nor `restitution_factor` over e."),
-    ]
-    values: Annotated[list[float], Field(min_length=2, max_length=200, description="Its values, increasing.")]
-    reference: Annotated[
-        str | float | None,
-        KeyInfo("rigid over delta, own over e"),
-        Field(description="What values are held against: rigid (Housner's impact), own (the block's e_R), or a value."),
-    ] = None
+    parameter: What is varied; the laws must not give it, nor `restitution_factor` over e.
+    values: Its values, increasing.
+    reference: What values are held against: rigid (Housner's impact), own (the block's e_R), or a value.
+    inputs: Inputs of the tornado and of Sobol' indices, the parameter among them.
+    """
+
+    parameter: Literal["delta", "e"]
+    values: Annotated[list[float], Field(min_length=2, max_length=200)]
+    reference: Annotated[str | float | None, KeyInfo("rigid over delta, own over e")] = None
     replicates: Replicates = 1000
     seed: Seed = 0
     confidence: Confidence = 0.95
-    inputs: Annotated[
-        dict[str, Inputs] | None,
-        KeyInfo("none"),
-        Field(min_length=1, description="Inputs of the tornado and of Sobol' indices, the parameter among them."),
-    ] = None
+    inputs: Annotated[dict[str, Inputs] | None, KeyInfo("none"), Field(min_length=1)] = None
     sobol: Sobol = None
 
     @model_validator(mode="after")

@@ -42,31 +42,46 @@ else:
 
 
 class LineTable(ContentsTable):
-    """A line of an inventory: pieces of one kind on one floor, and what their fall means."""
+    """A line of an inventory: pieces of one kind on one floor, and what their fall means.
 
-    item: Annotated[str | None, Field(description="Its name.")] = None
-    floor: Annotated[str | None, Field(description="The floor that it stands on: 0 is the ground.")] = None
-    restitution: Annotated[float | None, Field(gt=0.0, le=1.0, description="As e.")] = None
-    currency: Annotated[str | None, Field(description="Currency of all amounts.")] = None
-    consequence: Annotated[str | None, Field(description="What happens where one falls: words, or none.")] = None
-    anchored: Annotated[str | None, Field(description="Fixed: yes, no, or the name of a restraint.")] = None
-    cost_median: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE, description="Median cost of a fall.")] = None
-    cost_dispersion: Annotated[float | None, Field(ge=0.0, description="Dispersion of the cost.")] = None
-    cost_distribution: Annotated[str | None, one_of(DISTRIBUTIONS), Field(description="Of the cost.")] = None
-    downtime_median_days: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE, description="Median downtime, days.")] = (
-        None
-    )
-    downtime_dispersion: Annotated[float | None, Field(ge=0.0, description="Dispersion of the downtime.")] = None
-    downtime_distribution: Annotated[str | None, one_of(DISTRIBUTIONS), Field(description="Of the downtime.")] = None
-    persons_exposed: Annotated[float | None, Field(ge=0.0, le=1e4, description="Persons where it falls.")] = None
-    injury_probability: Annotated[float | None, Field(ge=0.0, le=1.0, description="Chance that one is hurt.")] = None
-    class_: Annotated[str | None, Field(alias="class", description="Class whose pieces share an uncertainty.")] = None
-    contact: Annotated[
-        str | None, one_of((*CONTACTS, ROLLING, LOCKED, UNLOCKED)), Field(description="What it stands on.")
-    ] = None
+    item: Its name.
+    floor: The floor that it stands on: 0 is the ground.
+    restitution: As e.
+    currency: Currency of all amounts.
+    consequence: What happens where one falls: words, or none.
+    anchored: Fixed: yes, no, or the name of a restraint.
+    cost_median: Median cost of a fall.
+    cost_dispersion: Dispersion of the cost.
+    cost_distribution: Of the cost.
+    downtime_median_days: Median downtime, days.
+    downtime_dispersion: Dispersion of the downtime.
+    downtime_distribution: Of the downtime.
+    persons_exposed: Persons where it falls.
+    injury_probability: Chance that one is hurt.
+    class: Class whose pieces share an uncertainty.
+    contact: What it stands on.
+    support: The bench or platform that it stands on.
+    """
+
+    item: str | None = None
+    floor: str | None = None
+    restitution: Annotated[float | None, Field(gt=0.0, le=1.0)] = None
+    currency: str | None = None
+    consequence: str | None = None
+    anchored: str | None = None
+    cost_median: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE)] = None
+    cost_dispersion: Annotated[float | None, Field(ge=0.0)] = None
+    cost_distribution: Annotated[str | None, one_of(DISTRIBUTIONS)] = None
+    downtime_median_days: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE)] = None
+    downtime_dispersion: Annotated[float | None, Field(ge=0.0)] = None
+    downtime_distribution: Annotated[str | None, one_of(DISTRIBUTIONS)] = None
+    persons_exposed: Annotated[float | None, Field(ge=0.0, le=10000.0)] = None
+    injury_probability: Annotated[float | None, Field(ge=0.0, le=1.0)] = None
+    class_: Annotated[str | None, Field(alias="class")] = None
+    contact: Annotated[str | None, one_of((*CONTACTS, ROLLING, LOCKED, UNLOCKED))] = None
     friction: Static | None = None
     friction_dispersion: Spread | None = None
-    support: Annotated[str | None, Field(description="The bench or platform that it stands on.")] = None
+    support: str | None = None
 
     @model_validator(mode="after")
     def _together(self) -> Self:
