@@ -65,26 +65,36 @@ app = App(
 
 @app.command(group=RUN)
 def run(
-    study: Annotated[Path, Parameter(help="The study file (TOML).")],
+    study: Path,
     *,
-    out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
-    scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
-    fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
-    target: Annotated[
-        float | None,
-        Parameter(help="Chance (0.001) that restraints are to keep, restraints.NAME.target: find the strength."),
-    ] = None,
-    dry_run: Annotated[
-        bool, Parameter(negative="", help="Say what it takes (runs, chunks, time, memory, disk); run nothing.")
-    ] = False,
-    verbose: Annotated[
-        bool, Parameter(negative="", help="Print all tables and notes, as the report has them.")
-    ] = False,
+    out: Path | None = None,
+    scheduler: str | None = None,
+    fresh: Annotated[bool, Parameter(negative="")] = False,
+    target: float | None = None,
+    dry_run: Annotated[bool, Parameter(negative="")] = False,
+    verbose: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Run a study: print its answer, write results.nc and its figures.
 
     Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
     finished results of the same study are not computed again; `toppling schema` lists every key.
+
+    Parameters
+    ----------
+    study
+        The study file (TOML).
+    out
+        Folder for the results; results/NAME where not given.
+    scheduler
+        Address of a dask scheduler, tcp://host:port.
+    fresh
+        Compute again, and replace what that folder holds.
+    target
+        Chance (0.001) that restraints are to keep, restraints.NAME.target: find the strength.
+    dry_run
+        Say what it takes (runs, chunks, time, memory, disk); run nothing.
+    verbose
+        Print all tables and notes, as the report has them.
     """
     from ...models.engine.linear_runs import run_lanes
 
@@ -188,13 +198,16 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
 
 
 @app.command(group=RUN)
-def status(
-    folder: Annotated[Path, Parameter(help="The folder that `toppling run` was given with --out.")],
-    *,
-    json: Annotated[bool, Parameter(negative="", help="Print it as JSON.")] = False,
-    verify: Verify = False,
-) -> None:
-    """Say where a study stands: finished, running, or interrupted with so many runs kept."""
+def status(folder: Path, *, json: Annotated[bool, Parameter(negative="")] = False, verify: Verify = False) -> None:
+    """Say where a study stands: finished, running, or interrupted with so many runs kept.
+
+    Parameters
+    ----------
+    folder
+        The folder that `toppling run` was given with --out.
+    json
+        Print it as JSON.
+    """
     from .status import status_of
 
     found = status_of(folder, verify)
@@ -234,21 +247,29 @@ app.command(simulate_one, name="simulate", group=INPUTS)
 
 @app.command(name="motions", group=INPUTS)
 def look_at_motions(
-    inputs: Annotated[
-        list[str], Parameter(negative_iterable="", help="One study file (TOML), or record files: paths or patterns.")
-    ],
+    inputs: Annotated[list[str], Parameter(negative_iterable="")],
     /,
     *,
-    out: Annotated[Path, Parameter(help="Folder for the figures.")] = Path("results/motions"),
-    json_: Annotated[
-        bool, Parameter(name="--json", negative="", help="Print every measure of every motion as JSON, no table.")
-    ] = False,
-    damping: Annotated[float, Parameter(help="Damping ratio of the spectra.")] = 0.05,
-    target: Annotated[
-        Path | None, Parameter(help="CSV of a spectrum to hold them against: period (s) or frequency (Hz), sa (unit).")
-    ] = None,
+    out: Path = Path("results/motions"),
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    damping: float = 0.05,
+    target: Path | None = None,
 ) -> None:
-    """Look at motions: print their measures, draw histories.png, spectra.png and husid.png."""
+    """Look at motions: print their measures, draw histories.png, spectra.png and husid.png.
+
+    Parameters
+    ----------
+    inputs
+        One study file (TOML), or record files: paths or patterns.
+    out
+        Folder for the figures.
+    json_
+        Print every measure of every motion as JSON, no table.
+    damping
+        Damping ratio of the spectra.
+    target
+        CSV of a spectrum to hold them against: period (s) or frequency (Hz), sa (unit).
+    """
     from ...motions import TargetSpectrum, matching_report
     from ..single import motions as looked_at
     from ..text.error import StudyError
@@ -320,25 +341,28 @@ def show_catalogue() -> None:
 def export(
     result: Result,
     *,
-    format_: Annotated[
-        ExportFormat,
-        Parameter(name="--format", help="pelicun (CSV and JSON), nrml (OpenQuake's XML), csv or xlsx (tables)."),
-    ],
-    out: Annotated[
-        Path | None, Parameter(help="Folder for the files; export beside the results where not given.")
-    ] = None,
-    model: Annotated[
-        str | None, Parameter(help="Label of one law, or its short name for all of its kind; all where not given.")
-    ] = None,
-    with_modelling: Annotated[
-        bool, Parameter(help="Dispersions hold the study's modelling uncertainty, too.", negative="")
-    ] = False,
-    ids: Annotated[
-        str | None, Parameter(help="Beginning of a building's ids for pelicun, NAME.001 …; else its pieces' names.")
-    ] = None,
+    format_: Annotated[ExportFormat, Parameter(name="--format")],
+    out: Path | None = None,
+    model: str | None = None,
+    with_modelling: Annotated[bool, Parameter(negative="")] = False,
+    ids: str | None = None,
     verify: Verify = False,
 ) -> None:
-    """Write the fragility curves of a study's results, or the pieces of a building, for another program."""
+    """Write the fragility curves of a study's results, or the pieces of a building, for another program.
+
+    Parameters
+    ----------
+    format_
+        pelicun (CSV and JSON), nrml (OpenQuake's XML), csv or xlsx (tables).
+    out
+        Folder for the files; export beside the results where not given.
+    model
+        Label of one law, or its short name for all of its kind; all where not given.
+    with_modelling
+        Dispersions hold the study's modelling uncertainty, too.
+    ids
+        Beginning of a building's ids for pelicun, NAME.001 …; else its pieces' names.
+    """
     from ..store.folder import result_file
     from ..text.error import StudyError
     from .building_files import write_building_files
@@ -371,19 +395,22 @@ def export(
 def report(
     result: Result,
     *,
-    format_: Annotated[
-        Literal["html", "md"] | None,
-        Parameter(name="--format", help="html (one file that holds all), md (and PNGs); of the file, else html."),
-    ] = None,
-    out: Annotated[
-        Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
-    ] = None,
-    json: Annotated[
-        bool, Parameter(negative="", help="Print the facts and tables of the report as JSON, and write no report.")
-    ] = False,
+    format_: Annotated[Literal["html", "md"] | None, Parameter(name="--format")] = None,
+    out: Path | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
     verify: Verify = False,
 ) -> None:
-    """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance."""
+    """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance.
+
+    Parameters
+    ----------
+    format_
+        html (one file that holds all), md (and PNGs); of the file, else html.
+    out
+        The file, or a folder for it; report.html beside the results where not given.
+    json
+        Print the facts and tables of the report as JSON, and write no report.
+    """
     from ...core.doubts import noted
     from ..report.page import facts_json, write_report
     from ..store.folder import result_file
@@ -409,16 +436,9 @@ def compare(
     b: Path | None = None,
     /,
     *,
-    laws: Annotated[
-        tuple[str, str] | None,
-        Parameter(
-            negative_iterable="", help="A law of A and a law of B (label or short name); of A alone, two of its laws."
-        ),
-    ] = None,
-    out: Annotated[
-        Path, Parameter(name=("--out", "--output"), help="Folder for the page, comparison.csv and the figures.")
-    ] = Path("results/compare"),
-    json: Annotated[bool, Parameter(negative="", help="Print facts and tables as JSON.")] = False,
+    laws: Annotated[tuple[str, str] | None, Parameter(negative_iterable="")] = None,
+    out: Annotated[Path, Parameter(name=("--out", "--output"))] = Path("results/compare"),
+    json: Annotated[bool, Parameter(negative="")] = False,
     verify: Verify = False,
 ) -> None:
     """Compare two studies' results: what differs between them, medians, rates and chances side by side, figures.
@@ -432,6 +452,12 @@ def compare(
         results/NAME).
     b
         The other results; may be left out with --laws.
+    laws
+        A law of A and a law of B (label or short name); of A alone, two of its laws.
+    out
+        Folder for the page, comparison.csv and the figures.
+    json
+        Print facts and tables as JSON.
     """
     from ..comparison.compare import compare as compared
     from ..comparison.ratios import REGISTER
@@ -456,8 +482,14 @@ def compare(
 
 
 @app.command(group=INPUTS)
-def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
-    """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
+def schema(*, out: Path | None = None) -> None:
+    """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning.
+
+    Parameters
+    ----------
+    out
+        File for it; printed where not given.
+    """
     from ...core.writing import write_bytes
     from ..text.error import writing
 

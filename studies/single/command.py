@@ -19,70 +19,39 @@ def simulate_one(
     block: str | None = None,
     motion: str | None = None,
     *,
-    width: Annotated[str | None, Parameter(help="Full width in the direction of shaking: 40cm, 0.4m or 0.4.")] = None,
-    height: Annotated[str | None, Parameter(help="Full height.")] = None,
-    cm_height: Annotated[
-        str | None, Parameter(help="Height of the centre of mass; mid-height where not given.")
-    ] = None,
-    inertia_factor: Annotated[float | None, Parameter(help="I_O/(m R²), above 1 to 2; 4/3 where not given.")] = None,
-    mass: Annotated[str | None, Parameter(help="Mass, 100kg; only a restraint needs it.")] = None,
-    cm_offset: Annotated[
-        str | None,
-        Parameter(allow_leading_hyphen=True, help="Centre of mass in front of the middle, 30mm (behind it: negative)."),
-    ] = None,
-    lean: Annotated[
-        str | None,
-        Parameter(
-            allow_leading_hyphen=True, help="Lean, or slope of the floor, to the front, 1deg (to the back: negative)."
-        ),
-    ] = None,
-    placed: Annotated[
-        bool, Parameter(negative="", help="The item of the catalogue as it usually stands: back to a wall, or free.")
-    ] = False,
-    wall_gap: Annotated[
-        str | None, Parameter(help="Clear distance to a wall behind the block, 20mm; 0mm touches.")
-    ] = None,
-    wall_height: Annotated[
-        str | None, Parameter(help="Height at which it meets the wall; its upper edge where not given.")
-    ] = None,
-    wall_restitution: Annotated[
-        float | None, Parameter(help="Velocity after over before an impact there; from the geometry where not given.")
-    ] = None,
-    front_gap: Annotated[str | None, Parameter(help="Clear distance to a second wall in front.")] = None,
-    bed_settlement: Annotated[
-        str | None, Parameter(help="Settlement of a soft bed (carpet, mat) under the block by its weight, 2mm.")
-    ] = None,
-    restraint: Annotated[
-        str | None, Parameter(help="Kind and parts: strap,height=1.75m,strength=267N,stiffness=20N/mm,slack=5mm.")
-    ] = None,
-    law: Annotated[str, Parameter(help="Damping law.")] = "housner",
-    e: Annotated[
-        float | None, Parameter(help="Restitution, above 0 to 1; the block's own e_R where not given.")
-    ] = None,
-    restitution_factor: Annotated[float | None, Parameter(help="Factor on e_R, instead of e.")] = None,
-    delta: Annotated[float | None, Parameter(help="Half width of the elastic zone over α; 0.05.")] = None,
-    zeta: Annotated[float | None, Parameter(help="Damping ratio of the viscous law.")] = None,
-    coefficient: Annotated[float | None, Parameter(help="Coefficient of the law of Vassiliou et al.; 0.02.")] = None,
-    lever: Annotated[str | None, Parameter(help="Lever arm of the shaking: h or R.")] = None,
-    rest: Annotated[str | None, Parameter(help="Kind of rest: elastic or rigid.")] = None,
-    geometry: Annotated[str | None, Parameter(help="Housner's geometry: exact, linear or bilinear.")] = None,
-    scale: Annotated[float | None, Parameter(help="Factor on the motion.")] = None,
-    pga: Annotated[str | None, Parameter(help="Or: its peak acceleration, 0.4g or 3.9m/s2.")] = None,
-    seed: Annotated[int | None, Parameter(help="Seed of a generator; 0.")] = None,
-    index: Annotated[int, Parameter(help="Which motion of the seed or the file, from 0.")] = 0,
-    period: Annotated[str | None, Parameter(help="Period of a pulse, 0.5s.")] = None,
-    set_: Annotated[
-        tuple[str, ...],
-        Parameter(name="--set", negative_iterable="", help="KEY=VALUE of [motions] in a study file: duration_s=20."),
-    ] = (),
-    out: Annotated[
-        Path, Parameter(help="Folder for history and film; those of an earlier call are replaced or removed.")
-    ] = Path("results/simulate"),
-    animate: Annotated[
-        bool, Parameter(negative="", help="Write a film too: GIF, and MP4 where ffmpeg is there.")
-    ] = False,
-    speed: Annotated[float, Parameter(help="Of the film: 1 is real time, 0.25 four times slower.")] = 1.0,
-    json_: Annotated[bool, Parameter(name="--json", negative="", help="Print it as JSON.")] = False,
+    width: str | None = None,
+    height: str | None = None,
+    cm_height: str | None = None,
+    inertia_factor: float | None = None,
+    mass: str | None = None,
+    cm_offset: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    lean: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    placed: Annotated[bool, Parameter(negative="")] = False,
+    wall_gap: str | None = None,
+    wall_height: str | None = None,
+    wall_restitution: float | None = None,
+    front_gap: str | None = None,
+    bed_settlement: str | None = None,
+    restraint: str | None = None,
+    law: str = "housner",
+    e: float | None = None,
+    restitution_factor: float | None = None,
+    delta: float | None = None,
+    zeta: float | None = None,
+    coefficient: float | None = None,
+    lever: str | None = None,
+    rest: str | None = None,
+    geometry: str | None = None,
+    scale: float | None = None,
+    pga: str | None = None,
+    seed: int | None = None,
+    index: int = 0,
+    period: str | None = None,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative_iterable="")] = (),
+    out: Path = Path("results/simulate"),
+    animate: Annotated[bool, Parameter(negative="")] = False,
+    speed: float = 1.0,
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
 ) -> None:
     """Simulate one block under one motion: what it does, history.csv, history.png and, with --animate, a film.
 
@@ -95,6 +64,72 @@ def simulate_one(
         A name of `toppling catalogue`; left out where --width and --height are given.
     motion
         A record file, a generator or a pulse by its name, or a study file for one of its motions.
+    width
+        Full width in the direction of shaking: 40cm, 0.4m or 0.4.
+    height
+        Full height.
+    cm_height
+        Height of the centre of mass; mid-height where not given.
+    inertia_factor
+        I_O/(m R²), above 1 to 2; 4/3 where not given.
+    mass
+        Mass, 100kg; only a restraint needs it.
+    cm_offset
+        Centre of mass in front of the middle, 30mm (behind it: negative).
+    lean
+        Lean, or slope of the floor, to the front, 1deg (to the back: negative).
+    placed
+        The item of the catalogue as it usually stands: back to a wall, or free.
+    wall_gap
+        Clear distance to a wall behind the block, 20mm; 0mm touches.
+    wall_height
+        Height at which it meets the wall; its upper edge where not given.
+    wall_restitution
+        Velocity after over before an impact there; from the geometry where not given.
+    front_gap
+        Clear distance to a second wall in front.
+    bed_settlement
+        Settlement of a soft bed (carpet, mat) under the block by its weight, 2mm.
+    restraint
+        Kind and parts: strap,height=1.75m,strength=267N,stiffness=20N/mm,slack=5mm.
+    law
+        Damping law.
+    e
+        Restitution, above 0 to 1; the block's own e_R where not given.
+    restitution_factor
+        Factor on e_R, instead of e.
+    delta
+        Half width of the elastic zone over α; 0.05.
+    zeta
+        Damping ratio of the viscous law.
+    coefficient
+        Coefficient of the law of Vassiliou et al.; 0.02.
+    lever
+        Lever arm of the shaking: h or R.
+    rest
+        Kind of rest: elastic or rigid.
+    geometry
+        Housner's geometry: exact, linear or bilinear.
+    scale
+        Factor on the motion.
+    pga
+        Or: its peak acceleration, 0.4g or 3.9m/s2.
+    seed
+        Seed of a generator; 0.
+    index
+        Which motion of the seed or the file, from 0.
+    period
+        Period of a pulse, 0.5s.
+    set_
+        KEY=VALUE of [motions] in a study file: duration_s=20.
+    out
+        Folder for history and film; those of an earlier call are replaced or removed.
+    animate
+        Write a film too: GIF, and MP4 where ffmpeg is there.
+    speed
+        Of the film: 1 is real time, 0.25 four times slower.
+    json_
+        Print it as JSON.
     """
     from rich.console import Console  # noqa: PLC0415
 
