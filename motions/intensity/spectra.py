@@ -28,6 +28,7 @@ MEAN_PERIOD_BAND = (0.25, 20.0)  # Hz
 MEAN_PERIOD_STEP = 0.05  # Hz
 BAND_SHARES = (0.05, 0.95)
 BAND_STEP = 0.05  # Hz
+MOST_PADDED = 2**20  # samples; motions of more than an eighth of them are padded to eight times their length
 
 
 class Peaks(NamedTuple):
@@ -187,13 +188,14 @@ def energy_band(acceleration: Array, dt: float, shares: tuple[float, float] = BA
 
     The energy is the integral of the squared Fourier amplitude of the acceleration over frequency, which by Parseval's
     theorem is the Arias intensity: the band is the counterpart in frequency of the significant duration in time.  The
-    transform is padded until its frequencies are 0.05 Hz apart at most; the share is taken as linear between them.  NaN
-    for a motion of zeros.
+    transform is padded until its frequencies are 0.05 Hz apart at most (up to `MOST_PADDED`); the share is taken as
+    linear between them.  NaN for a motion of zeros.
     """
     largest = float(np.abs(acceleration).max())
     if largest == 0.0:
         return math.nan, math.nan
-    size = scipy.fft.next_fast_len(max(acceleration.size, math.ceil(1.0 / (BAND_STEP * dt))), real=True)
+    padded = min(1.0 / (BAND_STEP * dt), max(MOST_PADDED, 8 * acceleration.size))
+    size = scipy.fft.next_fast_len(max(acceleration.size, math.ceil(padded)), real=True)
     energy = np.abs(scipy.fft.rfft(acceleration / largest, size)) ** 2
     # linear between frequencies: the trapezoidal rule, with half the weight at both ends
     reached = np.concatenate([[0.0], np.cumsum(0.5 * (energy[1:] + energy[:-1]))])

@@ -31,6 +31,7 @@ _FIRST = ("MSEED", "SAC", "SEISAN", "KINEMETRICS_EVT", "REFTEK130", "GCF", "SLIS
 # A pickle runs code; CSS tables open the files that they name; a damaged GSE file ends the process in obspy's C code.
 _NEVER = ("PICKLE", "CSS", "NNSA_KB_CORE", "GSE1", "GSE2")
 _GSE = (b"WID", b"XW01")
+MOST_CHANNELS = 1_000
 _TEXT = re.compile(r"(?:TIMESERIES|WID[12]|XW01)[ _]")
 
 
@@ -59,6 +60,9 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         name, traces = _traces(file)
+    pieces = Counter(trace.id for trace in traces)
+    if len(pieces) > MOST_CHANNELS:
+        raise RecordError(f"{file}: holds {len(pieces):,} channels, allowed are {MOST_CHANNELS:,}: cut it first")
     units: list[Unit] = []
     if any("ascii" in trace.stats for trace in traces):  # (SLIST and TSPAIR, whose headers end in the unit)
         numbered = enumerate(lines_of(file), start=1)
@@ -78,7 +82,6 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     if agreed_on is not None and factor != agreed_on.factor:
         raise RecordError(f"{file}: states its unit ({agreed_on.text}), so unit must not be {unit!r:.60}")
     velocity: list[str] = []
-    pieces = Counter(trace.id for trace in traces)
     found: list[Component] = []
     for trace in traces:
         if pieces[trace.id] > 1 or np.ma.isMaskedArray(trace.data):

@@ -179,6 +179,8 @@ class TestMotions:
         assert np.isnan(energy_band(np.zeros(5), 0.01)).all()
         # two samples, one of them zero: a flat spectrum up to the Nyquist frequency
         np.testing.assert_allclose(energy_band(np.array([1.0, 0.0]), 0.01), (2.5, 47.5))
+        # a step so small that a transform padded to 20 s would fill any memory
+        np.testing.assert_allclose(energy_band(np.array([1.0, 0.0]), 1e-30), (2.5e28, 4.75e29), rtol=1e-5)
 
     def test_half_cycles(self):
         assert half_cycle_peaks(np.array([0.0, 1.0, 2.0, 0.0, 1.0, -1.0, -3.0, 0.0, 2.0])).tolist() == [2.0, 3.0, 2.0]

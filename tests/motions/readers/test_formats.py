@@ -465,6 +465,13 @@ class TestObspy:
         obspy.Stream(traces).write(str(path), format="MSEED")
         refused(path, "is in pieces .a gap.", unit="g")
 
+    def test_more_channels_than_an_instrument_has(self, tmp_path):
+        obspy = pytest.importorskip("obspy")
+        traces = [obspy.Trace(np.arange(9, dtype=np.int32), {"station": f"{at:05d}"}) for at in range(1001)]
+        path = tmp_path / "many.mseed"
+        obspy.Stream(traces).write(str(path), format="MSEED", reclen=256)
+        refused(path, "holds 1,001 channels", unit="g")
+
     def test_binary_rubbish(self, tmp_path):
         path = tmp_path / "rubbish.AT2"
         path.write_bytes(np.random.default_rng(1).bytes(20000))
