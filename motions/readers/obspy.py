@@ -31,7 +31,7 @@ _FIRST = ("MSEED", "SAC", "SEISAN", "KINEMETRICS_EVT", "REFTEK130", "GCF", "SLIS
 # A pickle runs code; CSS tables open the files that they name; a damaged GSE file ends the process in obspy's C code.
 _NEVER = ("PICKLE", "CSS", "NNSA_KB_CORE", "GSE1", "GSE2")
 _GSE = (b"WID", b"XW01")
-MOST_CHANNELS = 1_000
+MOST_CHANNELS, MOST_SAMPLES = 1_000, 20_000_000
 _TEXT = re.compile(r"(?:TIMESERIES|WID[12]|XW01)[ _]")
 
 
@@ -135,11 +135,16 @@ def _traces(file: Path) -> tuple[str, list[Any]]:
             continue
         if not known:
             continue
+        read = function(name, "readFormat")
         try:
-            return name, list(function(name, "readFormat")(str(file)))
+            # (a constant signal of any length takes a few bytes)
+            samples = sum(trace.stats.npts for trace in read(str(file), headonly=True)) if name == "MSEED" else 0
+            if samples <= MOST_SAMPLES:
+                return name, list(read(str(file)))
         except Exception as error:
             first = " ".join(str(error).split())[:100]
             raise RecordError(f"{file}: looks like {name}, but obspy cannot read it ({first})") from None
+        raise RecordError(f"{file}: holds {samples:,} samples, allowed are {MOST_SAMPLES:,}: cut it first")
     if beginning(file).startswith(_GSE):
         raise RecordError(f"{file}: a GSE file, which obspy reads unsafely: turn it into miniSEED with obspy first")
     binary = "not text (holds NUL bytes), and " if b"\0" in beginning(file) else ""

@@ -465,6 +465,16 @@ class TestObspy:
         obspy.Stream(traces).write(str(path), format="MSEED")
         refused(path, "is in pieces .a gap.", unit="g")
 
+    def test_more_samples_than_memory_holds(self, tmp_path, monkeypatch):
+        """A constant signal is a few bytes, whatever its length: it is refused before it is unfolded."""
+        obspy = pytest.importorskip("obspy")
+        monkeypatch.setattr("toppling.motions.readers.obspy.MOST_SAMPLES", 100_000)
+        path = tmp_path / "long.mseed"
+        trace = obspy.Trace(np.zeros(200_000, dtype=np.int32), {"station": "A", "channel": "HNE"})
+        obspy.Stream([trace]).write(str(path), format="MSEED", encoding="STEIM2", reclen=4096)
+        assert path.stat().st_size < 100_000
+        refused(path, "holds 200,000 samples, allowed are 100,000", unit="g")
+
     def test_more_channels_than_an_instrument_has(self, tmp_path):
         obspy = pytest.importorskip("obspy")
         traces = [obspy.Trace(np.arange(9, dtype=np.int32), {"station": f"{at:05d}"}) for at in range(1001)]
