@@ -124,8 +124,8 @@ def _traces(file: Path) -> tuple[str, list[Any]]:
     entries = metadata.entry_points()
     installed = [entry.name for entry in entries.select(group=_GROUP) if entry.name not in _NEVER]
 
-    def function(name: str, what: str) -> Callable[[str], Any]:
-        found: Callable[[str], Any] = next(iter(entries.select(group=f"{_GROUP}.{name}", name=what))).load()
+    def function(name: str, what: str) -> Callable[..., Any]:
+        found: Callable[..., Any] = next(iter(entries.select(group=f"{_GROUP}.{name}", name=what))).load()
         return found
 
     for name in sorted(installed, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
