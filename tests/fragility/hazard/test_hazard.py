@@ -18,7 +18,7 @@ from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazar
 from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.hazard.plausibility import hazard_doubts
 from toppling.motions.readers.lines import HEAD_LINES, Lines, RecordError
-from toppling.studies.file.hazard import HazardTable
+from toppling.studies.file.hazard import hazard_table
 
 # The layouts are those of the programs, the numbers are made up.
 OPENQUAKE = (
@@ -736,7 +736,7 @@ def test_what_sites_have(hazard):
 @pytest.mark.parametrize("above", ["extend", "none", "hold"])
 def test_a_study_may_ask_for_every_tail_that_rates_have(above):
     given = {"levels": [1.0, 4.0], "rates": [1e-2, 1e-3], "unit": "m/s2", "above": above}
-    asked = HazardTable.model_validate(given).risk("pga", Path())
+    asked = hazard_table(given).risk("pga", Path())
     assert asked.above == above
     curves = xr.Dataset({"median": ((), 5.0, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
     rate, none = (annual_rate(curves, asked.hazard, above=rule)["rate"].item() for rule in (above, "none"))
@@ -745,7 +745,7 @@ def test_a_study_may_ask_for_every_tail_that_rates_have(above):
 
 def test_what_lies_above_is_not_held_below():
     with pytest.raises(ValidationError, match="hold"):
-        HazardTable.model_validate({"k0": 1e-4, "k": 2.5, "unit": "g", "below": "hold"})
+        hazard_table({"k0": 1e-4, "k": 2.5, "unit": "g", "below": "hold"})
 
 
 def test_a_curve_describes_its_realisations():
