@@ -19,8 +19,8 @@ NO_INTEGER = ("int_type", "int_from_float", "int_parsing", "int_parsing_size")
 NO_NUMBER = ("float_type", "float_parsing", "finite_number")
 OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 MOST_WRITTEN = 1e9
-MOST_HOMES = 6
-"""Most tables that are named as those of a key in the wrong one."""
+MOST_HOMES, MOST_WORDS = 6, 3
+"""Most tables, and words that choose tables, that are named as those of a key in the wrong one."""
 DEPTHS = ("depth_m", "depth", "length_m", "length", "thickness_m")
 """Keys that are tried for the third size of a block."""
 """Bounds from here on are written with a power of ten."""
@@ -137,7 +137,13 @@ def _choices(tags: list[str], every: Iterable[str], location: tuple[int | str, .
         by_key.setdefault(key, []).append(f'"{word}"')
     all_words = Counter(tag.partition("=")[0] for tag in every)
     table = "".join(f"{part}." for part in location[:-1] if isinstance(part, str))
-    texts = {key: "" if len(words) == all_words[key] else f" = {', '.join(words)}" for key, words in by_key.items()}
+    texts = {
+        key: ""
+        if len(words) == all_words[key]
+        else f" = {', '.join(words[:MOST_WORDS])}"
+        + (f" and {len(words) - MOST_WORDS} more" if MOST_WORDS < len(words) < all_words[key] else "")
+        for key, words in by_key.items()
+    }
     return " or ".join(f"{table}{key}{text}" for key, text in texts.items())
 
 
