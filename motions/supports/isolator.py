@@ -21,7 +21,7 @@ from ..kernels.yielding import storey_response
 from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only
 from .stops import RESTITUTION, Clearance, Frequency, Restitution, Stops
-from .support import Damping, MassRatio, Support
+from .support import Damping, MassRatio, OneWay, Support
 
 FINE = 1e-3
 """Greatest time between samples of motions on a friction pendulum, whose acceleration jumps, s."""
@@ -53,6 +53,8 @@ class Isolator:
         Velocity of the platform after a strike over that before (judgement: 0.6).
     mass_ratio : float
         Mass of what stands on it over that and the platform's; above 0.1 refused.
+    one_way : bool
+        Whether the reaction of heavier blocks is left out all the same.
 
     Attributes
     ----------
@@ -106,7 +108,7 @@ class Isolator:
         period: Period,
         damping: Damping,
         mass_ratio: MassRatio = 0.0,
-        one_way: bool = False,
+        one_way: OneWay = False,
         *,
         clearance: Clearance | None = None,
         stop_frequency: Frequency | None = None,
@@ -151,7 +153,7 @@ class Isolator:
         stop_frequency: Frequency | None = None,
         stop_restitution: Restitution = RESTITUTION,
         mass_ratio: MassRatio = 0.0,
-        one_way: bool = False,
+        one_way: OneWay = False,
     ) -> Isolator:
         """Return a bilinear isolator, such as lead rubber.
 
@@ -181,7 +183,7 @@ class Isolator:
         stop_frequency: Frequency | None = None,
         stop_restitution: Restitution = RESTITUTION,
         mass_ratio: MassRatio = 0.0,
-        one_way: bool = False,
+        one_way: OneWay = False,
     ) -> Isolator:
         """Return a friction pendulum.
 

@@ -17,6 +17,7 @@ from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only
 
 Damping = Annotated[float, Parameter(at_least=0.0, below=1.0)]
+OneWay = Annotated[bool, Parameter()]
 MassRatio = Annotated[float, Parameter(at_least=0.0, below=1.0)]
 
 
@@ -53,7 +54,7 @@ class Support:
     frequency: Annotated[float, Parameter("Hz", at_least=0.01, at_most=1000.0)]
     damping: Damping = 0.05
     mass_ratio: MassRatio = 0.0
-    one_way: Annotated[bool, Parameter()] = False
+    one_way: OneWay = False
 
     def __post_init__(self) -> None:
         check(self)

@@ -235,24 +235,20 @@ class CsvLine:
         column = next((key for key in self.table.columns if word.rstrip(":") in (key, bare(key))), "")
         if column:
             return column, what
-        words = set(re.findall(r"\w+", said))
-        return next((key for key in given if key.partition("_")[0] in words), ""), said
+        things = {key.partition("_")[0]: key for key in given}
+        return next((things[word] for word in re.findall(r"\w+", said) if word in things), ""), said
 
     def _values(self, table: type[Table]) -> dict[str, Any]:
         """Return the cells that are not empty, as the keys of a table are."""
         found: dict[str, Any] = {}
-        for key, field in table.model_fields.items():
+        for name, field in table.model_fields.items():
+            key = field.alias or name
             if self.cells.get(key):
                 kind = _kind_of(field.annotation)
                 value: Any = self.text(key)
                 if kind is not str:
-                    value = (
-                        self.number_in(key)
-                        if kind is float
-                        else self.yes_in(key)
-                        if kind is bool
-                        else self.count_in(key)
-                    )
+                    read = self.number_in if kind is float else self.yes_in if kind is bool else self.count_in
+                    value = read(key)
                 words = [part.allowed for part in field.metadata if isinstance(part, WordChoice)]
                 found[key] = value.lower() if words and value.lower() in words[0] else value
         return found
