@@ -74,6 +74,11 @@ class TestReading:
         assert last.label.startswith("book stack,")
         assert (last.block.width, last.block.height, last.block.h, last.block.inertia) == (0.35, 2.1, 1.25, 1.25)
 
+    def test_the_class_of_a_piece(self, tmp_path):
+        file = tmp_path / "inventory.csv"
+        file.write_text("item,width_m,height_m,floor,class\na,0.4,1.8,0,shelf\nb,0.4,1.8,0,\n", encoding="utf-8")
+        assert [row.piece_class for row in read_inventory(file).rows] == ["shelf", ""]
+
     def test_columns_and_defaults(self, tmp_path):
         shelf, crate = read(tmp_path, SMALL).rows
         assert shelf == Contents("shelf", tp.Block(SHELF.width, SHELF.height), 2, 3, 0.9, 400.0, ("blocks-exit",))

@@ -104,6 +104,17 @@ class TestSchema:
                 found += 1
         assert found >= 100
 
+    def test_every_key_is_used(self):
+        """A key of a derived table is a parameter of what it makes, or is one that its base uses."""
+        used = {
+            *("kind", "cost", "target", "law", "settlement_mm", "rocking_frequency_hz", "body_frequency_hz"),
+            *("generator", "number", "seed", "component", "axes", "azimuth", "correlation", "match_gmm", "pulse"),
+            *("name", "floors", "system", "sds_g", "sd1_g", "importance", "isolation", "base_mass_kg"),
+        }
+        for name, table in TABLES.items():
+            if hasattr(table, "factors"):
+                assert set(table.model_fields) - set(table.factors) <= used, name
+
     def test_defaults_of_functions(self):
         functions = {"order": mo.bandpass, "azimuth": mo.both_axes, "correlation": mo.Generator.sample_pairs}
         found = [(key, said["default"]) for _, key, _, said in keys() if key in functions and "default" in said]
