@@ -232,7 +232,8 @@ class CsvLine:
     def _column_of(self, said: str, given: Iterable[str]) -> tuple[str, str]:
         """Return the column that a sentence begins with, or the first given one of what it names, and the rest."""
         word, _, what = said.partition(" ")
-        column = next((key for key in self.table.columns if word.rstrip(":") in (key, bare(key))), "")
+        known = (*self.table.columns, *self.table.kind.columns)
+        column = next((key for key in known if word.rstrip(":") in (key, bare(key))), "")
         if column:
             return column, what
         things = {key.partition("_")[0]: key for key in given}

@@ -232,7 +232,7 @@ MESSAGES = [
         SMALL.replace("number = 2", 'number = "2"'),
         "must be a whole number >= 1, without quotes, got '2'",
     ),
-    (SMALL.replace("= 0.5", "= true"), "blocks[1].width_m: must be a number > 0 (in m), got true"),
+    (SMALL.replace("= 0.5", "= true"), "blocks[1].width_m: must be a number > 0 and <= 1,000,000 (in m), got true"),
     (SMALL.replace("number = 2", "seed = 99999999999999999999\nnumber = 2"), "integer of more than 64 bits"),
     (SMALL.replace("number = 2", f"number = {'9' * 5000}"), "not valid TOML: a number that is none"),
     (SMALL.replace("number = 2", f"number = 0x{'f' * 5000}"), "'motions.number' is an integer of more than 64 bits"),
@@ -273,7 +273,10 @@ MESSAGES = [
     (SMALL.replace('"pga"', "5"), "ida.im: must be text in quotes, got 5"),
     (SMALL.replace("number = 2", "number = 2.0"), "motions.number: must be a whole number >= 1, got 2.0"),
     (SMALL.replace("number = 2", "number = 2026-01-01"), "must be a whole number >= 1, got 2026-01-01"),
-    (SMALL.replace("= 0.5", '= "50 cm"'), "width_m: must be a number > 0 (in m), without quotes, got '50 cm'"),
+    (
+        SMALL.replace("= 0.5", '= "50 cm"'),
+        "width_m: must be a number > 0 and <= 1,000,000 (in m), without quotes, got '50 cm'",
+    ),
     (SMALL.replace("[0.1, 0.2]", "[]"), "ida.levels.values: must hold at least 1 entry, got []"),
     (
         SMALL.replace('values = [0.1, 0.2], unit = "g"', 'from = 0.1, to = 1, number = 1, unit = "g"'),
