@@ -107,7 +107,9 @@ def declared(make: Any) -> dict[str, Declared]:
         plain = getattr(make, "__func__", make)
         hints = typing.get_type_hints(plain, include_extras=True)
         arguments = inspect.signature(make).parameters.values()
-        defaults = {one.name: MISSING if one.default is one.empty else one.default for one in arguments}
+        defaults = {
+            argument.name: MISSING if argument.default is argument.empty else argument.default for argument in arguments
+        }
     sentences = sentences_of(make)
     return {
         name: Declared(
@@ -120,14 +122,14 @@ def declared(make: Any) -> dict[str, Declared]:
 def _parts(hint: Any) -> tuple[Any, Parameter | None]:
     """Return the type of an annotation, without None, and its declaration; None where it has none."""
     if typing.get_origin(hint) is typing.Annotated:
-        kind, *more = typing.get_args(hint)
-        return kind, next((one for one in more if isinstance(one, Parameter)), None)
+        kind, *marks = typing.get_args(hint)
+        return kind, next((mark for mark in marks if isinstance(mark, Parameter)), None)
     parts = [part for part in typing.get_args(hint) if part is not type(None)]
     return _parts(parts[0]) if len(parts) == 1 and type(None) in typing.get_args(hint) else (hint, None)
 
 
 def check(values: Any, but: Sequence[str] = ()) -> None:
-    """Raise a ValueError or TypeError for a field of a dataclass, without those of `but`, that is not as declared.
+    """Check the declared fields of a dataclass, all but those of `but`; ValueError or TypeError for a wrong value.
 
     >>> @dataclass
     ... class Wave:

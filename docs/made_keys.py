@@ -100,9 +100,9 @@ def _tables_in(about: dict[str, Any]) -> tuple[list[str], str]:
     for part, mark in ((about, ""), (about.get("items"), "[]"), (about.get("additionalProperties"), ".NAME")):
         if not isinstance(part, dict):
             continue
-        either = [one for name in ("anyOf", "oneOf") for one in part.get(name, [])]
-        inner = [one for choice in either for one in choice.get("oneOf", [])]
-        names = [one["$ref"].rpartition("/")[2] for one in (part, *either, *inner) if "$ref" in one]
+        parts = [part, *part.get("anyOf", []), *part.get("oneOf", [])]
+        parts += [inner for either in parts[1:] for inner in either.get("oneOf", [])]
+        names = [about["$ref"].rpartition("/")[2] for about in parts if "$ref" in about]
         if names:
             return names, mark
     return [], ""
@@ -119,33 +119,33 @@ def _cells(key: str, about: dict[str, Any], needed: bool) -> tuple[str, ...]:
     return tuple(cell.replace("|", "\\|") for cell in cells)
 
 
-def _type(one: dict[str, Any]) -> str:
+def _type(about: dict[str, Any]) -> str:
     """The type of a value in words."""
-    if "const" in one:
-        return f"`{one['const']}`"
-    if "properties" in one:
+    if "const" in about:
+        return f"`{about['const']}`"
+    if "properties" in about:
         return "table"
-    names, mark = _tables_in(one)
-    if names and "anyOf" not in one:
+    names, mark = _tables_in(about)
+    if names and "anyOf" not in about:
         return {"": "table", "[]": "tables", ".NAME": "a table each"}[mark]
-    if "enum" in one:
-        return ", ".join(f"`{word}`" for word in one["enum"])
-    if "anyOf" in one and "type" not in one:
-        return " or ".join(_type(part) for part in one["anyOf"])
-    if one.get("type") == "array":
-        if "prefixItems" in one:
-            return f"list of {len(one['prefixItems'])}"
-        return f"list of {_type(one['items'])}"
-    if "oneOf" in one:
-        return " or ".join(_type(part) for part in one["oneOf"])
+    if "enum" in about:
+        return ", ".join(f"`{word}`" for word in about["enum"])
+    if "anyOf" in about and "type" not in about:
+        return " or ".join(_type(part) for part in about["anyOf"])
+    if about.get("type") == "array":
+        if "prefixItems" in about:
+            return f"list of {len(about['prefixItems'])}"
+        return f"list of {_type(about['items'])}"
+    if "oneOf" in about:
+        return " or ".join(_type(part) for part in about["oneOf"])
     words = {"string": "text", "boolean": "true or false", "integer": "whole number", "object": "table"}
-    kind = words.get(one.get("type", ""), "number")
+    kind = words.get(about.get("type", ""), "number")
     return kind + ",".join(
-        f" {sign} {_number(one[word])}"
+        f" {sign} {_number(about[word])}"
         for word, sign in (
             ("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤"),
         )
-        if word in one
+        if word in about
     )  # fmt: skip
 
 

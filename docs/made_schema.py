@@ -34,7 +34,7 @@ def study_schema() -> dict[str, Any]:
             key = field.alias or name
             said = {"description": sentences.get(key, ""), **own["properties"][key]}
             own["properties"][key] = made = _property(said, key, field)
-            partial += [(made, one.table) for one in field.metadata if isinstance(one, PartialTable)]
+            partial += [(made, mark.table) for mark in field.metadata if isinstance(mark, PartialTable)]
         own["description"] = (table.__doc__ or "").partition("\n\n")[0]
     for made, tables in partial:
         made["properties"] = merged([definitions[table.__name__] for table in tables_of(tables)])
@@ -59,7 +59,7 @@ def merged(tables: list[dict[str, Any]]) -> dict[str, Any]:
             plain = {name: value for name, value in about.items() if name not in ("description", "default")}
             if plain not in found.setdefault(key, []):
                 found[key].append(plain)
-    return {key: one[0] if len(one) == 1 else {"anyOf": one} for key, one in found.items()}
+    return {key: kinds[0] if len(kinds) == 1 else {"anyOf": kinds} for key, kinds in found.items()}
 
 
 def all_tables(table: type[Table] = StudyFile) -> list[type[Table]]:

@@ -35,7 +35,7 @@ class Restraint:
         Force at which one of them breaks, N: the least of device, wall fixing and furniture fixing; infinity: never.
         The 267 N of ASTM F3096 are a lower bound, from a test.
     stiffness : float
-        Force over elongation of one of them, N/m; infinity for an adhesive.  The defaults are judgement.
+        Force over elongation of one of them, N/m; infinity for an adhesive.  The default stiffnesses are judgements.
     front : float or None
         Moment arm about the front lower corner, m: the elongation is the arm times the rotation towards that side;
         None: it does not act on that side.

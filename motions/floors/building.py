@@ -219,12 +219,12 @@ class Building:
             lateral forces of codes, which grow with w h^k (k = 1 up to a period of 0.5 s, 2 from 2.5 s on; ASCE/SEI
             7-22, 12.8.3).  Or of each storey over the weight of the building.  The building is elastic if not given.
         hardening : float
-            Stiffness of storeys after yielding over that before (judgement: 0.03).
+            Ratio of a storey's stiffness after and before yielding (judgement: 0.03).
         p_delta : bool, float or sequence of float, optional
             Stability coefficient theta = P/(k h) of the storeys, or True for that of the weight above them; none if not
             given.  With theta above `hardening` a storey softens after yielding.
         strength_dispersion : float
-            Dispersion of the building's real strength about the one given (judgement: 0.3 for real buildings): each
+            Dispersion of the building's real strength about the given one (judgement: 0.3 for real buildings).  Each
             motion meets a building of its own, whose strengths are multiplied by one lognormal factor of median 1.
         seed : int
             Seed of the factors, which depend on it and on the names of the motions alone.

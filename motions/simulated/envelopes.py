@@ -42,7 +42,7 @@ class RiseStrongDecay(Envelope):
     rise : float
         End of the quadratic rise, s.
     strong_end : float
-        End of the strong phase, s, not before that of the rise.
+        End of the strong phase, s, at or after the end of the rise.
     decay : float
         Rate of decay, 1/s.
 

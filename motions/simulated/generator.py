@@ -27,7 +27,8 @@ Streams = list[np.random.Generator]
 SECOND_COMPONENT = (0, 1)
 """Key, under a seed, of the seed of second components; motions have keys of one number."""
 LARGEST = 1e6
-Seconds = Annotated[float, Parameter("s", above=0.0, at_most=LARGEST)]
+SECONDS = Parameter("s", above=0.0, at_most=LARGEST)
+Seconds = Annotated[float, SECONDS]
 """Type of a time that is longer than 0."""
 MOST_SAMPLES = 500_000_000  # 4 GB
 LEAST_STEPS = 20  # fewer steps hold no motion, and a parabolic baseline would remove most of it
@@ -103,7 +104,9 @@ class Generator(ABC):
 
 
 def steps_of(duration: float, dt: float) -> int:
-    """Return the number of steps of a motion of a duration and a step (s); ValueError if it is too short."""
+    """Return the number of steps of a motion; ValueError if it is too short, or if duration or dt (s) are not > 0."""
+    SECONDS.check("dt", dt)
+    SECONDS.check("duration", duration)
     if duration < LEAST_STEPS * dt:
         raise ValueError(f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * dt:g} s, got {duration:g}")
     return round(duration / dt)

@@ -46,11 +46,11 @@ class Isolator:
     clearance : float
         Displacement at which the platform strikes a stop, m; none if not given.
     stop_frequency : float, optional
-        Natural frequency of platform and load on a stop, sqrt(k_s/m)/(2 pi), Hz: its stiffness, at least that of the
-        isolator.  Contacts last 2 ms at least.  Whether a strike makes a block uplift depends on it: try several.  If
-        not given strikes are not modelled, and motions that reach the clearance are warned of.
+        Natural frequency of platform and load on a stop, sqrt(k_s/m)/(2 pi), Hz, which gives the stop's stiffness; at
+        least the isolator's.  Contacts last 2 ms at least.  Whether a strike makes a block uplift depends on it: try
+        several.  If not given strikes are not modelled, and motions that reach the clearance are warned of.
     stop_restitution : float
-        Velocity of the platform after a strike over that before (judgement: 0.6).
+        Ratio of the platform's velocities after and before a strike (judgement: 0.6).
     mass_ratio : float
         Mass of what stands on it over that and the platform's; above 0.1 refused.
     one_way : bool

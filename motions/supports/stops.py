@@ -17,7 +17,7 @@ from ...core.wording import counted, short_digits
 RESTITUTION = 0.6
 """Share of its velocity with which a platform leaves a stop (judgement)."""
 DECLARED = {
-    # (that of the slowest isolator, than which no stop is softer)
+    # (no stop is softer than the slowest isolator)
     "frequency": Parameter("Hz", at_least=0.01),
     # (a stop that still swings: critical damping leaves exp(-2) = 0.135)
     "restitution": Parameter(at_least=0.15, at_most=1.0),

@@ -111,12 +111,12 @@ class BuildingTable(Derived):
             beside = self.elastic.shake(ground)
 
         def medians(arrays: list[xr.DataArray]) -> tuple[float, float]:
-            plain = [one for array in arrays for one in shaking.records(array.sel(floor=[top]))]
-            pga = np.median([np.abs(one.acceleration).max() for one in plain]) / STANDARD_GRAVITY
-            return float(pga), float(np.median([peak_velocity(one.acceleration, one.dt) for one in plain]))
+            moves = [record for array in arrays for record in shaking.records(array.sel(floor=[top]))]
+            pga = np.median([np.abs(record.acceleration).max() for record in moves]) / STANDARD_GRAVITY
+            return float(pga), float(np.median([peak_velocity(record.acceleration, record.dt) for record in moves]))
 
         def extent(name: str) -> tuple[str, str]:
-            values = np.concatenate([one[name].values for one in floors])
+            values = np.concatenate([floor[name].values for floor in floors])
             ends = f"{short_digits(float(values.min()))} to {short_digits(float(values.max()))}"
             return short_digits(float(np.median(values))), ends
 
@@ -138,7 +138,7 @@ class BuildingTable(Derived):
         """Compute the motions of the floors; floors of a building with a name carry that name (``tower 10``)."""
         building = self.build()
         if isinstance(building, shaking.YieldingBuilding):
-            moved = [building.floor_motions(one, self.given("floors")) for one in ground]
+            moved = [building.floor_motions(motions, self.given("floors")) for motions in ground]
         else:
             moved = building.floor_motions(ground, self.given("floors"))
         if self.name is None:
@@ -262,5 +262,5 @@ else:
 
 def strength_notes(study: Mapping[str, Any]) -> list[Fact]:
     """Return notes on the buildings of a study file, as plain values, whose strength is assumed or uncertain."""
-    tables = [one for one in [study.get("building"), *(study.get("buildings") or [])] if one]
+    tables = [table for table in [study.get("building"), *(study.get("buildings") or [])] if table]
     return [fact for table in map(TypeAdapter(Buildings).validate_python, tables) for fact in table.strength_facts]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -41,9 +42,9 @@ class CodeTable(Table):
     standard: str
     importance: Annotated[float, Field(ge=1.0, le=1.5)] = 1.0
 
+    @abstractmethod
     def build(self, building: Building | None) -> Code:
         """Make the code for a building; ValueError where values do not belong to it."""
-        raise NotImplementedError
 
 
 class Asce7Table(CodeTable):

@@ -186,7 +186,8 @@ class By:
 
 def choice(key: str, tables: Mapping[str, type[Table]]) -> Any:
     """Return the annotation of one of several tables, by the word of their key."""
-    return chosen_by(By(key, tuple(tables)), {f"{key}={word}": _worded(one, key, word) for word, one in tables.items()})
+    worded = {f"{key}={word}": _worded(table, key, word) for word, table in tables.items()}
+    return chosen_by(By(key, tuple(tables)), worded)
 
 
 def chosen_by(by: By, tables: Mapping[str, type[Table]]) -> Any:

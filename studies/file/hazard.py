@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -54,8 +55,9 @@ class HazardTable(Table):
             raise ValueError("hazard needs levels of a measure, got im 'scale'")
         return replace(self._curve(name, folder), at=self.at)
 
+    @abstractmethod
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
-        raise NotImplementedError
+        """Return the curve of a measure; ValueError where there is none."""
 
     def risk(self, im: str, folder: Path) -> Risk:
         """Return the curve with the questions asked of it."""

@@ -198,8 +198,8 @@ def rebased(content: Mapping[str, Any], table: Any, folder: str) -> dict[str, An
     for key, value in content.items():
         if key not in fields:
             continue
-        located = next((one for one in fields[key].metadata if isinstance(one, RelativePath)), None)
-        partial = next((one.table for one in fields[key].metadata if isinstance(one, PartialTable)), None)
+        located = next((mark for mark in fields[key].metadata if isinstance(mark, RelativePath)), None)
+        partial = next((mark.table for mark in fields[key].metadata if isinstance(mark, PartialTable)), None)
         inner = fields[key].annotation if partial is None else partial
         if located is not None:
             before = glob.escape(folder) if located.pattern else folder
@@ -219,7 +219,7 @@ def fields_of(annotation: Any, content: Any) -> dict[str, FieldInfo]:
     """Return the fields, by their keys, of the table in an annotation that some content chooses, or of all of them."""
     table = table_of(annotation, content)
     tables = list(tables_of(annotation)) if table is None else [table]
-    return {field.alias or name: field for one in tables for name, field in one.model_fields.items()}
+    return {field.alias or name: field for table in tables for name, field in table.model_fields.items()}
 
 
 def table_of(annotation: Any, content: Any) -> type[Table] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
@@ -84,9 +85,9 @@ class MotionsTable(Derived):
         """The number of samples of all motions that are generated, 0 where they are read; ValueError as `build`."""
         return 0.0
 
+    @abstractmethod
     def build(self, folder: Path = Path(), first: int = 0) -> list[xr.DataArray]:
         """The motions, from number `first` of a generator; ValueError for a wrong parameter or without a record."""
-        raise NotImplementedError
 
     def made_by(self, folder: Path) -> shaking.Generator | None:
         """Return the generator or pulse of the motions; None of what is read."""

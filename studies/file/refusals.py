@@ -44,8 +44,8 @@ def refusals(
 ) -> list[tuple[str, tuple[int | str, ...]]]:
     """Return a sentence and the location for each error of `content`, unknown keys first; `above` locates the table."""
     found = errors.errors(include_url=False)
-    unknown = [one for one in found if one["type"] == "extra_forbidden"]
-    others = [one for one in found if one not in unknown and not (unknown and one["type"] == "missing")]
+    unknown = [error for error in found if error["type"] == "extra_forbidden"]
+    others = [error for error in found if error not in unknown and not (unknown and error["type"] == "missing")]
     of_keys: dict[str, tuple[str, tuple[int | str, ...]]] = {}
     for error in (*unknown, *others):
         location = _stated(error["loc"], content, error["type"])
@@ -111,8 +111,8 @@ def _unknown(key: str, location: tuple[int | str, ...], table: Any, content: Any
             f"unknown key {shown(key, 120)}: width_m is the size in the direction in which the block tips, which of a "
             "bookcase is its depth from front to back; its length along the wall is not needed"
         )
-    others = {one.alternative[1]: one for one in tables_of(inside) if one.alternative is not None}
-    words = [tag for tag, one in others.items() if name in one.model_fields]
+    others = {table.alternative[1]: table for table in tables_of(inside) if table.alternative is not None}
+    words = [tag for tag, table in others.items() if name in table.model_fields]
     if words:
         return f"unknown key {shown(key, 120)}: {name} belongs to {_choices(words, others, location)}"
     near = meant(name, known)
@@ -224,7 +224,7 @@ def _at(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[Any,
     for part in location:
         field = fields_of(annotation, content).get(part) if isinstance(part, str) else None
         if field is not None:
-            partial = next((one.table for one in field.metadata if isinstance(one, PartialTable)), None)
+            partial = next((mark.table for mark in field.metadata if isinstance(mark, PartialTable)), None)
             annotation = field.annotation if partial is None else partial
         inside = isinstance(content, dict) and part in content
         whole = isinstance(content, list) and isinstance(part, int) and part < len(content)

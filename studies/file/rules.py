@@ -241,8 +241,8 @@ def _obstacles_near_blocks(study: StudyFile) -> None:
 @rule
 def _branches(study: StudyFile) -> None:
     sets = {
-        OF_MOTIONS: [one.name for one in study.motion_sets or []],
-        OF_HAZARD: [one.name for one in study.hazards or []],
+        OF_MOTIONS: [motions.name for motions in study.motion_sets or []],
+        OF_HAZARD: [hazard.name for hazard in study.hazards or []],
     }
     keys = {OF_MOTIONS: "motion_sets", OF_HAZARD: "hazards"}
     kinds = [table.of for table in study.branches or []]

@@ -200,7 +200,7 @@ class StudyFile(Table):
     @property
     def scales(self) -> bool:
         """Whether twice the ground motion gives twice the motion that shakes the blocks."""
-        return all(one.scales for one in self.stand) and (self.support is None or self.support.scales)
+        return all(building.scales for building in self.stand) and (self.support is None or self.support.scales)
 
     @property
     def _scaled_before(self) -> bool:

@@ -188,7 +188,7 @@ class Contents:
     code_class: Annotated[str, Parameter(words=("", *CLASSES))] = ""
     code_importance: Annotated[float, Parameter(at_least=1.0, at_most=1.5)] | None = None
     anchor_strength: Annotated[float, Parameter("N", above=0.0, at_most=MAX_VALUE)] | None = None
-    anchor_height: Annotated[float, Parameter("m", above=0.0)] | None = None
+    anchor_height: Annotated[float, Parameter("m", above=0.0, at_most=MAX_VALUE)] | None = None
     cost: Consequence | None = None
     downtime: Consequence | None = None
     injury: Injury | None = None

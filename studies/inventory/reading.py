@@ -87,7 +87,9 @@ class LineTable(ContentsTable):
     def _together(self) -> Self:
         if not self.floor:
             raise ValueError("floor is empty: it must say where the item stands, 0 is the ground")
-        if re.fullmatch(r"[-+]?[\d.,]+", self.floor) and not (self.floor.isdecimal() and len(self.floor) < 10):
+        if re.fullmatch(r"[-+]?[\d.,]+", self.floor) and not (
+            self.floor.isascii() and self.floor.isdecimal() and len(self.floor) < 10
+        ):
             raise ValueError(f"floor must be a whole number from 0 (ground), or a name, got {shown(self.floor)}")
         if self.given("e") is not None and self.restitution is not None:
             raise ValueError("restitution is the same as e: give one of them")

@@ -42,8 +42,8 @@ def motions_again(configuration: str, both: bool = False) -> list[Record]:
         content.pop(key, None)
     study = StudyFile.model_validate(content)
     sets = study.shaking(Path())
-    for one in others:
-        sets += study.other(motions_table(one["motions"])).shaking(Path())
-    sets = [one.both_ways if both else one for one in sets]
-    arrays = [array for one in sets for array in (*one.motions, *one.ground)]
+    for other in others:
+        sets += study.other(motions_table(other["motions"])).shaking(Path())
+    sets = [shaken.both_ways if both else shaken for shaken in sets]
+    arrays = [array for shaken in sets for array in (*shaken.motions, *shaken.ground)]
     return [record for array in arrays for record in records(array)]

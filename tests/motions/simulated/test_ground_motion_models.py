@@ -182,7 +182,7 @@ vs30_m_s = {{vs30}}
         scaled = mo.scale_to_model(plain, mo.Scenario(5.5, 20e3, 700.0), seed=3)
         np.testing.assert_array_equal(pgv, mo.measures(scaled, ["pgv"])["pgv"])
         path.write_text(text.replace("site-based-scenario", "clough-penzien").partition("magnitude")[0] + "[cloud]\n")
-        with pytest.raises(StudyError, match="unknown key 'motions.match_gmm'"):
+        with pytest.raises(StudyError, match=r"unknown key 'motions\.match_gmm'"):
             tp.Study.from_toml(path)
 
 
