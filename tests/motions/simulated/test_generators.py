@@ -75,6 +75,12 @@ class TestEveryGenerator:
             generator.sample(10**9)
 
 
+@pytest.mark.parametrize(("duration", "dt"), [(20.0, 0.0), (20.0, -0.01), (-20.0, 0.01), (2e6, 0.01)])
+def test_steps_are_of_times_above_zero(duration, dt):
+    with pytest.raises(ValueError, match=r"^d(t|uration) must be finite and > 0 and <= 1e\+06"):
+        mo.steps_of(duration, dt)
+
+
 def test_names():
     elsewhere = {mo.CloughPenzien, mo.SpectrumCompatible, mo.AC156}
     assert {type(g) for g in GENERATORS} | elsewhere == set(mo.GENERATORS.values())

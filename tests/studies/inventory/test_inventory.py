@@ -149,6 +149,7 @@ BAD_FILES = [
     ("catalogue,floor\nbookcase-5-shelf,\n", "line 2, column 'floor': is empty: it must say where"),
     ("catalogue,floor\nbookcase-5-shelf,-1\n", "column 'floor': must be a whole number from 0 .ground., or a name"),
     ("catalogue,floor\nbookcase-5-shelf,1.5\n", "column 'floor': must be a whole number"),
+    ("catalogue,floor\nbookcase-5-shelf,٣\n", "column 'floor': must be a whole number"),
     (
         "catalogue,floor\nbookcase-5-shelve,1\n",
         r"column 'catalogue': no catalogue item 'bookcase-5-shelve'; nearest: bookcase-5-shelf",
@@ -947,6 +948,11 @@ class TestContents:
             (lambda: Contents("x", SHELF, " "), ValueError, "floor must be 1 to 200 printable characters"),
             (lambda: Contents("x", SHELF, 0, 0), ValueError, "count must be at least 1, got 0"),
             (lambda: Contents("x", SHELF, 0, 10**7), ValueError, "count must be at most 1,000,000, got 10,000,000"),
+            (
+                lambda: Contents("x", SHELF, 0, anchor_height=1e16),
+                ValueError,
+                "anchor_height must be finite and > 0 and <=",
+            ),
             (lambda: Contents("x", SHELF, 0, e=0.0), ValueError, "e must be finite and > 0 and <= 1, got 0.0"),
             (lambda: Contents("x", SHELF, 0, value=math.inf), ValueError, "value must be finite"),
             (lambda: Contents("x", SHELF, 0, anchoring_cost=-1.0), ValueError, "anchoring_cost must be"),
