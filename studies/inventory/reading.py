@@ -157,11 +157,6 @@ class LineTable(ContentsTable):
             if self.given(column) is not None:
                 raise ValueError(f"{column} needs a friction: give contact or friction, or the study's [friction]")
 
-    def _injury(self) -> Injury | None:
-        if self.persons_exposed is None or self.injury_probability is None:
-            return None
-        return Injury(self.persons_exposed, self.injury_probability)
-
     def _consequence(self, kind: str) -> Consequence | None:
         """Return the cost or downtime of a piece, None where no median is given."""
         median = self.given(MEDIANS[kind])

@@ -320,7 +320,7 @@ class TestFiles:
             ("a,0.2,0.5,0,1,,0.4,,50,tilt,", "falls_when must be one of centre, foot, got 'tilt'"),
             ("a,0.2,0.5,0,1,,0.4,,,foot,", "falls_when needs edge_distance_mm"),
             ("a,0.2,0.5,0,1,,,,50,,", "edge_distance_mm needs a friction"),
-            ("a,0.2,0.5,0,1,,0.4,,50,,20", "wall_gap_mm a block near an edge must stand free"),
+            ("a,0.2,0.5,0,1,,0.4,,50,,20", "edge_distance_mm a block near an edge must stand free"),
         ],
     )
     def test_refusals_are_one_sentence(self, tmp_path, line, words):
