@@ -46,6 +46,11 @@ class Parameter:
         bounds = " and ".join(f"{signs[name]} {value:g}" for name, value in self.bounds.items())
         return f"{bounds} (in {self.unit})" if self.unit else bounds
 
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
+        """Let a table hold a value to its bounds (a protocol of pydantic)."""
+        names = {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
+        return {**handler(source), **{names[name]: bound for name, bound in self.bounds.items()}}
+
     def holds(self, values: Array) -> Flags:
         """Return, for each of many values, whether it is finite and within the bounds."""
         compare = {"above": np.greater, "at_least": np.greater_equal, "below": np.less, "at_most": np.less_equal}
@@ -53,6 +58,10 @@ class Parameter:
         for name, bound in self.bounds.items():
             flags &= compare[name](values, bound)
         return flags
+
+    def number(self, name: str, value: Any) -> float:
+        """Return a value as a float; ValueError or TypeError unless it is a finite number within the bounds."""
+        return checks.number(name, value, **self.bounds, unit=self.unit)
 
     def check(self, name: str, value: Any, kind: Any = float) -> None:
         """Raise a ValueError or TypeError unless a value, or each of a sequence, is one of the words or in bounds."""
@@ -74,7 +83,15 @@ class Parameter:
             return
         several = kind is not float and isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
         for number in value if several else (value,):
-            checks.number(name, number, **self.bounds, unit=self.unit)
+            self.number(name, number)
+
+
+CHANCE = Parameter(above=0.0, below=1.0)
+SHARE = Parameter(at_least=0.0, at_most=1.0)
+PART = Parameter(above=0.0, at_most=1.0)
+YEARS = Parameter("years", above=0.0)
+Seed = typing.Annotated[int, Parameter(at_least=0)]
+"""Seed of what is drawn."""
 
 
 class Declared(NamedTuple):
@@ -154,6 +171,12 @@ def _checked(kind: Any) -> tuple[tuple[str, Any, Parameter, bool], ...]:
 
 _SECTION = re.compile(r"Parameters\n-+\n(.*?)(?:\n\n\S|\Z)", re.S)
 _ENTRY = re.compile(r"^(\w[\w, ]*?) : [^\n]*\n((?:    .*\n?|\n(?=    ))+)", re.M)
+
+
+def defaults_of(make: Any) -> dict[str, Any]:
+    """Return the defaults of the arguments of a function by their names."""
+    arguments = inspect.signature(make).parameters.values()
+    return {argument.name: argument.default for argument in arguments if argument.default is not argument.empty}
 
 
 def sentences_of(make: Any) -> dict[str, str]:

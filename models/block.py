@@ -18,6 +18,7 @@ from .scenes.wall import Wall, describe_wall
 UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
 MIN_SIZE, MIN_ANGLE = 1e-6, 1e-6
 SIZE = Parameter("m", above=0.0, at_most=1e6)
+SLENDERNESS, HALF_DIAGONAL = Parameter("rad", above=0.0, below=0.5 * math.pi), Parameter("m", above=0.0)
 FACTOR = Parameter(above=1.0, at_most=2.0)
 Size = Annotated[float, SIZE]
 
@@ -220,8 +221,8 @@ class Block:
         cls, alpha: float, R: float, inertia_factor: float = UNIFORM_INERTIA_FACTOR, name: str | None = None
     ) -> Block:
         """Return the block of slenderness alpha (rad, 0 < alpha < pi/2) and size R (m, > 0), mass at mid-height."""
-        angle = checks.number("alpha", alpha, above=0.0, below=0.5 * math.pi, unit="rad")
-        size = checks.number("R", R, above=0.0, unit="m")
+        angle = SLENDERNESS.number("alpha", alpha)
+        size = HALF_DIAGONAL.number("R", R)
         return cls(2.0 * size * math.sin(angle), 2.0 * size * math.cos(angle), None, inertia_factor, name)
 
     @classmethod

@@ -14,7 +14,7 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Annotated, Any, ClassVar
 
 from ..core import checks
-from ..core.parameters import Parameter, check
+from ..core.parameters import PART, Parameter, check
 from ..core.units import STANDARD_GRAVITY
 from .assembly import Zone, assemble
 from .block import Block
@@ -384,7 +384,7 @@ class ViscousDamping(Law):
     @classmethod
     def fema356(cls, e: float, delta: float = 0.05, lever: str = "h") -> ViscousDamping:
         """Return the law with FEMA 356's zeta = 0.4 (1 - e), as quoted by Makris and Konstantinidis (2003)."""
-        return cls(0.4 * (1.0 - checks.number("e", e, above=0.0, at_most=1.0)), delta, lever)
+        return cls(0.4 * (1.0 - PART.number("e", e)), delta, lever)
 
     def oscillator(self, block: Block) -> Oscillator:
         return viscous(block, self, self.delta, self.lever, self.zeta)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...core import checks
+from ...core.parameters import Parameter
 
 MEDIAN, DISPERSION, RATE, PROBABILITY = "median", "dispersion", "rate", "probability"
 TARGETS = (MEDIAN, DISPERSION, RATE, PROBABILITY)
@@ -16,6 +17,8 @@ USUAL = 0.10
 LEAST, MOST = 64, 2000
 FEWEST = 32
 FINEST = 1e-3
+TOLERANCES = {name: Parameter(at_least=FINEST, below=0.5 if name == PROBABILITY else 1.0) for name in TARGETS}
+"""Half widths that can be asked for."""
 CONFIDENCE = 0.95
 
 
@@ -36,8 +39,7 @@ class Until:
 
     def __post_init__(self) -> None:
         checks.choice("until", self.target, TARGETS)
-        below = 0.5 if self.target == PROBABILITY else 1.0
-        checks.number(f"until {self.target}", self.tolerance, at_least=FINEST, below=below)
+        TOLERANCES[self.target].number(f"until {self.target}", self.tolerance)
         if self.target == PROBABILITY:
             checks.number("until probability level", self.level, above=0.0)
         checks.count("until motions least", self.least, at_least=FEWEST)

@@ -13,6 +13,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Progress
 from ...core.doubts import warn
+from ...core.parameters import PART
 from ...core.units import described
 from ...models import Block
 from ...models.friction import Friction
@@ -138,7 +139,7 @@ def slide_runs(
     >>> (found["mode"] == 1).mean("motion").values.round(2).tolist()  # at 0.2 g, and at 1 g
     [[[0.0, 0.75]]]
     """
-    ratio = checks.number("kinetic_ratio", kinetic_ratio, above=0.0, at_most=1.0)
+    ratio = PART.number("kinetic_ratio", kinetic_ratio)
     number = checks.count("draws", draws, at_least=1)
     checks.callback("progress", progress)
     mirrored = checks.choice("polarity", polarity, POLARITIES) == BOTH and POLARITY not in runs.coords

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...core import checks
+from ...core.parameters import CHANCE
 from ...core.units import DIMENSIONLESS
 from ..runs.provenance import provenance_from
 
@@ -47,7 +47,7 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     >>> median_ratio(found, known)["verdict"].values.tolist()
     ['higher']
     """
-    width = checks.number("margin", margin, above=0.0, below=1.0)
+    width = CHANCE.number("margin", margin)
     for name, one, other in (
         ("measure", curves.attrs.get("im"), published.attrs.get("im")),
         ("unit", curves["median"].attrs.get("units"), published["median"].attrs.get("units")),

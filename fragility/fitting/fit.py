@@ -12,6 +12,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.doubts import warn_of_results
+from ...core.parameters import CHANCE
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes, motions_by_floor
@@ -184,7 +185,7 @@ def fit_fragility(
     0.9642 1.3070
     """
     chosen = form_named(default_form(state) if form is None else form)
-    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    level = CHANCE.number("confidence", confidence)
     trials = collect(data, checks.choice("method", method, METHODS) == FIRST, state, together)
     check_method(chosen, method)
     if not isinstance(keep_replicates, bool):
@@ -289,7 +290,7 @@ def _intervals(asked: str | None, form: Form, trials: Trials) -> str:
 
 def _fractiles(values: Sequence[float]) -> tuple[float, ...]:
     found = [values] if np.ndim(values) == 0 else list(values)
-    return tuple(checks.number("fractiles", one, above=0.0, below=1.0) for one in found)
+    return tuple(CHANCE.number("fractiles", one) for one in found)
 
 
 def _method(form: Form, method: str, options: Options, trials: Trials) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...core import checks
 from ...core.elementary import Array, exp, log, power, times
+from ...core.parameters import CHANCE
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, in_si
@@ -87,7 +88,7 @@ class HazardCurve:
         _check_levels(levels, measure.units)
         curvature = checks.number("curvature", self.curvature, at_least=0.0)
         if self.fractile is not None:
-            checks.number("fractile", self.fractile, above=0.0, below=1.0)
+            CHANCE.number("fractile", self.fractile)
         checks.choice("at", self.at, (GROUND, FLOOR))
         if not isinstance(self.source, str):
             raise TypeError(f"source must be a text, got {checks.kind(self.source)}")

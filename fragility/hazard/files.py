@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 
-from ...core import checks
+from ...core.parameters import YEARS
 from ...motions.intensity.measure import Measure
 from ...motions.readers.lines import Lines, RecordError, lines_of
 from .curve import HazardCurve
@@ -86,7 +86,7 @@ def read_hazard(
     ('pga', (0.01, 0.001), 'site.csv, table')
     """
     wanted = None if im is None else measure_label(im)
-    time = None if years is None else checks.number("years", years, above=0.0, unit="years")
+    time = None if years is None else YEARS.number("years", years)
     try:
         with Lines(path) as lines:
             first = next((line for line in lines.head if line.strip()), "")

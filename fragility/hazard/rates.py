@@ -7,9 +7,9 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, expm1, log1p
+from ...core.parameters import YEARS
 
 IMPOSSIBLY_OFTEN = 10.0
 """Annual rate of damaging shaking above which nothing real can be meant."""
@@ -26,7 +26,7 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
     >>> round(float(probability_in(1 / 475, 50)), 4)
     0.0999
     """
-    time = checks.number("years", years, above=0.0, unit="years")
+    time = YEARS.number("years", years)
     if np.any(np.asarray(rate) < 0.0):
         raise ValueError(f"rate must be >= 0 per year, got {np.min(np.asarray(rate)):g}")
     least = np.min(np.asarray(rate, dtype=np.float64), initial=np.inf)
@@ -44,7 +44,7 @@ def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
     >>> round(1 / float(rate_from_probability(0.10, 50)))
     475
     """
-    time = checks.number("years", years, above=0.0, unit="years")
+    time = YEARS.number("years", years)
     values = np.asarray(probability)
     wrong = (values < 0.0) | (values >= 1.0)
     if np.any(wrong):

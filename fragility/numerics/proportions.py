@@ -11,6 +11,7 @@ import scipy
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import CHANCE
 
 Ends = tuple[Array, Array]
 
@@ -58,7 +59,7 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     >>> print(f"{lower:.5f} {upper:.5f}")
     0.03958 0.23052
     """
-    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    level = CHANCE.number("confidence", confidence)
     formula = METHODS[checks.choice("method", method, tuple(METHODS))]
     k, n = np.broadcast_arrays(np.asarray(successes, dtype=float), np.asarray(trials, dtype=float))
     if not np.all((k >= 0.0) & (k <= n)):
@@ -77,14 +78,14 @@ def wilson_interval(successes: Any, trials: Any, confidence: float = 0.95) -> En
 
 def wilson_half_width(runs: int, confidence: float = 0.95) -> float:
     """Return the half width of Wilson's interval of a probability of 1/2: z/(2 sqrt(runs + z²))."""
-    z = float(scipy.special.ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
+    z = float(scipy.special.ndtri(0.5 + 0.5 * CHANCE.number("confidence", confidence)))
     return 0.5 * z / math.sqrt(checks.count("runs", runs) + z * z)
 
 
 def runs_for_half_width(half_width: float, confidence: float = 0.95) -> int:
     """Return the least number of runs whose `wilson_half_width` does not exceed `half_width` (above 0, below 1/2)."""
     width = checks.number("half_width", half_width, above=0.0, below=0.5)
-    z = float(scipy.special.ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
+    z = float(scipy.special.ndtri(0.5 + 0.5 * CHANCE.number("confidence", confidence)))
     return math.ceil(z * z * (0.25 / width**2 - 1.0))
 
 

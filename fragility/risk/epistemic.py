@@ -16,6 +16,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, times
+from ...core.parameters import CHANCE, PART
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
@@ -104,7 +105,7 @@ def epistemic_rates(
     ['1.14e-04', '2.18e-04', '5.91e-04', '1.60e-03', '3.05e-03']
     """
     beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
-    shares = [checks.number("fractiles", one, above=0.0, below=1.0) for one in fractiles]
+    shares = [CHANCE.number("fractiles", one) for one in fractiles]
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)
     every = _checked(branches)
@@ -157,7 +158,7 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
     for one in every:
         if not isinstance(one, Branch):
             raise TypeError(f"branches must be Branch, got {checks.kind(one)}")
-        checks.number("weight of a branch", one.weight, above=0.0, at_most=1.0)
+        PART.number("weight of a branch", one.weight)
         if one.hazard.fractile is not None and one.hazard.weights is not None:
             raise ValueError(
                 f"hazard {one.hazard_name!r:.60} of a branch must be the mean of its realisations, got their fractile "

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, Index, log
+from ...core.parameters import CHANCE
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
@@ -70,7 +71,7 @@ def size_for_rate(
     0.2
     """
     goal = target_rate(rate, probability, years)
-    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    level = CHANCE.number("confidence", confidence)
     checks.choice("along", along, SIZES)
     if not isinstance(rates, xr.Dataset) or "rate" not in rates or "block" not in rates["rate"].dims:
         raise TypeError("rates must be a dataset with `rate` on block, as annual_rate returns it")
@@ -134,7 +135,7 @@ def target_rate(rate: float | None, probability: float | None, years: float) -> 
         raise ValueError(f"a target is either a rate or a probability in years, got {given}")
     if rate is not None:
         return checks.number("rate", rate, above=0.0, unit="1/year")
-    return float(rate_from_probability(checks.number("probability", probability, above=0.0, below=1.0), years))
+    return float(rate_from_probability(CHANCE.number("probability", probability), years))
 
 
 def _crossings(sizes: Array, rates: Array, goal: float) -> tuple[Index, Array]:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import CHANCE
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
@@ -82,7 +83,7 @@ def sobol_indices(
     size, start = checks.count("n", n, at_least=2), checks.count("seed", seed)
     if size & (size - 1):
         raise ValueError(f"n must be a power of 2, got {size}")
-    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    level = CHANCE.number("confidence", confidence)
     times = checks.count("replicates", replicates, at_least=2)
     d = len(inputs.names)
     problem = _problem(inputs)
@@ -144,7 +145,7 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
     [0.9, 1.8]
     """
     _independent(inputs)
-    first = checks.number("low", low, above=0.0, below=1.0)
+    first = CHANCE.number("low", low)
     last = checks.number("high", high, above=first, below=1.0)
     middle, turns = [], []
     for one in inputs.distributions.values():

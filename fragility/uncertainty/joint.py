@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core import checks
 from ...core.aliases import Array, Flags, Index, Progress
+from ...core.parameters import SHARE, Parameter, Seed, check
 from ...core.streams import key_of, stream
 from ...models import Block, Law
 from ...models.laws import oscillator_of
@@ -58,13 +58,27 @@ def drawn_pieces(how: PieceDraws, label: str, count: int, motions: int) -> Index
 
 @dataclass(frozen=True)
 class Variability:
-    """Differences between pieces of one kind.
+    """How pieces of one line of an inventory differ.
 
-    The restitution has a beta distribution with its nominal value as mean and `restitution_sd`, the slenderness angle a
-    lognormal one with its nominal value as median and `slenderness_dispersion`; the size R does not vary. `pieces` are
-    "independent", with a draw for every piece, or "together", with one draw for all pieces of a line, which then still
-    fall together. `variants` (2 to 1000) of each block are run, from which pieces are drawn; a building is filled with
-    drawn pieces `realisations` times (1 to 1000) under each motion.
+    Parameters
+    ----------
+    restitution_sd : float
+        Standard deviation of the restitution.
+    slenderness_dispersion : float
+        Dispersion of the slenderness.
+    pieces : {"independent", "together"}
+        Each its own draw, or one for all.
+    variants : int
+        Variants of each block that are run.
+    realisations : int
+        Fillings of the building under each motion.
+    seed : int
+        Seed of the draws.
+
+    Notes
+    -----
+    The restitution has a beta distribution with its nominal value as mean, the slenderness angle a lognormal one with
+    its nominal value as median; the size R does not vary.
 
     FEMA P-58 has two kinds of performance group, whose components are all in one damage state or each in its own. Here
     the motion is common to all pieces in either case, and only the differences between pieces are drawn: given the
@@ -77,23 +91,17 @@ class Variability:
     as there are realisations, three to four times that of independent ones with 60 motions.
     """
 
-    restitution_sd: float = 0.0
-    slenderness_dispersion: float = 0.0
-    pieces: str = "independent"
-    variants: int = 16
-    realisations: int = 20
-    seed: int = 0
+    restitution_sd: Annotated[float, Parameter(at_least=0.0, below=0.5)] = 0.0
+    slenderness_dispersion: Annotated[float, SHARE] = 0.0
+    pieces: Annotated[str, Parameter(words=PIECES)] = INDEPENDENT
+    variants: Annotated[int, Parameter(at_least=2, at_most=MOST_VARIANTS)] = 16
+    realisations: Annotated[int, Parameter(at_least=1, at_most=MOST_VARIANTS)] = 20
+    seed: Seed = 0
 
     def __post_init__(self) -> None:
-        checks.number("restitution_sd", self.restitution_sd, at_least=0.0, below=0.5)
-        checks.number("slenderness_dispersion", self.slenderness_dispersion, at_least=0.0, at_most=1.0)
+        check(self)
         if self.restitution_sd == 0.0 and self.slenderness_dispersion == 0.0:
             raise ValueError("variability needs restitution_sd or slenderness_dispersion > 0, got 0 for both")
-        checks.choice("pieces", self.pieces, PIECES)
-        for name, least in (("variants", 2), ("realisations", 1)):
-            if checks.count(name, getattr(self, name), at_least=least) > MOST_VARIANTS:
-                raise ValueError(f"{name} must be at most {MOST_VARIANTS}, got {getattr(self, name)}")
-        checks.count("seed", self.seed)
 
     @property
     def plain(self) -> dict[str, Any]:

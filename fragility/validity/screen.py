@@ -11,6 +11,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Progress
+from ...core.parameters import SHARE
 from ...models.friction import Friction
 from ...models.sliding.law import SlidingLaw
 from ...motions.simulated.generator import Generator
@@ -131,10 +132,7 @@ def screen(
     if lowest >= highest:
         raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
     bounds = Bounds((lowest, highest), checks.number("half_width", half_width, above=0.0, below=0.5))
-    if isinstance(undecided, bool | np.bool_):
-        share = float(undecided)
-    else:
-        share = checks.number("undecided", undecided, at_least=0.0, at_most=1.0)
+    share = float(undecided) if isinstance(undecided, bool | np.bool_) else SHARE.number("undecided", undecided)
     if motions is None and share > 0.0:
         raise ValueError("motions must be given where undecided runs are looked for: they are run again")
     checks.callback("progress", progress)

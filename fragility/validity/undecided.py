@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Flags, Progress
+from ...core.parameters import PART
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
@@ -169,7 +170,7 @@ def count_flips_of(
 
 def choose_motions(n: int, share: float) -> Flags:
     """Return True for a share of n motions: rounded down, one at least, a choice that depends on n and share alone."""
-    part = checks.number("share", share, above=0.0, at_most=1.0)
+    part = PART.number("share", share)
     order = np.random.default_rng(np.random.SeedSequence(0)).permutation(n)
     chosen = np.zeros(n, np.bool_)
     chosen[order[: max(1, math.floor(part * n + 1e-9))]] = True

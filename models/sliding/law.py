@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import PART
 from ..block import Block
 from ..friction import Friction
 from ..laws import Model
@@ -182,7 +183,7 @@ class RandomSliding(SlidingLaw):
                 f"friction must be a Friction such as LognormalFriction (of a number: Sliding), got "
                 f"{checks.kind(self.friction)}"
             )
-        checks.number("kinetic_ratio", self.kinetic_ratio, above=0.0, at_most=1.0)
+        PART.number("kinetic_ratio", self.kinetic_ratio)
 
     def slider(self, block: Block) -> Slider:
         """Raise ValueError: the coefficient is one of a run."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar
 
-from .check import EXEMPT, REQUIRED, UNCHECKED, Code, Component
+from ...core.parameters import Parameter
+from .check import CLASSES, EXEMPT, REQUIRED, UNCHECKED, Code, Component
 
 CATEGORIES = ("A", "B", "C", "D", "E", "F")
 TALL = 1.829
@@ -18,23 +19,46 @@ VERY_LIGHT = 89.0
 """Weight, N (20 lb), up to which attached equipment is exempt at any height."""
 
 
-class Factors(NamedTuple):
-    """Component factors of table 13.5-1 or 13.6-1: resonance ductility, at grade and above, and strength."""
+Factor = Annotated[float, Parameter(above=0.0, at_most=10.0)]
 
-    c_ar_at_grade: float
-    c_ar: float
-    r_po: float
+
+@dataclass(frozen=True)
+class Factors:
+    """Component factors of ASCE/SEI 7-22 for one class of pieces, from its tables 13.5-1 and 13.6-1.
+
+    Parameters
+    ----------
+    c_ar : float
+        C_AR above grade.
+    r_po : float
+        Component strength factor R_po.
+    c_ar_at_grade : float, optional
+        C_AR at or below grade.
+    """
+
+    c_ar: Factor
+    r_po: Factor
+    c_ar_at_grade: Factor | None = None
 
 
 @dataclass(frozen=True)
 class Asce7(Code):
     """ASCE/SEI 7-22 at a site.
 
-    `sds` is the design spectral acceleration at short periods S_DS, in g; `category` the seismic design category, A to
-    F; `factors` C_AR and R_po of each class of components, from the tables of the standard; `importance` I_p, 1.0 or
-    1.5, of pieces that state none; `r_mu` the ductility reduction factor R_mu of the building, at least 1.3; `period`
-    its approximate fundamental period T_a, s.
+    Parameters
+    ----------
+    sds_g : float
+        S_DS, in g.
+    design_category : {"A", "B", "C", "D", "E", "F"}
+        Seismic design category.
+    factors : mapping, optional
+        C_AR and R_po of each class of pieces (storage, laboratory, equipment), from tables 13.5-1 and 13.6-1, which are
+        not reproduced.
+    r_mu : float
+        R_μ of the building.
 
+    Notes
+    -----
     F_p = 0.4 S_DS I_p W_p (H_f/R_mu)(C_AR/R_po), between 0.3 and 1.6 S_DS I_p W_p (13.3-1 to 13.3-3); H_f = 1 + a_1
     (z/h) + a_2 (z/h)^10 with a_1 = min(1/T_a, 2.5), a_2 = max(1 - (0.4/T_a)², 0), where T_a is not known 1 + 2.5 z/h;
     R_mu = 1 and H_f = 1 at grade. Against overturning 0.9 - 0.2 S_DS of the weight counts.
@@ -49,25 +73,31 @@ class Asce7(Code):
     table 13.5-1's rows from code-checking software; exemptions as in earlier editions, recalled).
     """
 
-    sds: float
-    category: str
-    factors: Mapping[str, Factors]
-    importance: float = 1.0
-    r_mu: float = 1.3
-    period: float | None = None
+    sds_g: Annotated[float, Parameter(above=0.0, at_most=4.0)]
+    design_category: Annotated[str, Parameter(words=CATEGORIES)]
+    factors: Mapping[str, Factors] | None = None
+    r_mu: Annotated[float, Parameter(at_least=1.3, at_most=10.0)] = 1.3
     title: ClassVar[str] = "ASCE/SEI 7-22, chapter 13"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.importance not in (1.0, 1.5):
+            raise ValueError(f"importance must be 1.0 or 1.5 by 'asce7-22' (13.1.3), got {self.importance:g}")
+        for name in self.factors or {}:
+            if name not in CLASSES[:3]:
+                raise ValueError(f"factors must be of {', '.join(CLASSES[:3])}, got {name!r}")
 
     @property
     def site(self) -> str:
-        return f"S_DS = {self.sds:g} g, seismic design category {self.category}"
+        return f"S_DS = {self.sds_g:g} g, seismic design category {self.design_category}"
 
     @property
     def held_down(self) -> float:
-        return max(0.9 - 0.2 * self.sds, 0.0)
+        return 0.9 - 0.2 * self.sds_g
 
     def duty(self, one: Component) -> tuple[str, str]:
         importance = one.importance or self.importance
-        if self.category == "A":
+        if self.design_category == "A":
             return EXEMPT, "11.7: category A"
         if not one.kind:
             return UNCHECKED, "code_class not given"
@@ -79,42 +109,42 @@ class Asce7(Code):
             return EXEMPT, f"13.1.4: furniture, up to {TALL:g} m tall"
         if one.kind == "equipment":
             return self._equipment(one, importance)
-        if self.category == "B" and importance == 1.0:
+        if self.design_category == "B" and importance == 1.0:
             return EXEMPT, "13.1.4: architectural, category B, I_p = 1"
         return REQUIRED, "13.4, table 13.5-1"
 
     def _equipment(self, one: Component, importance: float) -> tuple[str, str]:
         required = REQUIRED, "13.4, table 13.6-1"
-        if self.category == "B":
+        if self.design_category == "B":
             return EXEMPT, "13.1.4: category B"
         if importance != 1.0 or not one.anchored:
             return required
-        if self.category == "C":
+        if self.design_category == "C":
             return EXEMPT, "13.1.4: category C, I_p = 1, attached"
         if one.weight <= VERY_LIGHT or (one.weight <= LIGHT and one.cm_height <= LOW):
             return UNCHECKED, "13.1.4: light and low: exempt where its connections are flexible"
         return required
 
     def coefficient(self, one: Component) -> tuple[float, str]:
-        factors = self.factors.get(one.kind)
+        factors = (self.factors or {}).get(one.kind)
         if factors is None:
             return math.nan, f"C_AR and R_po of {one.kind} are not given"
         importance = one.importance or self.importance
         if one.at_grade:
-            height, r_mu, c_ar = 1.0, 1.0, factors.c_ar_at_grade
+            height, r_mu, c_ar = 1.0, 1.0, factors.c_ar_at_grade or factors.c_ar
         elif one.z is None or one.h is None:
             return math.nan, "the height of the floor is not known"
         else:
-            height, r_mu, c_ar = height_factor(one.z / one.h, self.period), self.r_mu, factors.c_ar
+            height, r_mu, c_ar = height_factor(one.z / one.h, self.building_period), self.r_mu, factors.c_ar
         plain = 0.4 * (height / r_mu) * (c_ar / factors.r_po)
         least, most = 0.3, 1.6
         found = min(max(plain, least), most)
         limit = "" if found == plain else f", limited to {found:g} S_DS I_p"
         words = (
-            f"0.4 S_DS I_p (H_f/R_μ)(C_AR/R_po) with S_DS = {self.sds:g}, I_p = {importance:g}, H_f = {height:.3g}, "
+            f"0.4 S_DS I_p (H_f/R_μ)(C_AR/R_po) with S_DS = {self.sds_g:g}, I_p = {importance:g}, H_f = {height:.3g}, "
             f"R_μ = {r_mu:.3g}, C_AR = {c_ar:g}, R_po = {factors.r_po:g}{limit}"
         )
-        return found * self.sds * importance, words
+        return found * self.sds_g * importance, words
 
 
 def height_factor(height: float, period: float | None = None) -> float:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from dataclasses import dataclass, field
+from typing import Annotated, ClassVar, NamedTuple
 
+from ...core.parameters import Parameter, check
 from ...core.units import STANDARD_GRAVITY
 
 REQUIRED, EXEMPT, UNCHECKED = "required", "exempt", "not checked"
@@ -67,11 +68,25 @@ class CodeCheck(NamedTuple):
         return (self.clause.partition(": ")[2] or self.clause) if self.status == UNCHECKED else ""
 
 
+@dataclass(frozen=True)
 class Code(ABC):
-    """A building code with the parameters of a site and a building."""
+    """A building code with the parameters of a site and a building.
 
+    Parameters
+    ----------
+    importance : float
+        I_p or γ_a of pieces that state none in `code_importance`.
+    building_period : float, optional
+        Fundamental period of the building, s.
+    """
+
+    importance: Annotated[float, Parameter(at_least=1.0, at_most=1.5)] = field(default=1.0, kw_only=True)
+    building_period: float | None = field(default=None, kw_only=True)
     title: ClassVar[str]
     """The code and its clause on components."""
+
+    def __post_init__(self) -> None:
+        check(self)
 
     @property
     @abstractmethod

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, field_validator, model_validator
 
 from ...core.doubts import warn
 from ...core.elementary import Array, exp
+from ...core.parameters import CHANCE, PART, SHARE
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...fragility.adaptive.curve import MOST_RUNS, RUNS
-from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
+from ...fragility.adaptive.until import FEWEST, LEAST, MEDIAN, MOST, PROBABILITY, TARGETS, TOLERANCES, Until, until_of
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS, SAMPLE
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED, MOST_BLOCKS_A_MOTION
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
-from ...fragility.fitting.links import LOGNORMAL
-from ...fragility.fitting.states import NAMES as STATES
+from ...fragility.fitting.states import NAMES as STATES, OVERTURNED
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
-from ...fragility.uncertainty.joint import PIECES, Variability
+from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.plausibility import level_doubts
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.edge import FALLEN_OFF
@@ -31,13 +31,16 @@ from ...motions.intensity.dataset import as_known
 from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...motions.polarity import BOTH, POLARITIES
-from ..plan.estimates import Fit
+from ..money.present_value import DISCOUNT, DISCOUNT_RATE
+from ..plan.estimates import UNDECIDED, Fit
 from ..plan.piece_classes import NAMES, with_class
 from ..plan.slides import DISTANCES, Slides
 from .code import Codes
+from .derived import Derived, derived
 from .motions import Motions
 from .selecting import OwnTarget, SelectTable
 from .table import (
+    MAX_VALUE,
     Confidence,
     KeyInfo,
     ModelledIn,
@@ -255,10 +258,10 @@ class ChanceTable(Table):
 
     level: Annotated[float, KeyInfo(unit="as `unit` says"), Field(gt=0.0, le=MOST_LEVEL)]
     unit: Annotated[str, one_of(LEVEL_UNITS)]
-    within: Annotated[float, Field(ge=FINEST, lt=0.5)]
+    within: Annotated[float, TOLERANCES[PROBABILITY]]
 
 
-_Share = Annotated[float | None, KeyInfo("not asked for"), Field(ge=FINEST, lt=1.0)]
+_Tolerance = Annotated[Annotated[float, TOLERANCES[MEDIAN]] | None, KeyInfo("not asked for")]
 
 
 class UntilTable(Table):
@@ -274,9 +277,9 @@ class UntilTable(Table):
     seed: Seed of the levels and of the order of motions that are read; a generator has `motions.seed`.
     """
 
-    median: Annotated[_Share, KeyInfo("0.1 where nothing else is asked for")] = None
-    dispersion: _Share = None
-    rate: _Share = None
+    median: Annotated[_Tolerance, KeyInfo("0.1 where nothing else is asked for")] = None
+    dispersion: _Tolerance = None
+    rate: _Tolerance = None
     probability: Annotated[ChanceTable | None, KeyInfo("not asked for")] = None
     motions: Annotated[NumberTable | None, KeyInfo("64 at least")] = None
     runs_per_motion: Annotated[
@@ -376,7 +379,7 @@ class ScreenTable(Table):
         `fit.state` other than a fall.
     """
 
-    undecided: Annotated[float | None, KeyInfo(0.08), Field(ge=0.0, le=1.0)] = None
+    undecided: Annotated[Annotated[float, SHARE] | None, KeyInfo(UNDECIDED)] = None
 
 
 class FrictionTable(Table):
@@ -396,7 +399,7 @@ class FrictionTable(Table):
         KeyInfo("none: static is given"),
         Field(description=f"Instead of static: {', '.join(CONTACTS)} (judgement). `castors` are refused: they roll."),
     ] = None
-    kinetic_ratio: Annotated[float | None, KeyInfo("1, or that of contact"), Field(gt=0.0, le=1.0)] = None
+    kinetic_ratio: Annotated[Annotated[float, PART] | None, KeyInfo("1, or that of contact")] = None
     slips_m: Annotated[
         list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
         KeyInfo("0.05, 0.1, 0.3"),
@@ -442,27 +445,10 @@ class FrictionTable(Table):
         )
 
 
-class VariabilityTable(Table):
-    """How pieces of one line of an inventory differ.
-
-    restitution_sd: Standard deviation of the restitution.
-    slenderness_dispersion: Dispersion of the slenderness.
-    pieces: Each its own draw, or one for all.
-    variants: Variants of each block that are run.
-    realisations: Fillings of the building under each motion.
-    seed: Seed of the draws.
-    """
-
-    restitution_sd: Annotated[float | None, KeyInfo(0.0), Field(ge=0.0)] = None
-    slenderness_dispersion: Annotated[float | None, KeyInfo(0.0), Field(ge=0.0)] = None
-    pieces: Annotated[str | None, one_of(PIECES), KeyInfo("independent")] = None
-    variants: Annotated[int | None, KeyInfo(16), Field(ge=1)] = None
-    realisations: Annotated[int | None, KeyInfo(20), Field(ge=1)] = None
-    seed: Annotated[int | None, KeyInfo(0), Field(ge=0)] = None
-
-    def build(self) -> Variability:
-        """Make the variability; ValueError where a value is out of range."""
-        return Variability(**self.model_dump(exclude_none=True))
+if TYPE_CHECKING:
+    VariabilityTable = Derived
+else:
+    VariabilityTable = derived(Variability)
 
 
 class TargetTable(Table):
@@ -526,18 +512,18 @@ class PerformanceTable(Table):
     at_level: Annotated[float | None, KeyInfo("the middle one", unit="as `levels.unit` says"), Field(gt=0.0)] = None
     safety: Annotated[list[str] | None, KeyInfo("`injury`, `blocks-exit`, `release`")] = None
     sort: Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"] = "recommendation"
-    discount_rate: Annotated[float, KeyInfo(unit="1/year"), Field(ge=0.0, le=0.5)] = 0.04
+    discount_rate: Annotated[float, KeyInfo(unit="1/year"), DISCOUNT_RATE] = DISCOUNT
     modelling_dispersion: Modelling = 0.0
     modelling: ModelledIn = "mean"
     modelling_class: ModellingClass = None
-    consequence_correlation: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+    consequence_correlation: Annotated[float, SHARE] = 1.0
     code: Annotated[Codes | None, KeyInfo("code requirements are not checked")] = None
     budget: Annotated[
-        float | None, KeyInfo("no set is chosen", unit="the inventory's currency"), Field(gt=0.0, le=1000000000000000.0)
+        float | None, KeyInfo("no set is chosen", unit="the inventory's currency"), Field(gt=0.0, le=MAX_VALUE)
     ] = None
     kits: Annotated[list[str] | None, KeyInfo("none"), Field(min_length=1, max_length=20)] = None
     target: Annotated[TargetTable | None, KeyInfo("no set is chosen")] = None
-    replicates: Replicates = 1000
+    replicates: Replicates = Fit.replicates
     seed: Seed = 0
 
     @model_validator(mode="before")
@@ -561,16 +547,16 @@ class FitTable(Table):
     """
 
     form: Annotated[str, one_of(FORMS), KeyInfo("`lognormal`; `isotonic` where `state` is `front` or `back`")] = (
-        LOGNORMAL
+        Fit.form
     )
-    method: Annotated[str, one_of(METHODS)] = "binomial"
+    method: Annotated[str, one_of(METHODS)] = Fit.method
     intervals: Annotated[str | None, one_of(INTERVALS), KeyInfo("`bootstrap` for ida, else `profile`")] = None
-    fractiles: Annotated[list[Annotated[float, Field(gt=0.0, lt=1.0)]] | None, KeyInfo("none")] = None
-    penalty: Annotated[str, one_of(PENALTIES)] = "auto"
-    replicates: Replicates = 1000
+    fractiles: Annotated[list[Annotated[float, CHANCE]] | None, KeyInfo("none")] = None
+    penalty: Annotated[str, one_of(PENALTIES)] = Fit.penalty
+    replicates: Replicates = Fit.replicates
     seed: Seed = 0
-    state: str | float = "overturned"
-    confidence: Confidence = 0.95
+    state: str | float = OVERTURNED
+    confidence: Confidence = Fit.confidence
     modelling_dispersion: Modelling = 0.0
     modelling: ModelledIn = "mean"
     modelling_class: ModellingClass = None

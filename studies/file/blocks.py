@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -12,17 +11,17 @@ from pydantic import Field, TypeAdapter, ValidationError, create_model, field_va
 
 from ...core.doubts import warn
 from ...core.facts import Fact
-from ...core.parameters import declared
+from ...core.parameters import CHANCE, declared
 from ...core.wording import listed_name
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
-from ...models.block import UNIFORM_INERTIA_FACTOR
+from ...models.block import HALF_DIAGONAL, SLENDERNESS, UNIFORM_INERTIA_FACTOR
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.restraint import KINDS
 from .csv_table import CsvTable, TableKind
 from .derived import Derived, choice, default_of, derived, in_si, keys_of
 from .refusals import refusal
-from .table import KeyInfo, Spread, Static, Table, Trip, shown
+from .table import AMOUNT, KeyInfo, Spread, Static, Table, Trip, shown
 
 MOST_BLOCKS = 1_000_000
 MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
@@ -41,10 +40,8 @@ class RestraintTable(Derived):
 
     kind: str
     strength_n: Annotated[float, Field(gt=0.0, description=declared(Restraint)["strength"].sentence)]
-    cost: Annotated[
-        float | None, KeyInfo("not known", unit="the inventory's currency"), Field(ge=0.0, le=1000000000000000.0)
-    ] = None
-    target: Annotated[float | None, KeyInfo("no strength is looked for"), Field(gt=0.0, lt=1.0)] = None
+    cost: Annotated[Annotated[float, AMOUNT] | None, KeyInfo("not known", unit="the inventory's currency")] = None
+    target: Annotated[Annotated[float, CHANCE] | None, KeyInfo("no strength is looked for")] = None
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -180,8 +177,8 @@ class BlockTable(PieceTable):
     """
 
     name: Annotated[str | None, KeyInfo("what it is"), Field(min_length=1, max_length=200)] = None
-    alpha_rad: Annotated[float | None, Field(gt=0.0, lt=0.5 * math.pi)] = None
-    R_m: Annotated[float | None, Field(gt=0.0)] = None
+    alpha_rad: Annotated[float, SLENDERNESS] | None = None
+    R_m: Annotated[float, HALF_DIAGONAL] | None = None
     restraint: Annotated[str | Restraints | None, KeyInfo("none")] = None
     friction: Annotated[Static | None, KeyInfo("that of [friction], which it needs; not in `blocks_file`")] = None
     friction_dispersion: Annotated[Spread | None, KeyInfo("taken as known exactly, with a note")] = None

@@ -7,6 +7,7 @@ another word is refused where the file is read.
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -74,7 +75,7 @@ def derived(
     label = f"{make.__name__[0].upper()}{make.__name__[1:]}{base.__name__}"
     made = create_model(label, __base__=base, __module__=__name__, **fields)
     made.makes, made.factors = staticmethod(make), factors  # type: ignore[attr-defined]
-    made.__doc__ = base.__doc__
+    made.__doc__ = inspect.cleandoc(make.__doc__).split("\n\n")[0] if base is Derived else base.__doc__
     return made
 
 
@@ -106,11 +107,16 @@ def keys_of(
 def in_si(table: Table, factors: Mapping[str, tuple[str, float]]) -> dict[str, Any]:
     """Return the values of a table that are given, by parameter and in SI; ValueError as of tables in the table."""
     given = {name: (getattr(table, key), factor) for key, (name, factor) in factors.items()}
-    return {
-        name: value.build() if isinstance(value, Derived) else _times(value, factor)
-        for name, (value, factor) in given.items()
-        if value is not None
-    }
+    return {name: _made(value, factor) for name, (value, factor) in given.items() if value is not None}
+
+
+def _made(value: Any, factor: float) -> Any:
+    """Return the value of a key in SI, or what its table, or each of its tables by name, describes."""
+    if isinstance(value, Derived):
+        return value.build()
+    if isinstance(value, dict):
+        return {name: _made(part, factor) for name, part in value.items()}
+    return _times(value, factor)
 
 
 def _worded(table: type[Table], key: str, word: str) -> type[Table]:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, TypeAdapter, model_validator
 
-from ...fragility import HazardCurve, read_hazard
+from ...core.parameters import CHANCE, PART, YEARS, defaults_of
+from ...fragility import HazardCurve, annual_rate, read_hazard
 from ...fragility.hazard.pieces import ABOVE_RULES, BELOW_RULES
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, intensity_measure
 from ..plan.risk import Risk
@@ -38,8 +39,8 @@ class HazardTable(Table):
     at: Annotated[str, one_of(("ground", "floor"))] = "ground"
     below: Annotated[str, one_of(BELOW_RULES)] = "extend"
     above: Annotated[str, one_of(ABOVE_RULES)] = "extend"
-    years: Annotated[float, KeyInfo(unit="years"), Field(gt=0.0)] = 50.0
-    probability: Annotated[float | None, KeyInfo("not asked"), Field(gt=0.0, lt=1.0)] = None
+    years: Annotated[float, KeyInfo(unit="years"), YEARS] = defaults_of(annual_rate)["years"]
+    probability: Annotated[Annotated[float, CHANCE] | None, KeyInfo("not asked")] = None
     along: Annotated[str | None, one_of(ALONG)] = None
 
     @model_validator(mode="after")
@@ -227,7 +228,7 @@ class BranchTable(Table):
 
     of: Annotated[str, one_of(OF)]
     names: Annotated[list[str], Field(min_length=1, max_length=100)]
-    weights: Annotated[list[Annotated[float, Field(gt=0.0, le=1.0)]], Field(min_length=1, max_length=100)]
+    weights: Annotated[list[Annotated[float, PART]], Field(min_length=1, max_length=100)]
 
     @model_validator(mode="after")
     def _of_one_size(self) -> Self:

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from ...core.parameters import Parameter
 from .include import fields_of, tables_of
 from .table import UNIT_SUFFIXES, PartialTable, checked, meant, shown, suffix_of
 
@@ -189,14 +190,14 @@ def _allowed(kind: str, location: tuple[int | str, ...], of_key: tuple[FieldInfo
 
 def _bounds(field: FieldInfo) -> str:
     """The bounds of a number in the table: '> 0 and <= 1'."""
-    signs = ((">", "gt"), (">=", "ge"), ("<", "lt"), ("<=", "le"))
-    found = []
+    signs = ((">", "gt", "above"), (">=", "ge", "at_least"), ("<", "lt", "below"), ("<=", "le", "at_most"))
+    bounds = []
     for limit in (*field.metadata, *_limits(field.annotation)):
-        for sign, constraint in signs:
-            bound = getattr(limit, constraint, None)
-            if bound is not None:
-                found.append(f"{sign} {bound:,.0f}" if 10.0 <= bound < MOST_WRITTEN else f"{sign} {bound:g}")
-    return " and ".join(dict.fromkeys(found))
+        for sign, *names in signs:
+            for bound in (getattr(limit, name, None) for name in names):
+                if bound is not None:
+                    bounds.append(f"{sign} {bound:,.0f}" if 10.0 <= bound < MOST_WRITTEN else f"{sign} {bound:g}")
+    return " and ".join(dict.fromkeys(bounds))
 
 
 def _limits(annotation: Any) -> Iterator[Any]:
@@ -204,6 +205,8 @@ def _limits(annotation: Any) -> Iterator[Any]:
     for part in get_args(annotation):
         if isinstance(part, FieldInfo):
             yield from part.metadata
+        elif isinstance(part, Parameter):
+            yield part
         elif next(tables_of(part), None) is None:
             yield from _limits(part)
 

@@ -14,6 +14,7 @@ from ...fragility.fitting.links import LINKS
 from ...fragility.fitting.states import OVERTURNED, UPLIFTED
 from ...fragility.hazard.pieces import EXTEND
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
+from ...fragility.uncertainty.joint import INDEPENDENT, TOGETHER
 from .hazard import OF_HAZARD, OF_MOTIONS
 from .motions import PAIR
 
@@ -209,10 +210,11 @@ def _shared_friction(study: StudyFile) -> None:
     if study.performance is None:
         raise ValueError(f"friction.shared is for the pieces of a performance study, not for {study.of_kind}")
     variability = study.performance.variability
-    if variability is not None and shared != (variability.pieces == "together"):
+    pieces = INDEPENDENT if variability is None else variability.given("pieces") or INDEPENDENT
+    if variability is not None and shared != (pieces == TOGETHER):
         raise ValueError(
             f"friction.shared = {str(shared).lower()} contradicts performance.variability.pieces = "
-            f"{variability.pieces or 'independent'!r}: pieces share their friction as they share all that differs"
+            f"{pieces!r}: pieces share their friction as they share all that differs"
         )
 
 

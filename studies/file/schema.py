@@ -49,7 +49,6 @@ from .analyses import (
 )
 from .blocks import BlockTable, Restraints, RestraintTable
 from .buildings import Buildings, BuildingTable, StoreysTable
-from .code import Asce7Table
 from .hazard import BranchTable, Hazards, HazardSetTable, MotionSetTable
 from .include import line_of, read_content, text_of
 from .models import Models
@@ -180,14 +179,15 @@ class StudyFile(Table):
         """Take S_DS of a building's default strength from the code that the study checks."""
         code = None if self.performance is None else self.performance.code
         building = self.building
-        if not isinstance(building, StoreysTable) or building.system is None or not isinstance(code, Asce7Table):
+        sds = None if code is None else code.given("sds_g")
+        if not isinstance(building, StoreysTable) or building.system is None or sds is None:
             return self
-        if building.sds_g not in (None, code.sds_g):
+        if building.sds_g not in (None, sds):
             raise ValueError(
-                f"building.sds_g {building.sds_g:g} and performance.code.sds_g {code.sds_g:g} are of one site: state "
+                f"building.sds_g {building.sds_g:g} and performance.code.sds_g {sds:g} are of one site: state "
                 "one of them"
             )
-        return self.model_copy(update={"building": building.model_copy(update={"sds_g": code.sds_g})})
+        return self.model_copy(update={"building": building.model_copy(update={"sds_g": sds})})
 
     @model_validator(mode="after")
     def _rules(self) -> Self:

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJson
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
 from ...core.doubts import Doubt
+from ...core.parameters import CHANCE, Parameter
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
 from ..text.error import StudyError
 
@@ -264,6 +265,9 @@ def bare(key: str) -> str:
     return key.removesuffix(suffix_of(key))
 
 
+MAX_VALUE = 1e15
+AMOUNT = Parameter(at_least=0.0, at_most=MAX_VALUE)
+"""An amount of money."""
 # Keys that several tables have.
 Static = Annotated[float, Field(ge=0.05, le=2.0, description="Static coefficient of friction, or its median.")]
 Spread = Annotated[float, Field(gt=0.0, le=1.0, description="Dispersion of a lognormal coefficient of friction.")]
@@ -278,7 +282,7 @@ Trip = Annotated[
 ]
 Replicates = Annotated[int, Field(ge=100, le=100_000, description="Resamples of the motions.")]
 Seed = Annotated[int, Field(ge=0, description="Seed of what is drawn.")]
-Confidence = Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")]
+Confidence = Annotated[float, CHANCE, Field(description="Of all intervals.")]
 Modelling = Annotated[
     float, Field(ge=0.0, le=5.0, description="β_m: how well the model's capacities are known; 0: not counted.")
 ]

@@ -13,6 +13,7 @@ from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInpu
 from ...fragility.uncertainty.distributions import Distribution
 from ...fragility.uncertainty.realisation import KNOWN
 from ...models.laws import MIN_DELTA
+from ..plan.estimates import Fit
 from .derived import choice
 from .table import Confidence, KeyInfo, Replicates, Seed, Table, bare, checked
 
@@ -106,8 +107,8 @@ class BetaTable(InputTable):
     makes = Beta
     a: float
     b: float
-    lower: Annotated[float, OF_INPUT] = 0.0
-    upper: Annotated[float, OF_INPUT] = 1.0
+    lower: Annotated[float, OF_INPUT] = Beta.lower
+    upper: Annotated[float, OF_INPUT] = Beta.upper
 
 
 class LeastTable(InputTable):
@@ -232,10 +233,10 @@ class Sweep(NamedTuple):
     parameter: str
     values: Array
     reference: str | float
-    friction: float = 1.0
-    replicates: int = 1000
-    seed: int = 0
-    confidence: float = 0.95
+    friction: float
+    replicates: int
+    seed: int
+    confidence: float
 
 
 class SensitivityTable(Table):
@@ -250,9 +251,9 @@ class SensitivityTable(Table):
     parameter: Literal["delta", "e"]
     values: Annotated[list[float], Field(min_length=2, max_length=200)]
     reference: Annotated[str | float | None, KeyInfo("rigid over delta, own over e")] = None
-    replicates: Replicates = 1000
+    replicates: Replicates = Fit.replicates
     seed: Seed = 0
-    confidence: Confidence = 0.95
+    confidence: Confidence = Fit.confidence
     inputs: Annotated[dict[str, Inputs] | None, KeyInfo("none"), Field(min_length=1)] = None
     sobol: Sobol = None
 

@@ -12,6 +12,7 @@ import scipy
 from ...core import checks
 from ...core.distributions import Normal
 from ...core.elementary import Array, exp, times
+from ...core.parameters import SHARE
 from ...core.streams import key_of, stream
 
 LOGNORMAL, NORMAL = DISTRIBUTIONS = ("lognormal", "normal")
@@ -144,7 +145,7 @@ class Injury:
 
     def __post_init__(self) -> None:
         checks.number("persons", self.persons, at_least=0.0, at_most=1e4)
-        checks.number("probability", self.probability, at_least=0.0, at_most=1.0)
+        SHARE.number("probability", self.probability)
 
     @property
     def mean(self) -> float:
@@ -174,7 +175,7 @@ class PieceScores:
 
     def __post_init__(self) -> None:
         checks.count("realisations", self.realisations, at_least=1)
-        checks.number("consequence_correlation", self.correlation, at_least=0.0, at_most=1.0)
+        SHARE.number("consequence_correlation", self.correlation)
         checks.count("seed", self.seed)
 
     @cached_property

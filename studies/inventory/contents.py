@@ -13,7 +13,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.doubts import Doubt, first_of, noted
-from ...core.parameters import Parameter, check
+from ...core.parameters import PART, Parameter, check
 from ...fragility.validity.plausibility import UNITS, block_doubts, restitution_doubts
 from ...models import Block
 from ...models.block import describe_scene
@@ -24,7 +24,7 @@ from ...motions.supports.isolator import Isolator
 from ...motions.supports.support import Support
 from ..codes.check import CLASSES
 from ..file.csv_table import MAX_TEXT
-from ..file.table import shown
+from ..file.table import AMOUNT, MAX_VALUE, shown
 from .consequences import Consequence, Injury
 
 
@@ -71,8 +71,7 @@ class Stand:
 
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
-MAX_VALUE = 1e15
-Amount = Annotated[float, Parameter(at_least=0.0, at_most=MAX_VALUE)]
+Amount = Annotated[float, AMOUNT]
 LEAST_TRIP, MAX_TRIP = 0.001, 10.0
 """Nearest and farthest obstacle, m."""
 MOST_PERSONS = 50.0
@@ -254,7 +253,7 @@ class Contents:
             raise ValueError(f"contact must be one of {', '.join((*CONTACTS, ROLLING, LOCKED))}, got {self.contact!r}")
         if self.friction is not None and not isinstance(self.friction, Friction):
             raise TypeError(f"friction must be a Friction or None, got {checks.kind(self.friction)}")
-        checks.number("kinetic_ratio", self.kinetic_ratio, above=0.0, at_most=1.0)
+        PART.number("kinetic_ratio", self.kinetic_ratio)
         if self.rolls and self.friction is not None:
             raise ValueError(f"friction must be None on castors, which roll, got one for {self.label!r}")
         if self.block.edge is not None and not self.anchored and self.friction is None:

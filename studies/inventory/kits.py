@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import Self
 
-from ...core import checks
 from ...core.parameters import declared
 from ...models import Block, Restraint
 from ..file.blocks import MAKERS, RestraintTable
-from .contents import MAX_VALUE, Contents
+from ..file.table import AMOUNT
+from .contents import Contents
 
 SAME_WIDTH = 1e-6
 """Relative difference of widths up to which a kit that is made for one width fits another."""
@@ -39,7 +39,7 @@ class Kit:
 
     def __post_init__(self) -> None:
         if self.cost is not None:
-            checks.number("cost", self.cost, at_least=0.0, at_most=MAX_VALUE)
+            AMOUNT.number("cost", self.cost)
 
     @classmethod
     def of(cls, name: str, table: RestraintTable) -> Self:

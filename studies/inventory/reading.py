@@ -18,12 +18,12 @@ from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, friction_fro
 from ..file.blocks import PieceTable
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
 from ..file.derived import in_si, keys_of
-from ..file.table import Spread, Static, one_of, shown
+from ..file.table import MAX_VALUE, Spread, Static, one_of, shown
 from ..file.workbook import CURRENCIES, Numeric
 from ..plan.slides import Slides
 from ..text.error import StudyError
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
-from .contents import MAX_ROWS, MAX_VALUE, Contents, Inventory, Stand, floor_text, row_doubts
+from .contents import MAX_ROWS, Contents, Inventory, Stand, floor_text, row_doubts
 from .kits import Kit
 
 MEDIANS = {"cost": "cost_median", "downtime": "downtime_median_days"}

@@ -39,7 +39,7 @@ from ..facts.notes import of_branch
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Cloud, Incremental, OfRuns, Stripes
-from ..plan.estimates import LOW_SHARE, MEAN, Fit, ranked
+from ..plan.estimates import LOW_SHARE, MEAN, UNDECIDED, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
@@ -55,7 +55,6 @@ from .study import (
     CURVE_BYTES,
     REPLICATE_BYTES,
     SLAB_BYTES_A_RUN,
-    UNDECIDED,
     BlockStudy,
     Study,
     blocks_of,

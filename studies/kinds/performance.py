@@ -199,7 +199,7 @@ class PerformanceStudy(Study):
         inventory = placed_on_axes(inventory, shaking, laws)
         _refuse_modelling(asked.modelling_dispersion, inventory, shaking, hazard is not None)
         try:
-            code = None if asked.code is None else asked.code.build(building)
+            code = None if asked.code is None else asked.code.of(building)
         except ValueError as error:
             raise ValueError(f"performance.code: {error}") from None
         for row in inventory.rows:

@@ -30,13 +30,12 @@ from ...models.friction import Friction
 from ..file.schema import StudyFile
 from ..file.uncertainty import GIVEN, OWN, PREVIOUS, RIGID, Sweep
 from ..plan.designs import Incremental
-from ..plan.estimates import middle_level
+from ..plan.estimates import UNDECIDED, middle_level
 from ..sensitivity.findings import Grid, findings, placed_screen
 from .study import (
     CURVE_BYTES,
     MOST_VARIED,
     REPLICATE_BYTES,
-    UNDECIDED,
     BlockStudy,
     Study,
     blocks_of,

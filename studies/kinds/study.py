@@ -51,6 +51,7 @@ from ..file.buildings import strength_notes
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import all_errors
 from ..plan.designs import Design, Incremental
+from ..plan.estimates import UNDECIDED
 from ..plan.reading import Reading
 from ..plan.risk import Risk
 from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
@@ -605,10 +606,6 @@ class BlockStudy:
         hazard = [] if self.risk is None else [asdict(self.risk.hazard)]
         beside = "blocks_file" in self.configuration
         return [*hazard, *([list(astuple(one)) for one in self.blocks] if beside else [])]
-
-
-UNDECIDED = 0.08
-"""Share of the motions whose flags are tested under perturbations: some 30 % more work."""
 
 
 def screening_of(content: StudyFile) -> tuple[Friction | None, float]:

@@ -38,7 +38,7 @@ from ...models.friction import Friction
 from ...motions import records
 from ..file.schema import StudyFile
 from ..plan.designs import Incremental
-from ..plan.estimates import Fit
+from ..plan.estimates import UNDECIDED, Fit
 from ..plan.risk import Risk, without_replicates
 from ..plan.samples import (
     NO_CAPACITY,
@@ -54,7 +54,6 @@ from ..text.axes import held_notes
 from ..text.curve_notes import curve_notes
 from .study import (
     MOST_VARIED,
-    UNDECIDED,
     BlockStudy,
     Study,
     blocks_of,

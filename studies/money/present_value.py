@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from ...core import checks
+from ...core.parameters import Parameter
 
 DISCOUNT = 0.04
 """Discount rate, 1/year, where a study names no other."""
-MOST_DISCOUNT = 0.5
-"""Largest discount rate, 1/year."""
+DISCOUNT_RATE = Parameter("1/year", at_least=0.0, at_most=0.5)
+"""Discount rates that make sense."""
 
 
 def present_value(rate: float, years: float) -> float:
@@ -19,7 +20,7 @@ def present_value(rate: float, years: float) -> float:
     is compounded once a year; the years n are >= 0. Fuller, S. K., Petersen, S. R. (1996). Life-cycle costing manual
     for the federal energy management program. NIST Handbook 135 (recalled).
     """
-    checks.number("rate", rate, at_least=0.0, at_most=MOST_DISCOUNT)
+    DISCOUNT_RATE.number("rate", rate)
     checks.number("years", years, at_least=0.0)
     return -math.expm1(-years * math.log1p(rate)) / rate if rate > 0.0 else years
 
@@ -33,7 +34,7 @@ def payback(cost: float, saving: float, rate: float) -> float:
     <= 0; a cost of 0 is paid after 0 years. ASTM E1121. Standard practice for measuring payback for investments in
     buildings and building systems (recalled).
     """
-    checks.number("rate", rate, at_least=0.0, at_most=MOST_DISCOUNT)
+    DISCOUNT_RATE.number("rate", rate)
     if math.isnan(cost) or math.isnan(saving):
         return math.nan
     checks.number("cost", cost, at_least=0.0)

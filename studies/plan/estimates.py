@@ -12,10 +12,12 @@ import numpy as np
 import xarray as xr
 
 from ...core.facts import Fact
+from ...core.parameters import defaults_of
 from ...core.units import DIMENSIONLESS
 from ...fragility import curve_probability, fit_fragility, overturning_probability, rank_measures, with_modelling
 from ...fragility.curves.curve import LEAST, TABULATED, form_name
-from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, reached, state_name
+from ...fragility.fitting.links import LOGNORMAL
+from ...fragility.fitting.states import State, flags_of, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.modelling import capacity_factors, with_ends
 from ...fragility.runs.provenance import RUN, motions_by_floor
@@ -25,6 +27,9 @@ RANK = "measure_"
 """Prefix of the names of the ranking's variables, beside the other variables of the results."""
 MEAN = "mean"
 """Where the modelling uncertainty goes: into the mean rate, else into its fractiles."""
+USUAL = defaults_of(fit_fragility)
+UNDECIDED = 0.08
+"""Share of the motions whose flags are tested under perturbations: some 30 % more work."""
 LOW_SHARE = 0.1
 """Probability whose level is given beside the median where there is a hazard."""
 
@@ -33,15 +38,15 @@ LOW_SHARE = 0.1
 class Fit:
     """Options of the fitted curves, as those of `toppling.fit_fragility`."""
 
-    form: str = "lognormal"
-    method: str = "binomial"
+    form: str = LOGNORMAL
+    method: str = USUAL["method"]
     intervals: str | None = None
     fractiles: tuple[float, ...] = ()
-    penalty: str = "auto"
-    replicates: int = 1000
-    seed: int = 0
-    state: State = OVERTURNED
-    confidence: float = 0.95
+    penalty: str = USUAL["penalty"]
+    replicates: int = USUAL["replicates"]
+    seed: int = USUAL["seed"]
+    state: State = USUAL["state"]
+    confidence: float = USUAL["confidence"]
     modelling_dispersion: float = 0.0
     modelling: str = MEAN
     modelling_class: str | None = None

@@ -391,7 +391,7 @@ class TestVariability:
             (lambda: Variability(0.1, 2.0), "slenderness_dispersion must be"),
             (lambda: Variability(0.1, pieces="some"), "pieces must be one of 'independent', 'together', got 'some'"),
             (lambda: Variability(0.1, variants=1), "variants must be at least 2, got 1"),
-            (lambda: Variability(0.1, realisations=5000), "realisations must be at most 1000, got 5000"),
+            (lambda: Variability(0.1, realisations=5000), "realisations must be at most 1,000, got 5,000"),
             (
                 lambda: oscillators_of_pieces(SHELF, tp.HousnerImpact(e=1.0), None, Variability(0.02)),
                 "restitution_sd 0.02 for bookcase-5-shelf, whose restitution is 1: mean must be",
