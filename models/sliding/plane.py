@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.aliases import Array, Flags, Index
-from ...core.units import STANDARD_GRAVITY
 from ..slip import columns
 from ..slip.plane import slide_in_plane
 from ..slip.tables import OUT_PEAK
 from .law import PlaneSlider
-from .runs import NO_VERTICAL, airborne
+from .runs import NO_VERTICAL, airborne, beyond
 
 IN_PLANE: dict[str, int] = {
     "slide_residual_along": columns.OUT_RESIDUAL_X,
@@ -91,7 +90,4 @@ def _moving(x: Array, y: Array, vertical: Array, static: Array, scale: Array) ->
     demand = np.hypot(x, y)
     if vertical.size > 0:
         demand = demand + float(static.max(initial=0.0)) * np.maximum(0.0, -vertical)
-    threshold = (1.0 - 1e-12) * static * STANDARD_GRAVITY / scale
-    first = np.searchsorted(np.maximum.accumulate(demand), threshold, side="right")
-    last = demand.size - np.searchsorted(np.maximum.accumulate(demand[::-1]), threshold, side="right")
-    return np.maximum(first - 1, 0), last
+    return beyond(demand, static, scale)

@@ -121,7 +121,12 @@ def _moving(record: Array, vertical: Array, held: Array, scale: Array) -> tuple[
     if vertical.size > 0:
         most = float(held[held < ONE_WAY].max(initial=0.0))
         demand = demand + most * np.maximum(0.0, -vertical)
-    threshold = (1.0 - 1e-12) * held * STANDARD_GRAVITY / scale
+    return beyond(demand, held, scale)
+
+
+def beyond(demand: Array, static: Array, scale: Array) -> tuple[Index, Index]:
+    """Return, of runs, the sample before the first and the one after the last at which a demand exceeds friction."""
+    threshold = (1.0 - 1e-12) * static * STANDARD_GRAVITY / scale
     first = np.searchsorted(np.maximum.accumulate(demand), threshold, side="right")
     last = demand.size - np.searchsorted(np.maximum.accumulate(demand[::-1]), threshold, side="right")
     return np.maximum(first - 1, 0), last
