@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from functools import lru_cache
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 import scipy
@@ -31,14 +31,6 @@ BAND_STEP = 0.05  # Hz
 MOST_PADDED = 2**20  # samples; motions of more than an eighth of them are padded to eight times their length
 
 
-class Peaks(NamedTuple):
-    """Peak relative displacement (m), relative velocity (m/s) and absolute acceleration (m/s²), each (period,)."""
-
-    displacement: Array
-    velocity: Array
-    acceleration: Array
-
-
 def period_of(name: str, value: Any) -> float:
     """Return a period in s; ValueError outside 1e-3 to 1e3 s."""
     return checks.number(name, value, at_least=MIN_PERIOD, at_most=MAX_PERIOD, unit="s")
@@ -51,16 +43,15 @@ def damping_of(value: Any) -> float:
 
 def peak_displacements(acceleration: Array, dt: float, periods: Array, damping: float) -> Array:
     """Return the peak relative displacement of oscillators (period,) under one record, m."""
-    displacement: Array = _peaks(acceleration, dt, periods, damping, quantities=1)[0]
+    displacement: Array = peak_responses(acceleration, dt, periods, damping, quantities=1)[0]
     return displacement
 
 
-def peak_responses(acceleration: Array, dt: float, periods: Array, damping: float) -> Peaks:
-    """Return peak displacement, velocity and absolute acceleration of oscillators (period,) under one record."""
-    return Peaks(*_peaks(acceleration, dt, periods, damping, quantities=3))
+def peak_responses(acceleration: Array, dt: float, periods: Array, damping: float, quantities: int = 3) -> Array:
+    """Return peaks of oscillators under one record, (quantity, period), of one to three quantities.
 
-
-def _peaks(acceleration: Array, dt: float, periods: Array, damping: float, quantities: int) -> Array:
+    These are relative displacement (m), relative velocity (m/s) and absolute acceleration (m/s²).
+    """
     omega = 2.0 * math.pi / periods
     found = np.empty((quantities, omega.size))
     parts = np.ceil(omega * dt).astype(np.int64)
