@@ -8,7 +8,8 @@ worded here, too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from os import getcwd
 from os.path import islink
 from typing import TYPE_CHECKING
@@ -267,6 +268,15 @@ def time_text(seconds: float) -> str:
 def currency_of(results: xr.Dataset) -> str:
     """The currency of an assessment's losses and costs, '' where the inventory states none."""
     return str(results.attrs.get("currency", ""))
+
+
+@contextmanager
+def system_errors(error: type[Exception], what: str) -> Iterator[None]:
+    """Raise `error` where the system refuses something in the block: `what` it is, and the system's words for it."""
+    try:
+        yield
+    except OSError as refused:
+        raise error(f"{what} ({system_reason(refused)})") from None
 
 
 def system_reason(error: BaseException) -> str:

@@ -15,10 +15,10 @@ from types import FrameType
 
 import numpy as np
 
-from ...core.wording import part_text, system_reason, whole_percent
+from ...core.wording import part_text, whole_percent
 from ...fragility.runs.plan import ChunkResult
 from ...models.runs import TALLY
-from ..text.error import StudyError
+from ..text.error import writing
 
 LOG_NAME = "run.log"
 LOG_SECONDS = 10.0
@@ -171,12 +171,10 @@ def run_log(folder: Path) -> Iterator[logging.Logger]:
     log = logging.getLogger(f"toppling.run.{folder.resolve()}")
     log.setLevel(logging.INFO)
     log.propagate = False
-    try:
+    with writing(folder / LOG_NAME):
         if (folder / LOG_NAME).is_symlink():  # (the file that it points to must not be overwritten)
             (folder / LOG_NAME).unlink()
         handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
-    except OSError as error:
-        raise StudyError(f"{folder / LOG_NAME}: cannot be written ({system_reason(error)})") from None
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)
     try:
