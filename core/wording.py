@@ -32,11 +32,7 @@ def three_digits(value: float) -> str:
         return "∞"
     if value == 0.0 or math.isnan(value):
         return "0" if value == 0.0 else "not known"
-    if not 1e-4 <= abs(value) < 1e9:
-        return f"{value:.2e}"
-    # (rounded first: 0.9996 is 1.00)
-    digits = 2 - math.floor(math.log10(abs(float(f"{value:.2e}"))))
-    return f"{round(value, digits):,.{max(0, digits)}f}"
+    return _rounded(value, 3) if 1e-4 <= abs(value) < 1e9 else f"{value:.2e}"
 
 
 def short_digits(value: float) -> str:

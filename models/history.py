@@ -24,6 +24,7 @@ from ..core.units import (
     VELOCITY,
     described,
     provenance,
+    variables,
 )
 from .block import Block, describe_block
 from .engine import tables as engine
@@ -325,12 +326,8 @@ def _dataset(
     **about: float,
 ) -> xr.Dataset:
     """Return histories and results of one run as a dataset, with further attributes `about` its block."""
-
-    def labelled(variables: dict[str, Variable], dims: str | tuple[()]) -> dict[str, Any]:
-        return {name: (dims, values, described(text, units)) for name, (values, units, text) in variables.items()}
-
     return xr.Dataset(
-        {**labelled(on_time, "time"), **labelled(scalars, ())},
+        variables("time", on_time) | variables((), scalars),
         coords={"time": ("time", time, described("time", SECOND))},
         attrs={
             "title": title,

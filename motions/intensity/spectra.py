@@ -17,7 +17,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance
+from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance, variables
 from ..arrays import motion_coordinates, records
 from ..kernels import oscillators as engine
 
@@ -115,7 +115,7 @@ def response_spectrum(
     omega = 2.0 * math.pi / axis
     found = np.array([peak_responses(record.acceleration, record.dt, axis, zeta) for record in plain])
     text = f"{100.0 * zeta:g} % damping"
-    variables = {
+    spectra = {
         "sd": (found[:, 0], METRE, f"spectral displacement, {text}"),
         "sv": (found[:, 0] * omega, VELOCITY, f"pseudo-spectral velocity, {text}"),
         "sa": (found[:, 0] * omega**2, ACCELERATION, f"pseudo-spectral acceleration, {text}"),
@@ -123,10 +123,7 @@ def response_spectrum(
         "sa_true": (found[:, 2], ACCELERATION, f"greatest absolute acceleration of an oscillator, {text}"),
     }
     return xr.Dataset(
-        {
-            name: (("motion", "period"), values, described(long_name, units))
-            for name, (values, units, long_name) in variables.items()
-        },
+        variables(("motion", "period"), spectra),
         coords={**motion_coordinates(plain), "period": ("period", axis, described("period of the oscillator", SECOND))},
         attrs={"title": "Response spectra", **provenance({"periods": axis.tolist(), "damping": zeta}), "damping": zeta},
     )
