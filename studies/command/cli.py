@@ -125,7 +125,7 @@ def run(
     size = plan.words if dry_run or verbose else plan.size
     say(console, f"{plan.title}: {size}", *(f"note: {note}" for note in told))
     if dry_run:
-        say(console, *forecast(plan, folder).lines())
+        say(console, *forecast(plan, folder))
         if folder.is_dir() and any(folder.iterdir()) and not fresh:
             try:
                 plan.refuse_occupied(folder)
