@@ -121,23 +121,6 @@ class Watch:
         """Computed runs per second."""
         return (self.runs - self.kept) / max(time.monotonic() - self.started, 1e-9)
 
-    @property
-    def skipped(self) -> float:
-        """The share of all samples that did not have to be computed."""
-        counts = dict(zip(TALLY, self.tally.tolist(), strict=True))
-        left_out = sum(counts[name] for name in TALLY if name not in ("samples", "events"))
-        return float(left_out / max(counts["samples"], 1))
-
-    @property
-    def detail(self) -> str:
-        """The share of samples skipped and the time of the slowest chunk, which a progress bar does not show."""
-        return f"{whole_percent(self.skipped)} of samples skipped, slowest chunk {self.slowest:.1f} s"
-
-    @property
-    def count(self) -> str:
-        """The number of runs so far, of how many where that is known."""
-        return self.count_of(self.runs)
-
     def count_of(self, runs: int) -> str:
         """Return a number of runs, of how many where that is known."""
         return f"{runs:,} runs" if self.most else f"{runs:,} of {self.total:,} runs"
@@ -146,12 +129,14 @@ class Watch:
     def words(self) -> str:
         """The counts in one line."""
         share = f"at most {self.total:,}" if self.most else part_text(self.runs, self.total)
-        return f"{self.count} ({share}), {self.pace}"
+        return f"{self.count_of(self.runs)} ({share}), {self.pace}"
 
     @property
     def pace(self) -> str:
-        """The rate, the share of samples skipped and the time of the slowest chunk."""
-        return f"{self.rate:,.0f}/s, {self.detail}"
+        """The rate, the share of all samples that did not have to be computed, and the time of the slowest chunk."""
+        counts = dict(zip(TALLY, self.tally.tolist(), strict=True))
+        skipped = sum(counts[name] for name in TALLY if name not in ("samples", "events")) / max(counts["samples"], 1)
+        return f"{self.rate:,.0f}/s, {whole_percent(skipped)} of samples skipped, slowest chunk {self.slowest:.1f} s"
 
 
 class _LogFile(logging.FileHandler):
